@@ -23,7 +23,7 @@ from nxtdrive.vision.camera import Frame
 REOPEN_AFTER_S = 0.5
 CLOSE_WITHIN_S = 2.0
 END_WITHIN_S = 3.0
-"""How long the program's end waits for a driver that hung when the camera was closed."""
+"""How long the program's end waits for a driver that hangs."""
 
 
 class Capture(Protocol):
@@ -69,8 +69,11 @@ class LiveCamera:
         self._given = -1
         self._failed = False
         self._observers: list[Callable[[Frame], None]] = []
-        self._thread = threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True)
-        self._thread.start()
+        self._ended = threading.Event()
+        # OpenCV aborts a process if one of its calls returns while Python is being finalised; registered before the
+        # thread starts, because a signal may interrupt anything after that
+        atexit.register(self._end, END_WITHIN_S)
+        threading.Thread(target=self._run, name=f"nxtdrive {name}", daemon=True).start()
         try:
             with self._news:
                 self._news.wait_for(lambda: self._latest is not None or self._failed, open_timeout_s)
@@ -110,24 +113,29 @@ class LiveCamera:
 
     def close(self) -> None:
         """Stop the thread and release the device; a hanging driver is left alone until the program ends."""
+        if self._end(CLOSE_WITHIN_S):
+            atexit.unregister(self._end)
+
+    def _end(self, within_s: float) -> bool:
+        """Tell the thread to end; return whether it did so within this time."""
         self._closing.set()
-        self._thread.join(CLOSE_WITHIN_S)
-        if self._thread.is_alive():
-            # OpenCV aborts a process if one of its calls returns while Python is being finalised
-            atexit.register(self._thread.join, END_WITHIN_S)
+        return self._ended.wait(within_s)
 
     def _has_news(self) -> bool:
         return self._latest is not None and self._latest.index > self._given
 
     def _run(self) -> None:
-        while not self._closing.is_set():
-            capture = self._open_capture()
-            self._grab(capture)
-            capture.release()
-            with self._news:
-                self._failed = True
-                self._news.notify_all()
-            self._closing.wait(REOPEN_AFTER_S)
+        try:
+            while not self._closing.is_set():
+                capture = self._open_capture()
+                self._grab(capture)
+                capture.release()
+                with self._news:
+                    self._failed = True
+                    self._news.notify_all()
+                self._closing.wait(REOPEN_AFTER_S)
+        finally:
+            self._ended.set()
 
     def _grab(self, capture: Capture) -> None:
         """Take frames until there are no more."""

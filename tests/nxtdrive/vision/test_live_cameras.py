@@ -227,3 +227,29 @@ def test_a_program_that_is_interrupted_while_a_camera_opens_ends_in_good_order(a
         [sys.executable, "-c", INTERRUPTED, str(after_s)], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.returncode == 3, done.stderr
+
+
+ABANDONED = """
+import threading, time
+from nxtdrive.transports.base import WallClock
+from nxtdrive.vision.live import LiveCamera
+def open_capture():
+    time.sleep(0.3)
+    print("returned", flush=True)
+    raise SystemExit
+start = threading.Thread.start
+def interrupted(thread):
+    start(thread)
+    raise KeyboardInterrupt
+threading.Thread.start = interrupted
+try:
+    LiveCamera("camera 0", "", open_capture, WallClock(), 1.0)
+except KeyboardInterrupt:
+    pass
+"""
+
+
+@pytest.mark.slow
+def test_the_program_waits_for_a_camera_that_was_interrupted_as_its_thread_started():
+    done = subprocess.run([sys.executable, "-c", ABANDONED], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "returned\n", "")
