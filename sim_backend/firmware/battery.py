@@ -54,13 +54,6 @@ class Battery:
         """Whether the voltage was low in enough samples for a warning."""
         return self._low_samples >= _LOW_SAMPLES
 
-    @property
-    def settled(self) -> bool:
-        """Whether the next sample would change nothing."""
-        counting = self.millivolts < self._threshold_mv and not self.low
-        same = self.millivolts == self._now_mv and self.rechargeable == bool(self.raw & RECHARGEABLE)
-        return same and self.bars == self._bars_at(self.millivolts) and not counting
-
     def sample(self) -> None:
         """Take a sample."""
         self.millivolts, self.rechargeable = self._now_mv, bool(self.raw & RECHARGEABLE)

@@ -103,7 +103,15 @@ class SimBrick:
             self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
         )
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound, loader.restore_settings, loader.flash.names_ending)
+        self.ui = UiModule(
+            clock,
+            self.io_control,
+            self.sound,
+            self._screen,
+            loader.restore_settings,
+            loader.flash.names_ending,
+            data_log=version.data_log,
+        )
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(
@@ -144,11 +152,7 @@ class SimBrick:
         status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
         watch = ProgramWatch(self.ui, self.sound)
 
-        def follow() -> None:
-            watch.follow()
-            status_bar.follow()
-
-        self.ui.on_pass = follow
+        self.ui.on_pass, self.ui.draw_status = watch.follow, status_bar.draw
         maps = [
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),

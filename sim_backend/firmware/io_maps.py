@@ -149,7 +149,6 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         State="state",
         Button="button",
         RunState="run_state",
-        UsbState="usb_state",
         SleepTimeout="sleep_minutes",
         Error="error",
         OBPPointer="pointer",
@@ -157,9 +156,9 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         Volume="volume",
     )
     live.bind(module, SleepTimer="sleep_timer")
-    live.show(radio, BluetoothState="state")
-    live.bind(module.battery, BatteryVoltage="millivolts")
-    live.show(module.battery, BatteryState="bars", Rechargeable="rechargeable")
+    live.show(module, UsbState="usb_state")
+    live.bind(radio, BluetoothState="state")
+    live.bind(module.battery, BatteryVoltage="millivolts", BatteryState="bars", Rechargeable="rechargeable")
     return live
 
 

@@ -7,9 +7,13 @@ the pages of volume and sleep. Source: docs/firmware.md section 8.5.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Protocol
 
+from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.keys import Key
+from sim_backend.firmware.screen_marks import NOTHING, Marks
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui_states import UiState
 
@@ -20,7 +24,9 @@ _STATES = {
     Key.EXIT: UiState.EXIT,
 }
 
-_MY_FILES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (4,), (5,), (6,)
+_MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (1,), (4,), (5,), (6,)
+_DATA_LOG, _VIEW = _LISTS = (2,), (3,)
+_SEARCH = (*_BLUETOOTH, 0)
 _VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
 _PROGRAMS = (*_MY_FILES, 0)
 _PAGE = 4
@@ -29,6 +35,12 @@ _PAGE = 4
 _SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
 
+_OPENED: dict[tuple[int, ...], tuple[Marks, ...]] = {
+    _TYPES: (marks.MENU, marks.TYPES),
+    **dict.fromkeys(_LISTS, (marks.LIST, marks.PAGE)),
+}
+"""What these passes draw below the main menu."""
+
 _SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 _ITEMS = {(): 7, _MY_FILES: 4, _SETTINGS: 4, _VOLUME: MAX_VOLUME + 1, _SLEEP: len(_SLEEP_MINUTES)}
 """Items of the menus that are known, by their place: the numbers of the items that lead there."""
@@ -36,6 +48,9 @@ _ITEMS = {(): 7, _MY_FILES: 4, _SETTINGS: 4, _VOLUME: MAX_VOLUME + 1, _SLEEP: le
 _PAGE_ITEMS = 3
 _EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
 """Files of the items of the first menu."""
+
+
+def _nothing() -> None: ...
 
 
 class Settings(Protocol):
@@ -54,6 +69,8 @@ class Menu:
     Args:
         settings: The user interface.
         files: Lists the files with an extension.
+        screen: Draws the menus.
+        data_log: Whether the main menu has an item for the data log.
 
     Attributes:
         shows_key: Whether the states that the last key brings are not over.
@@ -61,11 +78,16 @@ class Menu:
         runs: Name of the file that it runs, if any.
     """
 
-    def __init__(self, settings: Settings, files: Callable[[str], Sequence[str]]) -> None:
-        self._settings, self._files = settings, files
+    def __init__(
+        self, settings: Settings, files: Callable[[str], Sequence[str]], screen: ScreenRefresh, *, data_log: bool
+    ) -> None:
+        self._settings, self._files, self._screen, self._data_log = settings, files, screen, data_log
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self._states: list[tuple[UiState, int]] = []
+        self._steps: list[tuple[UiState, Marks]] = []
+        self._state: UiState | None = None
+        self._drawn = NOTHING
+        self._set: Callable[[], None] = _nothing
         self.reset()
 
     def reset(self) -> None:
@@ -78,13 +100,17 @@ class Menu:
         """Go to the page of the file that was started: four levels down."""
         self._place, self._confirms, self._file = [*_PROGRAMS, 0, 0], None, name
 
+    def redraw(self) -> None:
+        """Draw the page after a file from state DRAWING on."""
+        self.shows_key, self._drawn, self.runs = True, NOTHING, ""
+        self._steps = [(UiState.DRAWING, drawn) for drawn in (marks.PAGE, marks.FILE_NAME, marks.PAGE)]
+
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; others do nothing."""
         if key not in tuple(Key):
             return
-        self.shows_key, self._states, self.runs = True, [], ""
-        value = tuple(self._place[:-1]) in (_VOLUME, _SLEEP)
-        self._show(_STATES[Key(key)], 2 if value and key in (Key.LEFT, Key.RIGHT) else 1)
+        self.shows_key, self._steps, self._drawn, self.runs = True, [], NOTHING, ""
+        self._show(_STATES[Key(key)])
         if self._confirms is not None:
             self._answer(key)
         elif key in (Key.LEFT, Key.RIGHT):
@@ -93,19 +119,38 @@ class Menu:
             self._leave()
         else:
             self._enter()
+        if not (self.runs or self.switches_off or any(self._steps[-1][1])):
+            self._draw_last(self._page)
 
-    def _show(self, state: UiState, drawing: int = 1) -> None:
-        """Add the states of a key; the last one is drawn for some passes."""
-        self._states += [(state, 1), (UiState.MENU, 1), (UiState.DRAWING, drawing)]
+    def _show(self, state: UiState) -> None:
+        """Add the states of a key."""
+        self._steps += [(state, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING)]
 
-    def next_state(self) -> tuple[UiState, int] | None:
-        """The next state that the last key brings, and its passes."""
-        self.shows_key = bool(self._states)
-        return self._states.pop(0) if self._states else None
+    def _draw_last(self, *drawn: Marks) -> None:
+        """Show the last state for a pass for each of the marks, which are made at the end of the pass."""
+        self._steps[-1:] = [(self._steps[-1][0], each) for each in drawn]
+
+    @property
+    def _page(self) -> Marks:
+        """What is drawn at the end of a key's states."""
+        menu = tuple(self._place[:-1])
+        if menu[:1] == _TYPES:
+            return NOTHING
+        return marks.PAGE if menu in (_VOLUME, _SLEEP) or menu[:1] in _LISTS or self._is_page(menu) else marks.MENU
+
+    def next_state(self) -> UiState | None:
+        """The next state that the last key brings, which lasts a pass; what the one before has drawn is shown."""
+        self._screen.mark(self._drawn)
+        if self._state == UiState.DRAWING:
+            self._set()
+            self._set = _nothing
+        self.shows_key = bool(self._steps)
+        self._state, self._drawn = self._steps.pop(0) if self._steps else (None, NOTHING)
+        return self._state
 
     def interrupt(self) -> None:
         """Forget the states to come: a file is started, whose page follows."""
-        self.shows_key, self._states = False, []
+        self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
 
     def _answer(self, key: int) -> None:
         """Answer whether to switch off."""
@@ -115,15 +160,19 @@ class Menu:
         self.switches_off = bool(self._confirms) and key == Key.ENTER
         self.reset()
         if self.switches_off:
-            del self._states[1:]
+            del self._steps[1:]
 
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
         if items := self._items(menu):
             self._place[-1] %= items
+        if self._place == [*_DATA_LOG] and not self._data_log:
+            self._place[-1] += step
         if menu == _VOLUME:
-            self._settings.volume = self._place[-1]
+            self._set = partial(self._set_volume, self._place[-1])
+        if menu in (_VOLUME, _SLEEP):
+            self._draw_last(marks.BAR, NOTHING)
 
     def _items(self, menu: tuple[int, ...]) -> int:
         """Number of items of a menu, 0 if it is not known."""
@@ -139,10 +188,13 @@ class Menu:
             self._confirms = True
             return
         if tuple(self._place[:-1]) == _VOLUME:
-            self._settings.volume = self._volume
+            self._set = partial(self._set_volume, self._volume)
             self._show(UiState.EXIT)
             self._place.pop()
         self._place.pop()
+
+    def _set_volume(self, volume: int) -> None:
+        self._settings.volume = volume
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
@@ -151,21 +203,22 @@ class Menu:
             self._show(UiState.EXIT)
             self._leave()
         elif menu == _SLEEP:
-            self._settings.set_sleep_minutes(_SLEEP_MINUTES[self._place.pop()])
+            self._set = partial(self._settings.set_sleep_minutes, _SLEEP_MINUTES[self._place.pop()])
             self._show(UiState.EXIT)
         elif menu == _MY_FILES and not self._files(_EXTENSIONS[self._place[-1]]):
             self._find_nothing()
         elif self._is_page(menu) and not place[-1]:
             self.runs = self._file
-        elif place in (_TRY_ME, (*_BLUETOOTH, 0)):
+        elif place in (_TRY_ME, _SEARCH):
+            self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
-            self._find_nothing()
+            self._find_nothing(marks.MENU if place == _SEARCH else NOTHING)
         else:
             self._open(place)
 
-    def _find_nothing(self) -> None:
+    def _find_nothing(self, drawn: Marks = NOTHING) -> None:
         """Leave a list of files that is empty."""
-        self._states[-1] = (UiState.DRAWING, 2)
+        self._draw_last(drawn, NOTHING)
         self._show(UiState.EXIT)
 
     def _open(self, place: tuple[int, ...]) -> None:
@@ -178,4 +231,8 @@ class Menu:
         elif place == _SLEEP and self._settings.sleep_minutes in _SLEEP_MINUTES:
             first = _SLEEP_MINUTES.index(self._settings.sleep_minutes)
         self._place.append(first)
-        self._states[-1] = (UiState.DRAWING, 3 if place in (_VOLUME, _SLEEP) else 1 + (place[0] in _SLOW))
+        if place in (_VOLUME, _SLEEP):
+            self._draw_last(marks.PAGE, marks.BAR, NOTHING)
+        elif place[0] in _SLOW:
+            drawn = _OPENED.get(place, (NOTHING, NOTHING))
+            self._draw_last(*((marks.PAGE,) if place == _VIEW and not self._data_log else ()), *drawn)

@@ -47,7 +47,8 @@ class Radio:
         self._clock = clock
         self.own_address = self.address = address
         self._name = self._stored_name = _padded(name)
-        self._on, self._state, self._resetting = True, RadioState.ON, False
+        self._on, self._resetting = True, False
+        self._state: int = RadioState.ON
         self._busy_until_ms = 0
         self._changes: list[_Change] = []
 
@@ -69,10 +70,14 @@ class Radio:
         return self._stored_name
 
     @property
-    def state(self) -> RadioState:
-        """What the user interface shows."""
+    def state(self) -> int:
+        """What the user interface shows: a `RadioState`, or what was written to its map."""
         self._settle()
         return self._state
+
+    @state.setter
+    def state(self, state: int) -> None:
+        self._state = state
 
     @property
     def resetting(self) -> bool:

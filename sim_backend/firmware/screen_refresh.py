@@ -6,17 +6,14 @@ Source: docs/firmware.md section 8.5.
 from __future__ import annotations
 
 from firmware_protocol.iomap import DisplayFlag
-from sim_backend.firmware.battery import SAMPLE_MS
 from sim_backend.firmware.module import NEVER, Clock
-
-_STATUS_BAR = 0x8000
-"""Bit of UpdateMask that stands for the status bar; the user interface sets it with every sample of the battery."""
+from sim_backend.firmware.screen_marks import Marks
 
 _SCREEN, _FRAME = 0x4000_0000, 0x1000
 """Bit of EraseMask whose turn clears a bit of UpdateMask, and that one."""
 
-_DRAWING = 0x2000_0000
-"""Bit of UpdateMask that a program's drawing sets."""
+_DRAWING = Marks(update=0x2000_0000)
+"""What a program's drawing sets."""
 
 _PERIOD_MS, _PAUSE = 17, 15
 """Passes of a refresh, and the one of them, counted from the boot, after which no line is being sent."""
@@ -30,22 +27,14 @@ class ScreenRefresh:
     Attributes:
         due_ms: See `Module`.
         erase_mask: Parts of the screen to erase; one is done in each pass, the highest bit first.
+        update_mask: Parts of the screen to draw, after those to erase and in the same way.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self.due_ms = NEVER
-        self.erase_mask = self._update_mask = 0
+        self.erase_mask = self.update_mask = 0
         self._flags, self._rests_ms = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER
-
-    @property
-    def update_mask(self) -> int:
-        """Parts of the screen to draw, after those to erase and in the same way."""
-        return self._update_mask | (0 if self._clock.now_ms % SAMPLE_MS else _STATUS_BAR)
-
-    @update_mask.setter
-    def update_mask(self, mask: int) -> None:
-        self._update_mask = mask
 
     @property
     def flags(self) -> int:
@@ -60,15 +49,16 @@ class ScreenRefresh:
     def flags(self, flags: int) -> None:
         self._flags = flags
 
-    def mark(self, *, erase: int = 0, update: int = 0) -> None:
-        """Add parts of the screen to erase and to draw, from the next pass on."""
-        self.erase_mask |= erase
-        self._update_mask |= update
-        self.wake()
+    def mark(self, marks: Marks) -> None:
+        """Change the parts of the screen to erase and to draw from the next pass on."""
+        self.erase_mask |= marks.erase
+        self.update_mask = self.update_mask & ~marks.drop | marks.update
+        if any(marks):
+            self.wake()
 
     def show_drawing(self) -> None:
         """Draw what a program has drawn."""
-        self.mark(update=_DRAWING)
+        self.mark(_DRAWING)
 
     def rest(self) -> None:
         """Send no line in the next pass."""
@@ -82,13 +72,11 @@ class ScreenRefresh:
         """Do one part of the screen, and end the refresh when it is switched off."""
         if self.erase_mask:
             if self.erase_mask.bit_length() == _SCREEN.bit_length():
-                self._update_mask &= ~_FRAME
+                self.update_mask &= ~_FRAME
             self.erase_mask = _without_highest(self.erase_mask)
         else:
-            self._update_mask = _without_highest(self._update_mask)
-        pending = bool(self.erase_mask or self._update_mask)
-        if pending and now_ms % SAMPLE_MS == 0:
-            self._update_mask |= _STATUS_BAR
+            self.update_mask = _without_highest(self.update_mask)
+        pending = bool(self.erase_mask or self.update_mask)
         if not self._flags & DisplayFlag.POPUP:
             pending = self._switch(now_ms) or pending
         self.due_ms = now_ms + 1 if pending else NEVER

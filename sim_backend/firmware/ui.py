@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from firmware_protocol.iomap import ProgramStatus, SoundState, UiFlag
+from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
@@ -17,75 +18,66 @@ from sim_backend.firmware.keys import KEYS, Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sleep_timer import SLEEP_MINUTES, SleepTimer
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
-from sim_backend.firmware.ui_states import STARTING, Programs, Run, UiState
-
-MINUTE_MS = 60_000
+from sim_backend.firmware.ui_states import STARTING, DrawStatus, Programs, Run, UiState
 
 _EXIT_MASK, _ENTER = 1, 3
-_SLEEP_MINUTES = 10
 
 
-class UiModule:
+class UiModule(SleepTimer):
     """Battery supervision, sleep timer, and the starting of files.
 
     Attributes:
         due_ms: See `Module`.
         battery: The supply.
         programs: The command module; set by the brick.
-        buttons, on_pass: The buttons, and the status bar's part of a pass; set by the brick.
+        buttons: The buttons; set by the brick.
+        on_pass: Called in each pass; set by the brick.
+        draw_status: Draws the status bar; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         program_name: The file to start, 20 bytes.
         button: A button pressed through the map, 0 for none.
-        sleep_minutes: Time until power-off, 0 for never.
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
         force_off: Nonzero to switch the brick off.
     """
 
     programs: Programs
+    on_pass: Callable[[], None]
+    draw_status: DrawStatus
 
     def __init__(
         self,
         clock: Clock,
         io_control: IoControl,
         sound: SoundModule,
+        screen: ScreenRefresh,
         on_restart: Callable[[], None],
         files: Callable[[str], Sequence[str]],
+        *,
+        data_log: bool,
     ) -> None:
-        self._clock, self._io_control, self._sound, self._on_restart = clock, io_control, sound, on_restart
+        super().__init__(clock)
+        self._io_control, self._sound, self._on_restart = io_control, sound, on_restart
+        self._mark = screen.mark
         self.due_ms = NEVER
         self.battery = Battery()
-        self.sleep_minutes, self.volume = _SLEEP_MINUTES, MAX_VOLUME
+        self.volume = MAX_VOLUME
         self.flags = int(UiFlag.ENABLE_STATUS)
         self.state = int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
         self.program_name = bytes(NAME_SIZE)
         self.run_state, self.usb_state = 1, 2
-        self._timer_started_ms = 0
         self._next_step_ms = NEVER
         self._run, self._file = Run.TONE, bytes(NAME_SIZE)
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
         self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
         self.buttons: Sequence[Button] = ()
-        self.on_pass: Callable[[], None] = lambda: None
-        self._menu, self._keys = Menu(self, files), Keys()
+        self._menu, self._keys = Menu(self, files, screen, data_log=data_log), Keys()
         self.due_ms = 0
-
-    @property
-    def sleep_timer(self) -> int:
-        """Whole minutes since the timer was last reset."""
-        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS if self.sleep_minutes else 0
-
-    @sleep_timer.setter
-    def sleep_timer(self, minutes: int) -> None:
-        self._timer_started_ms += (self.sleep_timer - minutes) * MINUTE_MS
-
-    @property
-    def sleep_ms(self) -> int:
-        """Time until power-off in ms, 0 for never."""
-        return self.sleep_minutes * MINUTE_MS
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
@@ -166,7 +158,8 @@ class UiModule:
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
-        if self.flags & UiFlag.ENABLE_STATUS:
+        if self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK:
+            self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
             self.flags &= ~states.STATUS_WORK
         if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
             self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
@@ -234,8 +227,9 @@ class UiModule:
 
     def _show_key(self) -> None:
         """Show the next state that a key brings; after the last one wait for another key, or switch off."""
-        if step := self._menu.next_state():
-            self.state, self._next_step_ms = int(step[0]), self._clock.now_ms + step[1]
+        state = self._menu.next_state()
+        if state is not None:
+            self.state, self._next_step_ms = int(state), self._clock.now_ms + 1
             return
         if self._menu.runs:
             self._run_from_menu()
@@ -273,11 +267,10 @@ class UiModule:
             self._show_key()
         elif self.state == UiState.OPENING:
             self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
+            self._mark(marks.OPENING)
             self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
         elif self.runs_file:
             self._continue(now_ms)
-        elif self.state == UiState.MENU:
-            self.state, self._next_step_ms = int(UiState.DRAWING), now_ms + times.DRAWING_MS
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
 
@@ -285,7 +278,7 @@ class UiModule:
         """Start again after the brick was switched off: as at power-on, but the other modules go on."""
         if self.state == UiState.START:
             self._on_restart()
-            self.flags, self.sleep_minutes = int(UiFlag.BUSY), _SLEEP_MINUTES
+            self.flags, self.sleep_minutes = int(UiFlag.BUSY), SLEEP_MINUTES
             self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on = NEVER, True
@@ -308,6 +301,7 @@ class UiModule:
                 known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
                 wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
+                self._mark(marks.RUNNING)
             case Run.RELEASE | Run.TO_OPEN if self.buttons[_ENTER].pressed:
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + 1
             case Run.RELEASE:
@@ -327,6 +321,7 @@ class UiModule:
                 if self._run is not Run.SOUND:
                     self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE
+                self._mark(marks.MESSAGE)
                 self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:
@@ -348,6 +343,7 @@ class UiModule:
         """Accept buttons and requests again; a request made meanwhile is lost."""
         self.flags &= ~int(UiFlag.BUSY)
         self.programs.reset()
+        self._mark(marks.CLOSING)
         if self._from_menu:
             self._from_menu, self._next_step_ms = False, self._clock.now_ms + 1
             return
@@ -358,6 +354,7 @@ class UiModule:
         now_ms = self._clock.now_ms
         self.flags &= ~int(UiFlag.EXECUTE_FILE)
         self.state, self._menu_opened_ms, self._next_step_ms = int(UiState.MENU), now_ms, now_ms + 1
+        self._menu.redraw()
 
     def _watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired."""
@@ -394,7 +391,6 @@ class UiModule:
             due = min(due, now_ms + 1)
         if self._off_ms != NEVER and not self._reads_keys:
             due = min(due, self._off_ms + times.DEAF_MS)
-        if not self.battery.settled or not self.flags & (UiFlag.ENABLE_STATUS | UiFlag.UPDATE):
-            due = min(due, self.battery.next_sample_ms(now_ms))
+        due = min(due, self.battery.next_sample_ms(now_ms))
         unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
         self.due_ms = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)

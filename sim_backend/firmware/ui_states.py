@@ -82,3 +82,10 @@ class Programs(Protocol):
 
     def reset(self) -> None:
         """Forget the last program in the next pass."""
+
+
+class DrawStatus(Protocol):
+    """Draws the status bar."""
+
+    def __call__(self, *, everything: bool) -> None:
+        """Draw the icons that have changed, or everything."""

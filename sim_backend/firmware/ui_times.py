@@ -18,9 +18,6 @@ MENU_DELAYS = (0, 0, 2, 1, 2, 1)
 REFUSAL_MS = 3
 """Time from that wait until a file of unknown type has brought the menu back."""
 
-DRAWING_MS = 3
-"""How long the menu is drawn."""
-
 DISPLAY_OFF_MS, POWER_OFF_MS = 3, 7
 """Time from the decision to switch off until display and power go off."""
 

@@ -22,6 +22,7 @@ class Version:
         major: As GetVersions reports it.
         minor: As GetVersions reports it.
         commands_since: The firmware versions whose commands it has (docs/protocol.md marks them).
+        data_log: Whether the main menu has an item for the data log.
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
         absent_color: Value of a type of the colour sensor without a sensor, valid after the sensor's time to settle;
@@ -59,6 +60,7 @@ class Version:
     major: int
     minor: int
     commands_since: Collection[str]
+    data_log: bool
     color_sensor: bool
     evaluates_every_type: bool
     absent_color: int | None
@@ -96,6 +98,7 @@ _V1_29 = Version(
     major=1,
     minor=29,
     commands_since=("1.05", "1.28"),
+    data_log=True,
     color_sensor=True,
     evaluates_every_type=False,
     absent_color=None,
@@ -135,6 +138,7 @@ _V1_05 = replace(
     _V1_29,
     minor=5,
     commands_since=("1.05",),
+    data_log=False,
     color_sensor=False,
     evaluates_every_type=True,
     settles_by_pins=True,

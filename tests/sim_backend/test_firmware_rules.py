@@ -15,7 +15,7 @@ from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.button import LONG_PRESS_MS
-from sim_backend.firmware.ui import MINUTE_MS
+from sim_backend.firmware.sleep_timer import MINUTE_MS
 from sim_backend.firmware.versions import FIRMWARES
 
 

@@ -1,0 +1,95 @@
+"""What menus and files add to the masks of the display. Each value is the one that LEGO's firmware gave."""
+
+import pytest
+
+from firmware_protocol import direct, system
+from firmware_protocol.iomap import DISPLAY, UI
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+
+KEYS = {"l": 1, "e": 2, "r": 3, "x": 4}
+
+
+def write(bench, name, value):
+    bench.telegram(UI.field(name).write(value).encode().hex())
+
+
+def masks(bench, passes):
+    """Both masks in each pass."""
+    request = DISPLAY.field("EraseMask").read().encode().hex()[:-4] + "0800"
+    replies = [bytes.fromhex(bench.telegram(request))[9:] for _ in range(passes)]
+    pairs = [(int.from_bytes(each[:4], "little"), int.from_bytes(each[4:8], "little")) for each in replies]
+    return " ".join(f"{erase:x}|{update:x}" if erase or update else "-" for erase, update in pairs)
+
+
+@pytest.mark.parametrize(
+    ("firmware", "keys", "expected"),
+    [
+        ("1.29", "r", "- - - 40000200|ff700 200|fe700 0|fe700 0|7e700"),
+        ("1.29", "ee", "- - - - - - - 40000200|ff700 200|fe700"),
+        ("1.29", "le", "- - - 40000200|ff700 200|fe700"),
+        ("1.29", "lllee", "- - - 40000200|ff700 200|fe700 0|fe700 40000200|ff700 200|fe700"),
+        ("1.29", "llee", "- - - e0600|ff700 6060c|1ff704 e060c|1ff704 6060c|1ff704"),
+        ("1.29", "lleer", "- - - c|100004 e0604|1ff704 60604|1ff704"),
+        ("1.29", "lleere", "- - - - - - - - - 40000200|ff700 200|fe700"),
+        ("1.29", "re", "- - - 40000200|ff700 2fc|ff6fc fc|ff6fc"),
+        ("1.29", "rer", "- - - - -"),
+        ("1.29", "rre", "- - - 80000000|4 e0600|ff704 60600|ff704"),
+        ("1.29", "rrer", "- - - e0600|ff700 60600|ff700"),
+        ("1.05", "rre", "- - - e0600|ff700 80060600|ff704 e0600|ff704 60600|ff704"),
+        ("1.05", "llllle", "- - - 40000200|ff700 2fc|ff6fc fc|ff6fc"),
+    ],
+)
+def test_a_page_of_the_menus_is_drawn_when_state_6_ends(firmware, keys, expected):
+    bench = Bench(SimBrick(firmware=firmware))
+    for key in keys:
+        bench.control("!tick 40")
+        write(bench, "Button", KEYS[key])
+    assert masks(bench, len(expected.split())) == expected
+
+
+@pytest.mark.parametrize(
+    ("wait", "expected"),
+    [
+        (0, "- 0|8 - 40000000|1018 0|18 0|8 - - - 40000200|5f218 200|5e218 0|5e218"),
+        (756, "- - - 10|e0408 0|e0408 e0600|ff708 60600|8 e0600|ff708 60600|ff708 20600|ff708"),
+    ],
+)
+def test_a_file_is_drawn_at_its_start_at_its_end_and_after_its_message(wait, expected):
+    bench = Bench(SimBrick())
+    for command in (system.OpenWrite("a.rxe", 1), system.Write(0, b"A"), system.Close(0)):
+        bench.telegram(command.encode().hex())
+    bench.control("!tick 30")
+    bench.telegram(direct.StartProgram("a.rxe").encode().hex())
+    if wait:
+        bench.control(f"!tick {wait}")
+    assert masks(bench, len(expected.split())) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("BluetoothState", 5, "0|a000 0|2000 -"),
+        ("RunState", 0, "0|8000 - -"),
+        ("UsbState", 0, "0|8000 - -"),
+        ("BatteryState", 0, "0|18000 0|8000 -"),
+    ],
+)
+def test_icons_that_changed_are_drawn_with_the_next_sample_of_the_battery(name, value, expected):
+    bench = Bench(SimBrick())
+    write(bench, name, value)
+    bench.control("!battery 500" if name == "BatteryState" else "!tick 1")
+    bench.control("!tick 10" if name == "BatteryState" else "!tick 9")
+    assert masks(bench, 4)[2:] == expected
+
+
+def test_a_page_changes_the_volume_when_its_state_6_ends():
+    bench = Bench(SimBrick())
+    for key in "lleer":
+        bench.control("!tick 40")
+        write(bench, "Button", KEYS[key])
+    volumes = []
+    for _ in range(5):
+        volumes.append(bench.brick.ui.volume)
+        bench.control("!tick 1")
+    assert volumes == [4, 4, 4, 0, 0]
