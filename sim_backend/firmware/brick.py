@@ -96,22 +96,14 @@ class SimBrick:
         self.output = OutputModule(clock, version)
         self.input = InputModule(clock, version)
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
-        self.loader = loader = Loader(flash or fresh_flash(version), version)
+        self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
         self._screen, self._end_pauses_screen = ScreenRefresh(clock), version.end_pauses_screen
         self.display = DisplayModule(
             self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
         )
         self.io_control = IoControl()
-        self.ui = UiModule(
-            clock,
-            self.io_control,
-            self.sound,
-            self._screen,
-            loader.restore_settings,
-            loader.flash.names_ending,
-            data_log=version.data_log,
-        )
+        self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, data_log=version.data_log)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(

@@ -15,6 +15,7 @@ from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
 from sim_backend.firmware.keys import KEYS, Key, Keys
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
@@ -54,13 +55,12 @@ class UiModule(SleepTimer):
         io_control: IoControl,
         sound: SoundModule,
         screen: ScreenRefresh,
-        on_restart: Callable[[], None],
-        files: Callable[[str], Sequence[str]],
+        loader: Loader,
         *,
         data_log: bool,
     ) -> None:
         super().__init__(clock)
-        self._io_control, self._sound, self._on_restart = io_control, sound, on_restart
+        self._io_control, self._sound, self._on_restart = io_control, sound, loader.restore_settings
         self._mark = screen.mark
         self.due_ms = NEVER
         self.battery = Battery()
@@ -76,7 +76,7 @@ class UiModule(SleepTimer):
         self._off_ms = NEVER
         self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
         self.buttons: Sequence[Button] = ()
-        self._menu, self._keys = Menu(self, files, screen, data_log=data_log), Keys()
+        self._menu, self._keys = Menu(self, loader.flash.names_ending, screen, data_log=data_log), Keys()
         self.due_ms = 0
 
     def set_battery(self, raw: int) -> None:
