@@ -65,6 +65,7 @@ class RfcommDoor:
         self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
         self._loop = self._runner.get_loop()
         self._ended, self._ready = asyncio.Event(), threading.Event()
+        self._cables: set[asyncio.StreamWriter] = set()
         self._air = LocalLink()
         self._thread = threading.Thread(target=self._run, args=(brick,), name="bluetooth")
         self._thread.start()
@@ -132,6 +133,10 @@ class RfcommDoor:
         self._ready.set()
         async with server:
             await self._ended.wait()
+            for cable in self._cables:
+                cable.close()
+            while self._cables:
+                await asyncio.sleep(0)
 
     def _opened(self, dlc: rfcomm.DLC) -> None:
         """A program has connected: pass its bytes through a pair of sockets."""
@@ -171,12 +176,16 @@ class RfcommDoor:
                 writer.write(len(packet).to_bytes(2, "little") + packet)
 
         self._adapter.set_packet_sink(Kernel())
-        with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError):
+        self._cables.add(writer)
+        try:
             while True:
                 length = int.from_bytes(await reader.readexactly(2), "little")
                 self._adapter.on_packet(await reader.readexactly(length))
-        self._adapter.set_packet_sink(None)
-        writer.close()
+        except (asyncio.IncompleteReadError, ConnectionError):
+            self._adapter.set_packet_sink(None)
+        finally:
+            self._cables.discard(writer)
+            writer.close()
 
     async def _vanish(self) -> None:
         self._air.remove_controller(self._radio)
