@@ -2,12 +2,14 @@
 
 import json
 import random
+import re
 import shutil
 import signal
 import subprocess
 import sys
 from ctypes.util import find_library
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -142,6 +144,15 @@ def test_nxt_python_works_through_the_real_libusb(execute):
 def test_our_own_driver_works_through_the_real_libusb(execute):
     done = execute(sys.executable, "-m", "nxtdrive.cli.main", "info", "--nxt", "usb://001653010203", "--json")
     assert json.loads(done.stdout)["firmware"] == "1.29"
+
+
+@needs_libusb
+@pytest.mark.slow
+def test_the_transport_contract_holds_on_the_real_libusb(execute):
+    contract = str(Path(__file__).resolve().parents[1] / "contract" / "test_transport_contract.py")
+    done = execute(sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", contract, "--nxt", "usb://")
+    assert done.returncode == 0, done.stdout
+    assert re.search(r"\d+ passed", done.stdout)
 
 
 @pytest.mark.parametrize(("end", "code"), [("exit 7", 7), ("kill -KILL $$", 128 + signal.SIGKILL)])
