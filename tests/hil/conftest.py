@@ -1,16 +1,22 @@
-"""One guest for the whole stage; each test gets it with brick and webcam plugged in, and the robot at rest."""
+"""Two guests for the stage, with USB and with Bluetooth; each test gets one, everything plugged in, in a fresh world.
+
+A guest whose kernel has failed, or that does not answer, is replaced before the next test.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 from nxtdrive.tools.rig import kernel
+from nxtdrive.tools.rig.errors import RigError
 from nxtdrive.tools.rig.rig import Done, Rig
 
 HERE = Path(__file__).resolve().parent
@@ -19,7 +25,29 @@ MISSION = HERE / "red-mission.toml"
 STOP_MM = 700
 """Where the profiles stop before a target at most, from the middle of the axle."""
 
-COMMAND = "python -m pytest tests/hil --hil -n 0"
+BRICK = "00:16:53:01:02:03"
+BT = f"bt://{BRICK}"
+NOBODY = 65534
+"""An ordinary user's number."""
+
+COMMAND_S, MISSION_S, WAIT_S = 200.0, 400.0, 120.0
+"""Limits: some times what an idle computer of two cores takes that emulates the guest's processor."""
+
+COMMAND = "python -m pytest tests/hil --hil -n 2"
+
+ON_SECOND_GUEST = ("test_bluetooth", "test_by_hand", "test_pairing", "test_wheel")
+"""Their guest, "bluetooth", has a kernel that bears connections that fail; that of the others, "usb", has the newest.
+Each guest has about half of the work, so that two processes take about the same time."""
+
+LOSES_BLUETOOTH = "loses_bluetooth"
+"""Mark of tests in which a Bluetooth connection fails, which may break the kernel: they come last."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Show each test's name as it runs."""
+    config.addinivalue_line("markers", f"{LOSES_BLUETOOTH}: a Bluetooth connection fails, which may break the kernel")
+    if config.getoption("--hil"):
+        config.option.verbose = max(1, config.option.verbose)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -28,9 +56,39 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(pytest.mark.slow)
-            item.add_marker(pytest.mark.xdist_group("hil"))
             if reason:
                 item.add_marker(pytest.mark.skip(reason=reason))
+    items.sort(key=lambda item: item.get_closest_marker(LOSES_BLUETOOTH) is not None)
+
+
+class ByGuest(LoadScopeScheduling):
+    """Gives each process the tests of one guest."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return _guest(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> ByGuest | None:
+    """Share the tests out by guest."""
+    return ByGuest(config, log) if config.getoption("--hil") else None
+
+
+def _guest(nodeid: str) -> str:
+    return "bluetooth" if Path(nodeid.split("::")[0]).stem in ON_SECOND_GUEST else "usb"
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Print how long each test took, with what it waited for its guest."""
+    if not config.getoption("--hil"):
+        return
+    times: dict[str, dict[str, float]] = defaultdict(dict)
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if isinstance(report, pytest.TestReport) and report.nodeid.startswith("tests/hil/"):
+                times[report.nodeid][report.when] = report.duration
+    terminalreporter.section("seconds: guest and world, test")
+    for name, phases in sorted(times.items(), key=lambda item: -sum(item[1].values())):
+        terminalreporter.line(f"{phases.get('setup', 0):6.1f} {phases.get('call', 0):6.1f}  {name[10:]}")
 
 
 class Bench:
@@ -39,27 +97,29 @@ class Bench:
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
 
-    def run(self, command: str, *, timeout_s: float = 60.0, user: int | None = None) -> Done:
+    def run(self, command: str, *, timeout_s: float = COMMAND_S, user: int | None = None) -> Done:
         """Run a command in the guest."""
         return self.rig.run(command, timeout_s=timeout_s, user=user)
 
     @contextlib.contextmanager
-    def during(self, command: str, timeout_s: float = 120.0, *, interrupt: bool = False) -> Iterator[list[Done]]:
+    def during(self, command: str, timeout_s: float = MISSION_S, *, interrupt: bool = False) -> Iterator[list[Done]]:
         """Run a command in the guest while the block does something else; the list has the result after the block.
 
         With `interrupt`, the command gets a Ctrl-C at the end of the block.
         """
         done: list[Done] = []
-        thread = threading.Thread(target=lambda: done.append(self.run(command, timeout_s=timeout_s)))
-        thread.start()
-        try:
-            yield done
-        finally:
+        with ThreadPoolExecutor(1) as executor:
+            running = executor.submit(self.run, command, timeout_s=timeout_s)
+            try:
+                yield done
+            except AssertionError as error:
+                self.run("pkill -INT nxtdrive")
+                raise AssertionError(f"{error}\n{running.result()}") from error
             if interrupt:
                 self.run("pkill -INT nxtdrive")
-            thread.join()
+            done.append(running.result())
 
-    def until(self, condition: Callable[[dict[str, object]], bool], limit_s: float = 60.0) -> None:
+    def until(self, condition: Callable[[dict[str, object]], bool], limit_s: float = WAIT_S) -> None:
         """Wait until the world's truth fulfils the condition."""
         until = time.monotonic() + limit_s
         while not condition(self.rig.truth()):
@@ -84,24 +144,55 @@ class Bench:
         self.until(lambda truth: truth["speed_mm_s"] < 1, limit_s)
 
 
+class Guests:
+    """The rigs that run, by name."""
+
+    def __init__(self) -> None:
+        self._rigs: dict[str, Rig] = {}
+
+    def get(self, name: str) -> Rig:
+        """A rig with everything plugged in, in a fresh world: the one of this name, unless it is broken."""
+        if name in self._rigs:
+            with contextlib.suppress(RigError):
+                if not self._rigs[name].broken:
+                    self._rigs[name].reset()
+                    return self._rigs[name]
+            self.end(name)
+        avoid = kernel.BROKEN_RFCOMM if name == "bluetooth" else ()
+        self._rigs[name] = Rig.start(str(HERE / "red.toml"), name=f"hil-{name}", avoid=avoid)
+        return self._rigs[name]
+
+    def end(self, name: str) -> None:
+        """End a rig."""
+        self._rigs.pop(name).stop()
+
+    def end_all(self) -> None:
+        """End all."""
+        for name in list(self._rigs):
+            self.end(name)
+
+
 @pytest.fixture(scope="session")
-def rig() -> Iterator[Rig]:
-    """The running rig."""
-    rig = Rig.start(str(HERE / "red.toml"))
-    yield rig
-    rig.stop()
+def guests() -> Iterator[Guests]:
+    """The guests of the stage."""
+    guests = Guests()
+    yield guests
+    guests.end_all()
 
 
 @pytest.fixture
-def own_bench() -> Iterator[Bench]:
-    """A rig of its own, for what may break the guest's kernel."""
-    rig = Rig.start(str(HERE / "red.toml"))
+def bench(request: pytest.FixtureRequest, guests: Guests) -> Iterator[Bench]:
+    """The guest of this test."""
+    name = _guest(request.node.nodeid)
+    rig = guests.get(name)
     yield Bench(rig)
-    rig.stop()
+    if request.node.get_closest_marker(LOSES_BLUETOOTH) and rig.linux in kernel.BROKEN_RFCOMM:
+        guests.end(name)  # no other kernel is to be had, so each such test has a guest of its own
 
 
 @pytest.fixture
-def bench(rig: Rig) -> Bench:
-    """The rig with everything plugged in, in a fresh world."""
-    rig.reset()
-    return Bench(rig)
+def radio(bench: Bench) -> Bench:
+    """The bench with a Bluetooth adapter and the brick in its air."""
+    if not bench.rig.bluetooth:
+        pytest.skip("no bumble: pip install nxtdrive[hil]")
+    return bench

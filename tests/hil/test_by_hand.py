@@ -16,11 +16,11 @@ DRIVE = f"python3 {ROOT}/examples/web-client/drive.py"
 
 def press(bench, key, seconds):
     """Hold a key down, as the terminal repeats it."""
-    bench.run(f"for _ in $(seq {seconds * 10}); do printf '{key}'; sleep 0.1; done > keys", timeout_s=60.0)
+    bench.run(f"for _ in $(seq {seconds * 10}); do printf '{key}'; sleep 0.1; done > keys")
 
 
 def test_the_keys_drive_until_they_are_let_go(bench):
-    with bench.during(TELEOP, timeout_s=300) as done:
+    with bench.during(TELEOP) as done:
         bench.rig.wait_for("grep -aq 'T target' screen.txt", "the screen of teleop", 120.0)
         start = bench.rig.truth()["pose"]
         press(bench, "w", 3)
@@ -38,11 +38,11 @@ def test_the_keys_drive_until_they_are_let_go(bench):
 
 def test_a_program_drives_through_the_page(bench):
     """The example that the documentation prints, several times: half a minute."""
-    with bench.during(WEB, timeout_s=300, interrupt=True) as done:
+    with bench.during(WEB, interrupt=True) as done:
         bench.rig.wait_for("grep -q 7080 web.txt", "the page", 120.0)
         start = bench.rig.truth()["pose"]
         for _ in range(3):
-            client = bench.run(DRIVE, timeout_s=60.0)
+            client = bench.run(DRIVE)
             assert client.code == 0, client.err
             assert re.match(r"I am \w+", client.out)
             bench.at_rest()

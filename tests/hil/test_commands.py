@@ -5,8 +5,7 @@ import json
 import pytest
 
 from nxtdrive.tools.rig import camera
-
-NOBODY = 65534
+from tests.hil.conftest import NOBODY
 
 
 def test_list_names_the_brick(bench):
@@ -42,13 +41,12 @@ def test_files_come_back_as_they_were(bench):
     done = bench.run(
         "head -c 20000 /dev/urandom > sent.bin; nxtdrive files put sent.bin --nxt usb:// && "
         "mkdir -p back && cd back && nxtdrive files get sent.bin --nxt usb:// && cd .. && cmp sent.bin back/sent.bin",
-        timeout_s=120,
     )
     assert done.code == 0, done.err + done.out
 
 
 def test_the_camera_gives_pictures(bench):
-    done = bench.run("nxtdrive detect try 0 --color red --frames 5", timeout_s=60)
+    done = bench.run("nxtdrive detect try 0 --color red --frames 5")
     assert done.code == 0, done.err + done.out
 
 

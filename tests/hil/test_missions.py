@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from tests.hil.conftest import MISSION_S
+
 
 def journal(bench):
     lines = bench.run("cat runs/*/journal.jsonl").out.splitlines()
@@ -12,7 +14,7 @@ def journal(bench):
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
 def test_the_robot_drives_to_the_sheet(bench, profile):
-    done = bench.run(bench.mission(profile), timeout_s=150)
+    done = bench.run(bench.mission(profile), timeout_s=MISSION_S)
     assert done.code == 0, done.err + done.out
     assert "achieved" in done.out
     assert bench.reached()
@@ -22,7 +24,7 @@ def test_the_robot_drives_to_the_sheet(bench, profile):
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
 @pytest.mark.parametrize("device", ["usb", "camera"])
 def test_a_device_that_is_away_for_a_while_does_not_end_the_mission(bench, device, profile):
-    with bench.during(bench.mission(profile), timeout_s=200) as done:
+    with bench.during(bench.mission(profile)) as done:
         bench.moving()
         bench.rig.fault(unplug=device)
         if device == "camera":

@@ -4,7 +4,8 @@ import grp
 
 import pytest
 
-NOBODY = 65534
+from tests.hil.conftest import NOBODY
+
 UDEVD = "/lib/systemd/systemd-udevd"
 RULE = "/etc/udev/rules.d/60-nxtdrive.rules"
 OURS = "d=$(dirname $(grep -l 0694 /sys/bus/usb/devices/*/idVendor))"
@@ -44,7 +45,7 @@ def test_a_brick_that_is_plugged_in_later_gets_the_rule(ruled):
 
 
 def test_a_mission_goes_on_when_the_brick_comes_back_under_udevd(ruled):
-    with ruled.during(ruled.mission(), timeout_s=200) as done:
+    with ruled.during(ruled.mission()) as done:
         ruled.moving()
         ruled.rig.fault(unplug="usb")
         ruled.at_rest()

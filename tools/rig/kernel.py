@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import lzma
 import os
 import re
 import shutil
 import subprocess
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +20,7 @@ PACKAGES = {
     "busybox": "busybox-static",
     "cpio": "cpio",
     "depmod": "kmod",
+    "pkill": "procps",
     "apt-get": "apt",
     "dpkg-deb": "dpkg",
 }
@@ -25,6 +29,11 @@ PACKAGES = {
 XZ_MAGIC = b"\xfd7zXZ\x00"
 META_PACKAGE = "linux-image-amd64"
 IMAGE = re.compile(r"^\s*Depends: (linux-image-[0-9][\w.+-]*-amd64)$", re.MULTILINE)
+VERSION = re.compile(r"^Version: ([0-9.]+)", re.MULTILINE)
+
+BROKEN_RFCOMM = ("6.1.192",)
+"""Versions of Linux that a failed Bluetooth connection breaks: ``list_del corruption`` in krfcommd; programs that then
+use RFCOMM hang in the kernel. 6.1.170 and 6.1.176 are sound."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +43,14 @@ class Kernel:
     Attributes:
         vmlinux: The uncompressed kernel: QEMU starts it at once, while unpacking takes emulation 5 s.
         modules: Folder with ``lib/modules``.
-        version: Release, such as ``6.1.0-56-amd64``.
+        version: Debian's release, such as ``6.1.0-56-amd64``.
+        linux: Version of Linux, such as ``6.1.192``.
     """
 
     vmlinux: Path
     modules: Path
     version: str
+    linux: str
 
 
 def cache() -> Path:
@@ -48,6 +59,14 @@ def cache() -> Path:
     folder = base / "nxtdrive" / "rig"
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+@contextlib.contextmanager
+def locked() -> Iterator[None]:
+    """Keep other processes from filling the cache at the same time."""
+    with (cache() / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def missing() -> str | None:
@@ -79,8 +98,11 @@ def run(*command: str, cwd: Path | None = None) -> str:
     return done.stdout
 
 
-def fetch() -> Kernel:
+def fetch(avoid: Collection[str] = ()) -> Kernel:
     """Download and unpack Debian's newest kernel of this release, unless the cache has it.
+
+    Args:
+        avoid: Versions of Linux not to take if there is another one of the same series.
 
     Raises:
         RigError: It cannot be downloaded or unpacked.
@@ -89,10 +111,17 @@ def fetch() -> Kernel:
     found = IMAGE.search(listing)
     if found is None:
         raise RigError(f"apt does not know a kernel ({META_PACKAGE}). Run apt-get update, then try again.")
-    package = found[1]
+    package, linux = found[1], _linux(found[1])
+    if linux in avoid:
+        series = re.escape(package.rsplit("-", 2)[0])
+        names = run("apt-cache", "search", "--names-only", f"^{series}-[0-9]+-amd64$").splitlines()
+        others = {
+            name: version for name in (line.split()[0] for line in names) if (version := _linux(name)) not in avoid
+        }
+        package, linux = max(others.items(), key=lambda item: _numbers(item[1]), default=(package, linux))
     version = package.removeprefix("linux-image-")
     folder = cache() / version
-    kernel = Kernel(folder / "vmlinux", folder / "root", version)
+    kernel = Kernel(folder / "vmlinux", folder / "root", version, linux)
     if not kernel.vmlinux.exists():
         shutil.rmtree(folder, ignore_errors=True)
         kernel.modules.mkdir(parents=True)
@@ -105,6 +134,16 @@ def fetch() -> Kernel:
         kernel.vmlinux.with_suffix(".part").write_bytes(unpacked)
         kernel.vmlinux.with_suffix(".part").rename(kernel.vmlinux)
     return kernel
+
+
+def _linux(package: str) -> str:
+    """Version of Linux in a package."""
+    found = VERSION.search(run("apt-cache", "show", "--no-all-versions", package))
+    return found[1] if found else ""
+
+
+def _numbers(version: str) -> list[int]:
+    return [int(part) for part in version.split(".") if part]
 
 
 def _unpacked(vmlinuz: bytes) -> bytes:

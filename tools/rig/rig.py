@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import compileall
 import contextlib
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, cast
@@ -25,7 +27,13 @@ DOORS = ("usb", "webcam", "bluetooth")
 
 ROOT = Path(__file__).resolve().parents[2]
 READY_S = 30.0
+PATIENCE_S = 30.0
+"""How long the guest may take to say that it has ended a command whose time is over."""
+
 END_S = 10.0
+
+BROKEN = re.compile(r"kernel BUG|Oops|list_del corruption|Kernel panic|general protection fault|soft lockup")
+"""What a kernel says on its console when nothing can be relied on any more."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,8 @@ class Rig:
         webcam: Port of the webcam on USB/IP.
         bluetooth: Port of the Bluetooth adapter; 0 without one, as without bumble.
         options: How the world was started.
+        linux: The guest's version of Linux.
+        name: Tells rigs that run at the same time apart.
     """
 
     guest: int
@@ -66,29 +76,50 @@ class Rig:
     webcam: int
     bluetooth: int
     options: list[str]
+    linux: str
+    name: str
     _children: list[subprocess.Popen[bytes]] = field(default_factory=list, repr=False)
 
     @classmethod
-    def start(cls, world: str = "open", *, seed: int = 0, size: str = "320x240") -> Rig:
+    def start(
+        cls,
+        world: str = "open",
+        *,
+        seed: int = 0,
+        size: str = "320x240",
+        name: str = "rig",
+        avoid: Collection[str] = (),
+    ) -> Rig:
         """Build what is missing, boot the guest, and plug in brick and webcam.
+
+        Args:
+            world: A world file or the name of a bundled world.
+            seed: Random seed.
+            size: Of the webcam's frames.
+            name: Tells rigs that run at the same time apart.
+            avoid: Versions of Linux not to boot if there is another one.
 
         Raises:
             RigError: Something is missing on this computer, or the guest does not start.
         """
         if lacking := kernel.missing():
             raise RigError(lacking)
-        image = kernel.fetch()
-        first = initrd.build(image)
+        with kernel.locked():
+            _compile()
+            image = kernel.fetch(avoid)
+            first = initrd.build(image)
         options = ["--world", world, "--seed", str(seed), "--size", size]
-        process, ports = _start_world(options)
+        process, ports = _start_world(options, name)
         try:
             agent = _free_port()
             doors = [ports[name] for name in DOORS if ports[name]]
-            guest = qemu.boot(image, first, agent, doors, _folder() / "guest.log")
+            guest = qemu.boot(image, first, agent, doors, _console(name))
         except BaseException:
             _end(process.pid)
             raise
-        rig = cls(guest=guest.pid, world=process.pid, agent=agent, options=options, **ports)
+        rig = cls(
+            guest=guest.pid, world=process.pid, agent=agent, options=options, linux=image.linux, name=name, **ports
+        )
         rig._children = [guest, process]
         try:
             rig.plug_all()
@@ -103,14 +134,16 @@ class Rig:
         Raises:
             RigError: The world does not start, or the guest does not see the devices.
         """
-        _end(self.world)
-        self.run("pkill -INT nxtdrive")
-        self.wait_for("! cat /sys/bus/usb/devices/*/idVendor | grep -v 1d6b", "that the devices are gone")
-        ports = [word for name in (*DOORS, "control") for word in (f"--{name}", str(getattr(self, name)))]
-        process, _ = _start_world([*self.options, *ports])
-        self.world = process.pid
-        self._children.append(process)
+        self.run("pkill -INT nxtdrive", timeout_s=READY_S)
+        self._ask_world({"reset": True})
+        gone = "! cat /sys/bus/usb/devices/*/idVendor | grep -v 1d6b && ! test -e /sys/class/bluetooth/hci0"
+        self.wait_for(gone, "that the devices are gone")
         self.plug_all()
+
+    @property
+    def broken(self) -> bool:
+        """Whether the guest's kernel has failed, by its console."""
+        return BROKEN.search(_console(self.name).read_text(errors="replace")) is not None
 
     # --- the guest ---
 
@@ -131,16 +164,19 @@ class Rig:
             user: User number; by default root.
             groups: Further groups of that user.
             show: Called with ``"out"`` or ``"err"`` and text as it comes.
+
+        Raises:
+            RigError: The guest does not say within `timeout_s` and `PATIENCE_S` that the command has ended.
         """
         heard = {"out": "", "err": ""}
         request = {"run": command, "timeout_s": timeout_s, "user": user, "groups": list(groups)}
-        for answer in self._ask_guest(request, timeout_s + 30.0):
+        for answer in self._ask_guest(request, timeout_s + PATIENCE_S):
             if "code" in answer:
                 return Done(answer["code"], heard["out"], heard["err"])
             for kind, text in answer.items():
                 heard[kind] += text
                 show(kind, text)
-        raise RigError(f"The guest ended while the command ran; its console is {_folder() / 'guest.log'}.")
+        raise RigError(f"The guest ended while the command ran. {self._last_words()}")
 
     def wait_for(self, command: str, what: str, limit_s: float = 20.0) -> None:
         """Wait until a shell command succeeds in the guest.
@@ -150,9 +186,7 @@ class Rig:
         """
         waiting = f"until {command} > /dev/null 2>&1; do sleep 0.1; done"
         if self.run(waiting, timeout_s=limit_s).code:
-            raise RigError(
-                f"The guest does not see {what} after {limit_s:g} s; its console: {_folder() / 'guest.log'}."
-            )
+            raise RigError(f"The guest does not see {what} after {limit_s:g} s. {self._last_words()}")
 
     # --- the devices ---
 
@@ -196,7 +230,7 @@ class Rig:
 
     def stop(self) -> None:
         """Switch the guest off and end the world."""
-        with contextlib.suppress(OSError, RigError):
+        with contextlib.suppress(RigError):
             list(self._ask_guest({"halt": True}, END_S))
         for process in (self.guest, self.world):
             _end(process)
@@ -223,18 +257,45 @@ class Rig:
         return rig
 
     def _ask_guest(self, request: dict[str, Any], timeout_s: float) -> Any:  # noqa: ANN401 - lines of JSON
-        with socket.create_connection(("127.0.0.1", self.agent), timeout=timeout_s) as line:
-            line.sendall(json.dumps(request).encode() + b"\n")
-            for answer in line.makefile("rb"):
-                yield json.loads(answer)
+        until = time.monotonic() + timeout_s
+        try:
+            with socket.create_connection(("127.0.0.1", self.agent), timeout=timeout_s) as line:
+                line.sendall(json.dumps(request).encode() + b"\n")
+                for answer in line.makefile("rb"):
+                    yield json.loads(answer)
+                    if time.monotonic() > until:
+                        raise TimeoutError("it goes on")
+                    line.settimeout(max(0.001, until - time.monotonic()))
+        except OSError as error:
+            raise RigError(
+                f"The guest does not answer within {timeout_s:g} s ({error}): {request}. {self._last_words()}"
+            ) from error
+
+    def _last_words(self) -> str:
+        """Where the guest's console is, and what it says of the kernel's failure, if it failed."""
+        console = _console(self.name)
+        failed = BROKEN.search(console.read_text(errors="replace"))
+        reason = f"Its kernel failed: {failed[0]}. " if failed else ""
+        return f"{reason}The console is {console}."
 
     def _ask_world(self, request: dict[str, Any]) -> dict[str, Any]:
-        with socket.create_connection(("127.0.0.1", self.control), timeout=READY_S) as line:
-            line.sendall(json.dumps(request).encode() + b"\n")
-            answer: dict[str, Any] = json.loads(line.makefile("rb").readline())
+        try:
+            with socket.create_connection(("127.0.0.1", self.control), timeout=READY_S) as line:
+                line.sendall(json.dumps(request).encode() + b"\n")
+                answer: dict[str, Any] = json.loads(line.makefile("rb").readline())
+        except (OSError, ValueError) as error:
+            raise RigError(
+                f"The world does not answer ({error}): {request}. Its log is {_folder() / self.name}.world.log."
+            ) from error
         if "error" in answer:
             raise RigError(answer["error"])
         return answer
+
+
+def _compile() -> None:
+    """Compile the packages, for the guest would compile them anew for each command: it cannot write to the host."""
+    for folder in sorted(ROOT.glob("*/__init__.py")):
+        compileall.compile_dir(folder.parent, quiet=2)
 
 
 def forget() -> None:
@@ -242,10 +303,10 @@ def forget() -> None:
     _state().unlink(missing_ok=True)
 
 
-def _start_world(options: Sequence[str]) -> tuple[subprocess.Popen[bytes], dict[str, Any]]:
+def _start_world(options: Sequence[str], name: str) -> tuple[subprocess.Popen[bytes], dict[str, Any]]:
     """Start the world; returns its process and its ports."""
     command = [sys.executable, "-m", "tools.rig.world", *options]
-    log = _folder() / "world.log"
+    log = _folder() / f"{name}.world.log"
     with log.open("w") as errors:
         process = subprocess.Popen(
             command,
@@ -285,6 +346,10 @@ def _folder() -> Path:
     folder = kernel.cache() / "run"
     folder.mkdir(exist_ok=True)
     return folder
+
+
+def _console(name: str) -> Path:
+    return _folder() / f"{name}.guest.log"
 
 
 def _state() -> Path:

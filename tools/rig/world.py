@@ -2,8 +2,8 @@
 
 Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
 ``{"cover": true}`` (the lens), ``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"),
-``{"pin": "1234"}`` (only paired computers may connect), ``{"truth": true}``;
-``{"error": "..."}`` if it cannot.
+``{"pin": "1234"}`` (only paired computers may connect), ``{"truth": true}``, ``{"reset": true}`` (a fresh brick and
+world at the same ports); ``{"error": "..."}`` if it cannot.
 """
 
 from __future__ import annotations
@@ -30,11 +30,13 @@ from sim_backend.simulation import SimLink, Simulation
 if TYPE_CHECKING:
     from sim_backend.doors.rfcomm import RfcommDoor
 
-ANSWER_S = 5.0
+ANSWER_S = 20.0
 CABLE_MS, RADIO_MS = 1, 30
 """Round trips of the simulated part of the link; the kernel's comes on top."""
 
 Request = dict[str, Any]
+Asked = tuple[Request, queue.Queue[Request]]
+"""A request, and where its answer goes."""
 
 
 class World:
@@ -47,7 +49,7 @@ class World:
         radio: The brick on Bluetooth; None without bumble.
     """
 
-    def __init__(self, args: argparse.Namespace, closing: contextlib.ExitStack) -> None:
+    def __init__(self, args: argparse.Namespace, requests: queue.Queue[Asked], closing: contextlib.ExitStack) -> None:
         clock = WallClock()
         self.simulation = Simulation(args.world, seed=args.seed, camera_size=args.size)
         serial_number = self.simulation.brick.serial_number
@@ -63,22 +65,27 @@ class World:
             self.simulation, switchboard, [self.webcam], fps=fps, now=clock.now, wait=wait_readable
         )
         self._status = self._server.status()
-        self._requests: queue.Queue[tuple[Request, queue.Queue[Request]]] = queue.Queue()
+        self._requests = requests
+        self._reset: queue.Queue[Request] | None = None
 
-    def run(self, stopped: Callable[[], bool]) -> None:
-        """Serve until told to stop."""
+    @property
+    def ports(self) -> dict[str, int]:
+        """TCP ports by device; 0: none."""
+        return {
+            "usb": self.usb.port,
+            "webcam": self.webcam.port,
+            "bluetooth": self.radio.port if self.radio else 0,
+        }
+
+    def run(self, stopped: Callable[[], bool]) -> queue.Queue[Request] | None:
+        """Serve until told to stop, or to give way to a fresh world; returns where to say that it is there."""
 
         def turn() -> bool:
             self._handle()
-            return stopped()
+            return self._reset is not None or stopped()
 
         self._server.run(turn, self._report)
-
-    def ask(self, request: Request) -> Request:
-        """Have the simulation's thread handle a request; called by other threads."""
-        answer: queue.Queue[Request] = queue.Queue()
-        self._requests.put((request, answer))
-        return answer.get(timeout=ANSWER_S)
+        return self._reset
 
     def _plug_in(self, bluetooth: bool) -> SimLink:
         if self.simulation.brick.powered_off:
@@ -90,8 +97,11 @@ class World:
 
     def _handle(self) -> None:
         """Handle what was asked since the last turn."""
-        while not self._requests.empty():
+        while self._reset is None and not self._requests.empty():
             request, answer = self._requests.get()
+            if "reset" in request:
+                self._reset = answer
+                return
             try:
                 answer.put(self._answer(request))
             except (ArithmeticError, LookupError, TypeError, ValueError) as error:
@@ -144,27 +154,41 @@ def _radio(simulation: Simulation, port: int, now: Callable[[], float]) -> Rfcom
 
 def serve(args: argparse.Namespace) -> None:
     """Run the process."""
-    with contextlib.ExitStack() as closing:
-        stopped = closing.enter_context(until_signal())
-        world = World(args, closing)
+    requests: queue.Queue[Asked] = queue.Queue()
 
-        class Control(socketserver.StreamRequestHandler):
-            def handle(self) -> None:
-                for line in self.rfile:
-                    self.wfile.write(json.dumps(world.ask(json.loads(line))).encode() + b"\n")
+    class Control(socketserver.StreamRequestHandler):
+        def handle(self) -> None:
+            for line in self.rfile:
+                answer: queue.Queue[Request] = queue.Queue()
+                requests.put((json.loads(line), answer))
+                self.wfile.write(json.dumps(answer.get(timeout=ANSWER_S)).encode() + b"\n")
 
-        class Server(socketserver.ThreadingTCPServer):
-            allow_reuse_address = True
-            daemon_threads = True
+    class Server(socketserver.ThreadingTCPServer):
+        allow_reuse_address = True
+        daemon_threads = True
 
-        control = closing.enter_context(Server(("127.0.0.1", args.control), Control))
-        closing.callback(control.shutdown)
+    with until_signal() as stopped, Server(("127.0.0.1", 0), Control) as control:
         threading.Thread(target=control.serve_forever, name="control").start()
-        bluetooth = world.radio.port if world.radio else 0
-        ports = {"usb": world.usb.port, "webcam": world.webcam.port, "bluetooth": bluetooth}
-        ports["control"] = control.server_address[1]
-        print(json.dumps(ports), flush=True)
-        world.run(stopped)
+        try:
+            _serve_worlds(args, requests, control.server_address[1], stopped)
+        finally:
+            control.shutdown()
+
+
+def _serve_worlds(
+    args: argparse.Namespace, requests: queue.Queue[Asked], control: int, stopped: Callable[[], bool]
+) -> None:
+    """Serve one world after the other, all at the ports of the first."""
+    reset: queue.Queue[Request] | None = None
+    while not stopped():
+        with contextlib.ExitStack() as closing:
+            world = World(args, requests, closing)
+            if reset is None:
+                print(json.dumps({**world.ports, "control": control}), flush=True)
+                vars(args).update(world.ports)
+            else:
+                reset.put({})
+            reset = world.run(stopped)
 
 
 def main() -> None:
@@ -173,8 +197,7 @@ def main() -> None:
     parser.add_argument("--world", default="open")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=lambda text: tuple(int(part) for part in text.split("x")), default=(320, 240))
-    for port in ("usb", "webcam", "bluetooth", "control"):
-        parser.add_argument(f"--{port}", type=int, default=0)
+    parser.set_defaults(usb=0, webcam=0, bluetooth=0)
     serve(parser.parse_args())
 
 
