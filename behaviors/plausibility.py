@@ -12,6 +12,29 @@ TOLERANCE_SHARE = 1 / 3
 """Farther away, this share of the distance is tolerated: a box of a slanted picture is uncertain, and so is the height
 of a target that was measured by eye."""
 
+EDGE_MM = 10.0
+"""The upper edge of a low target is known to this."""
+STANDS_MM = 30.0
+"""A low target's lower edge is this near to the floor; one that is not where its size says looks higher."""
+
+
+def passes_over(
+    heard_mm: float, distance_mm: float, edges_mm: tuple[float, float] | None, lens_mm: float, sonar_mm: float
+) -> bool:
+    """Whether an echo is from behind a target on the floor that is lower than the sonar, and so says nothing about it.
+
+    Args:
+        heard_mm: How far in front of the lens the echo comes from.
+        distance_mm: How far in front of the lens the target is by its apparent size.
+        edges_mm: Its lower and upper edge above the lens, by its apparent size; None where that is not known.
+        lens_mm: The lens above the floor.
+        sonar_mm: The sonar above the floor.
+    """
+    if edges_mm is None:
+        return False
+    bottom_mm, top_mm = (lens_mm + edge_mm for edge_mm in edges_mm)
+    return top_mm <= sonar_mm + EDGE_MM and abs(bottom_mm) <= STANDS_MM and heard_mm > distance_mm
+
 
 def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:
     """Whether the sonar contradicts a distance by apparent size.

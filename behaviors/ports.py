@@ -72,6 +72,7 @@ class Sighting:
         cut: Where the frame cuts it off, if the detector knows only what is visible.
         bound: Whether what is visible does not tell its size: then it is no farther away than `distance_mm`, and its
             middle is at `bearing_deg` or farther out on the side where it is cut off.
+        edges_mm: Its lower and upper edge above the lens, by its apparent size; None where that is not known.
     """
 
     target: str
@@ -82,6 +83,7 @@ class Sighting:
     box: tuple[int, int, int, int]
     cut: Cut = Cut.NONE
     bound: bool = False
+    edges_mm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,6 +61,7 @@ class RobotTable(Table):
         turn_slip_percent: Share of each turn on the spot that the wheels lose by slipping.
         radius_mm: Radius of the circle round the middle between the wheels that holds the whole robot.
         sonar_forward_mm: The ultrasonic sensor in front of the axle.
+        sonar_height_mm: It above the floor; what is lower may give no echo.
         sonar_cone_deg: Whole angle of its beam.
         stop_distance_mm: The safety stop's distance ahead.
     """
@@ -78,6 +79,7 @@ class RobotTable(Table):
     turn_slip_percent: float = Field(default=0.0, ge=-20, le=50)
     radius_mm: float = Field(default=130.0, ge=50, le=500)
     sonar_forward_mm: float = Field(default=100.0, ge=-300, le=500)
+    sonar_height_mm: float = Field(default=90.0, ge=10, le=1000)
     sonar_cone_deg: float = Field(default=30.0, ge=4, le=90)
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
 
@@ -89,7 +91,7 @@ class CameraTable(Table):
         hfov_deg: Horizontal field of view.
         forward_mm: The lens in front of the axle.
         right_mm: The lens right of the middle between the wheels.
-        height_mm: The lens above the floor; for programs, missions do not use it.
+        height_mm: The lens above the floor: tells with the tilt whether a target is lower than the sonar.
         yaw_deg: The camera looks this far to the right.
         tilt_deg: It looks this far up; negative is down.
         roll_deg: It is turned clockwise by this about its line of sight.

@@ -14,7 +14,7 @@ from behaviors.adaptive.world_model import N as WORLD
 from behaviors.adaptive.world_model import TargetEstimate
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker, Failure, TargetFinding
-from behaviors.plausibility import contradicts
+from behaviors.plausibility import contradicts, passes_over
 from behaviors.ports import Point, Pose, Sighting, StopReason
 from behaviors.skills import N as SKILLS
 from behaviors.skills import sighted
@@ -97,7 +97,7 @@ class ApproachSkill:
         self._oblique = False
         self._blocked_echoes = 0
         self._echo: tuple[float, float] | None = None
-        self._heard = True
+        self._heard, self._low = True, False
         self._contradictions = 0
         self._stood_s: float | None = None
         self._rested = 0
@@ -105,10 +105,10 @@ class ApproachSkill:
 
     @property
     def _arrive_mm(self) -> float:
-        """From how near a stop counts as far as the camera is known, or from where the target fills the frame."""
+        """From how near a stop counts as far as the camera is known, or from where the target leaves the frame."""
         target, arrive_mm = self._perception.target, self._perception.profile.arrive_mm
         world = self._perception.world
-        fills_mm = min(arrive_mm, world.scale.factor(target) * world.fills_mm[target])
+        fills_mm = arrive_mm if self._low else min(arrive_mm, world.scale.factor(target) * world.fills_mm[target])
         assured_mm = max(fills_mm, world.scale.assured_mm(target, arrive_mm, heard=self._heard))
         return N.hysteresis * assured_mm if self._stands else assured_mm
 
@@ -174,7 +174,7 @@ class ApproachSkill:
             self._echo = (observation.time_s, observation.range_mm)
         if sighting is not None:
             echo_mm = self._echo_of(sighting, observation.time_s)
-            self._heard = echo_mm is not None
+            self._heard, self._low = echo_mm is not None, self._passes_over(sighting)
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
         sure = self._verifier.clear or self._perception.world.look_alikes.compared(self._perception.target, known.place)
@@ -196,6 +196,7 @@ class ApproachSkill:
         self._perception.world.look_alikes.arrived(steady=self._verifier.clear)
         scale = round(self._perception.world.scale.factor(self._perception.target), 3)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
+        measured |= {"passes_over": True} if self._low else {}
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
@@ -222,10 +223,16 @@ class ApproachSkill:
         return None if self._oblique else self._echo_ahead(sighting, now_s)
 
     def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
-        """Return the last echo, if there is one and the target is within the sonar's beam."""
-        if self._echo is None or now_s - self._echo[0] > N.echo_s:
+        """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
+        if self._echo is None or now_s - self._echo[0] > N.echo_s or abs(sighting.bearing_deg) > N.ahead_deg:
             return None
-        return None if abs(sighting.bearing_deg) > N.ahead_deg else self._echo[1]
+        return None if self._passes_over(sighting) else self._echo[1]
+
+    def _passes_over(self, sighting: Sighting) -> bool:
+        world = self._perception.world
+        heard_mm = world.scale.sonar_ahead_mm + (self._echo[1] if self._echo else -math.inf)
+        lens_mm, sonar_mm = world.camera.height_mm, world.floor.sonar_height_mm
+        return passes_over(heard_mm, sighting.distance_mm, sighting.edges_mm, lens_mm, sonar_mm)
 
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
         """Stand and listen again before the arrival fails: what is there has another size than the target."""
@@ -297,9 +304,8 @@ class ApproachSkill:
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
-        reason = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG
+        reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
-        world = self._perception.world
         sudden = world.echoes.was_free(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return _failed(reason, observation, blocker, hides=hides, sudden=sudden)
@@ -326,8 +332,8 @@ class ApproachSkill:
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
         """Steer to the target; stand before what is doubtful."""
         perception, profile = self._perception, self._perception.profile
-        sighting = observation.sighting
-        known_mm = self._farthest_mm(sighting, observation.time_s) if sighting else distance_mm
+        seen = observation.sighting
+        known_mm = self._farthest_mm(seen, observation.time_s) if seen else distance_mm
         if known_mm <= self._arrive_mm:
             return self._stand(observation, bearing_deg)
         self._rested = 0
@@ -348,8 +354,7 @@ class ApproachSkill:
             return self._touched(observation)
         if stop is StopReason.STALLED:
             return _failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm))
-        unseen = observation.sighting is None
-        return self._blocked(observation, hides=unseen and observation.time_s - self._seen_s > 0.3)
+        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > 0.3)
 
     def _touched(self, observation: Observation) -> Failure:
         """It ran into something that it neither saw nor heard: map it, and back off."""

@@ -125,8 +125,10 @@ class CameraScale:
         self._last = _Estimate(1.0, N.prior_sd**2)
 
     def corrected(self, sighting: Sighting) -> Sighting:
-        """Return a sighting with the distance that is to be believed."""
-        return replace(sighting, distance_mm=sighting.distance_mm * self._of(sighting.target).factor)
+        """Return a sighting with the distance and the height that are to be believed."""
+        factor, edges_mm = self._of(sighting.target).factor, sighting.edges_mm
+        edges_mm = None if edges_mm is None else (edges_mm[0] * factor, edges_mm[1] * factor)
+        return replace(sighting, distance_mm=sighting.distance_mm * factor, edges_mm=edges_mm)
 
     def factor(self, target: str) -> float:
         """Return by what distances by the size of a target have to be multiplied."""

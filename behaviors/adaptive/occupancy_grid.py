@@ -99,6 +99,7 @@ class OccupancyGrid:
     Attributes:
         radius_mm: The robot's.
         sonar_forward_mm: The sonar in front of the axle.
+        sonar_height_mm: It above the floor.
         forgotten: How often its obstacles were forgotten.
         unheard: Whether it has to do without a sonar now.
         weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
@@ -107,6 +108,7 @@ class OccupancyGrid:
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
         self.radius_mm, self.sonar_forward_mm = robot.radius_mm, robot.sonar_forward_mm
+        self.sonar_height_mm = robot.sonar_height_mm
         self._beam_deg = robot.sonar_cone_deg / 2
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self.forgotten = 0

@@ -104,6 +104,8 @@ class RunReview:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
         if data["to"] == "reached":
             self._arrive(record.time_s, target, data["evidence"]["sighting"]["distance_mm"])
+            if not data["evidence"].get("passes_over") and (sizes := self._contradiction()):
+                self._wrong_size(target, *sizes)
             self._scaled(target, data["evidence"].get("scale", 1.0))
         elif data["event"] == Event.SEARCH_FAILED and data["reason"] in ROUND:
             if target not in self._seen and self._truth is not None:
@@ -125,8 +127,6 @@ class RunReview:
         if self._truth is not None:
             arrival |= self._judge(target, believed_mm, self._truth)
         self.arrivals.append(arrival)
-        if sizes := self._contradiction():
-            self._wrong_size(target, *sizes)
 
     def _contradiction(self) -> tuple[float, float] | None:
         """Return echo and distance by size of the last look, if they contradict each other."""

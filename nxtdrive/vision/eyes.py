@@ -105,7 +105,7 @@ class CameraEyes:
         pinhole, height_mm = self._pinhole.resized(width, height), self._targets[target].height_mm
         exposed_s, shape = frame.time_s - self._latency_s, self._shapes[target]
         found = [shape.completed(one) for one in found]
-        located = [_sighting(target, one, *pinhole.locate(one, height_mm), exposed_s) for one in found]
+        located = [_sighting(target, one, pinhole, height_mm, exposed_s) for one in found]
         sighting = self._confirmations[target].update(exposed_s, located)
         if sighting is not None:
             shape.learn(sighting)
@@ -210,7 +210,7 @@ class GeometricEyes:
         located = []
         if quad is not None:
             found = Detection(box_of(quad), 1.0, quad)
-            located.append(_sighting(target, found, *self._pinhole.locate(found, self._heights_mm[target]), time_s))
+            located.append(_sighting(target, found, self._pinhole, self._heights_mm[target], time_s))
         return self._confirmations.setdefault(target, self._make()).update(time_s, located)
 
     def _await_frame(self) -> None:
@@ -226,9 +226,11 @@ def _glimpse(time_s: float, sightings: Mapping[str, Sighting | None]) -> Glimpse
     return Glimpse(time_s, seen)
 
 
-def _sighting(target: str, found: Detection, bearing_deg: float, distance_mm: float, time_s: float) -> Sighting:
+def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float, time_s: float) -> Sighting:
     confidence = min(1.0, max(0.0, found.score)) if math.isfinite(found.score) else 0.0
-    return Sighting(target, bearing_deg, distance_mm, confidence, time_s, found.box, found.cut, found.bound)
+    place = pinhole.locate(found, height_mm)
+    edges_mm = None if found.bound else pinhole.edges_mm(found, height_mm)
+    return Sighting(target, *place, confidence, time_s, found.box, found.cut, found.bound, edges_mm)
 
 
 def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:

@@ -124,6 +124,15 @@ class Pinhole:
         bearing_deg = self.bearing_deg(u)
         return bearing_deg + self.mounting.yaw_deg, self.distance_mm(height_px, height_mm, bearing_deg)
 
+    def edges_mm(self, detection: Detection, height_mm: float) -> tuple[float, float]:
+        """Return how far above the lens the lower and the upper edge of a target are, by its apparent size."""
+        if not self.mounting.level:
+            detection = self._levelled(detection)
+        quad = detection.quad
+        top = detection.box[1] if quad is None else (quad[0][1] + quad[1][1]) / 2
+        above_mm = height_mm * (self.width * self.aspect / 2 - top) / _axis(detection)[1]
+        return above_mm - height_mm, above_mm
+
     def _levelled(self, detection: Detection) -> Detection:
         """Return the detection as the same camera would have it if it were neither tilted nor rolled."""
         quad = detection.quad or _upright(detection.box, math.radians(self.mounting.roll_deg))

@@ -145,7 +145,13 @@ def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
     bearing_deg = math.degrees(math.atan2(60, focal_px))
     distance_mm = math.hypot(60, focal_px) * 200 / 60
     assert sightings[4] == Sighting(
-        "cat", pytest.approx(bearing_deg), pytest.approx(distance_mm), 1.0, pytest.approx(0.4), (200, 100, 40, 60)
+        "cat",
+        pytest.approx(bearing_deg),
+        pytest.approx(distance_mm),
+        1.0,
+        pytest.approx(0.4),
+        (200, 100, 40, 60),
+        edges_mm=pytest.approx((-400 / 3, 200 / 3)),
     )
 
 
