@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +90,9 @@ _FACING_DEG = np.arange(N.facings) * 360.0 / N.facings
 
 Array = NDArray[np.float64]
 
+_AXIS_MM = np.arange(-N.reach_mm, N.reach_mm + 1, N.spacing_mm)
+_X_MM, _Y_MM = (each.ravel() for each in np.meshgrid(_AXIS_MM, _AXIS_MM, indexing="ij"))
+
 
 @dataclass(frozen=True, slots=True)
 class _View:
@@ -105,6 +109,15 @@ class _View:
     possible: Array
     each: Array
     bearing_deg: Array
+
+
+@lru_cache(maxsize=1)  # all targets that a frame does not show are looked for from one place
+def _seen_from(x_mm: float, y_mm: float) -> tuple[Array, Array, Array]:
+    """Return distance and bearing of all places from one, and the share of the facings' slants that is recognised."""
+    dx, dy = _X_MM - x_mm, _Y_MM - y_mm
+    bearing_deg = np.degrees(np.arctan2(dy, dx))
+    slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
+    return np.hypot(dx, dy), bearing_deg, 1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg))
 
 
 @dataclass(slots=True)
@@ -133,8 +146,7 @@ class Belief:
     def __init__(self, range_mm: float, half_view_deg: float) -> None:
         self._range_mm = range_mm
         self._half_view_deg = half_view_deg
-        axis = np.arange(-N.reach_mm, N.reach_mm + 1, N.spacing_mm)
-        self._x, self._y = (each.ravel() for each in np.meshgrid(axis, axis, indexing="ij"))
+        self._x, self._y = _X_MM, _Y_MM
         prior = np.repeat(np.exp(-(self._x**2 + self._y**2) / (2 * N.likely_mm**2))[:, None], N.facings, axis=1)
         self._prior = prior / prior.sum()
         self._mass = self._prior.copy()
@@ -237,11 +249,7 @@ class Belief:
 
     def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:
         """Return what can be seen from a place, turning round."""
-        dx, dy = self._x - x_mm, self._y - y_mm
-        distance = np.hypot(dx, dy)
-        bearing_deg = np.degrees(np.arctan2(dy, dx))
-        slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
-        by_slant = 1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg))
+        distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm)
         share = distance / self._range_mm
         each = np.interp(share, [0.0, N.sure_share, N.poor_share, N.blind_share], [1.0, 1.0, N.poor, 0.0])
         sight = floor.sight(x_mm, y_mm, self._range_mm)

@@ -167,16 +167,14 @@ class OccupancyGrid:
 
     def stands_on(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
-        window, along, _ = _polar(pose.x_mm, pose.y_mm, 0.0, self.radius_mm)
-        cells = self.evidence[window]
-        cells[along <= self.radius_mm] = N.freest
+        window, inside = _disc(pose.x_mm, pose.y_mm, self.radius_mm)
+        self.evidence[window][inside] = N.freest
 
     def block(self, pose: Pose, range_mm: float) -> None:
         """Mark an obstacle of unknown size: what stopped the robot or touched it."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
-        window, along, _ = _polar(x_mm, y_mm, 0.0, N.block_radius_mm)
+        window, inside = _disc(x_mm, y_mm, N.block_radius_mm)
         cells = self.evidence[window]
-        inside = along <= N.block_radius_mm
         cells[inside] = np.maximum(cells[inside], N.block)
 
     def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
@@ -234,22 +232,38 @@ def centre_mm(index: NDArray[np.int64]) -> NDArray[np.float64]:
 
 def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
     """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
-    return int(_index(np.float64(x_mm))), int(_index(np.float64(y_mm)))
+    i, j = (min(max(math.floor(value_mm / CELL_MM) + CELLS // 2, 0), CELLS - 1) for value_mm in (x_mm, y_mm))
+    return i, j
 
 
-def _index(value_mm: NDArray[np.float64] | np.float64) -> NDArray[np.int64]:
+def _index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.clip(np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2, 0, CELLS - 1)
+
+
+Window = tuple[slice, slice]
+
+
+def _around(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
+    """Return the cells around a place: their window, and how far they are from it along each axis."""
+    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
+    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
+    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
+    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), dx, dy
+
+
+def _disc(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.bool_]]:
+    """Return the cells around a place: their window, and which of them are within the radius."""
+    window, dx, dy = _around(x_mm, y_mm, radius_mm)
+    return window, np.hypot(dx, dy) <= radius_mm
 
 
 def _polar(
     x_mm: float, y_mm: float, heading_deg: float, radius_mm: float
-) -> tuple[tuple[slice, slice], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
     """Return the cells around a place: their window, distances, and angles off a heading."""
-    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
-    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
-    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
+    window, dx, dy = _around(x_mm, y_mm, radius_mm)
     off_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg))
-    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), np.hypot(dx, dy), off_deg
+    return window, np.hypot(dx, dy), off_deg
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:

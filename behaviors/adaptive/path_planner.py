@@ -211,10 +211,11 @@ def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.flo
         (padded[1 + i : padded.shape[0] - 1 + i, 1 + j : padded.shape[1] - 1 + j], cost * step)
         for i, j, step in _NEIGHBOURS
     ]
+    through = np.empty_like(cost)
     for _ in range(N.rounds):
         before = inner.copy()
         for view, price in views:
-            np.minimum(inner, view + price, out=inner)
+            np.minimum(inner, np.add(view, price, out=through), out=inner)
         if np.array_equal(before, inner):
             break
     return inner.copy()

@@ -15,6 +15,7 @@ import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -279,6 +280,7 @@ def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Poi
     return (*left, height + rise), (*right, height + rise), (*right, height - rise), (*left, height - rise)
 
 
+@lru_cache(maxsize=64)
 def _grid(panel: Panel) -> Points:
     """Sample points on a panel, (n, 3): x, y, height."""
     across, along = (axis.ravel() for axis in np.meshgrid(SHARES, SHARES))

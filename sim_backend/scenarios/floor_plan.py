@@ -72,6 +72,11 @@ class Obstacle:
         gap = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.radius_mm
         return np.maximum(gap, 0.0)
 
+    def near(self, low: Sequence[float], high: Sequence[float], distance_mm: float) -> bool:
+        """Return whether it may come that near to a point of the upright rectangle between two corners."""
+        beyond = (max(a - at, at - b, 0.0) for a, at, b in zip(low, self.at_mm, high, strict=True))
+        return math.hypot(*beyond) <= math.hypot(*self.size_mm) / 2 + self.radius_mm + distance_mm + SAME_PLACE_MM
+
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -169,9 +174,17 @@ class FloorPlan:
             clearance = np.minimum(clearance, obstacle.distance_mm(points))
         return np.asarray(clearance, dtype=np.float64)
 
+    def near(self, points: Floats, distance_mm: float) -> FloorPlan:
+        """Return the plan without obstacles farther than that from all of `points`, which costs less to work with."""
+        flat = points.reshape(-1, 2)
+        low, high = flat.min(axis=0).tolist(), flat.max(axis=0).tolist()
+        kept = tuple(obstacle for obstacle in self.obstacles if obstacle.near(low, high, distance_mm))
+        return FloorPlan(self.size_mm, kept)
+
     def passable(self, start: Point, end: Point, radius_mm: float) -> bool:
         """Return whether a robot of that radius can drive straight from one point to the other."""
-        return bool(np.all(self.clearance_mm(_line(start, end)) >= radius_mm))
+        line = _line(start, end)
+        return bool(np.all(self.near(line, radius_mm).clearance_mm(line) >= radius_mm))
 
     def in_the_way(self, start: Point, end: Point, radius_mm: float) -> list[Obstacle]:
         """Return the obstacles that such a robot would run into on the straight path."""
@@ -184,7 +197,7 @@ class FloorPlan:
         lines = eye_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - eye_mm[:, None, :])
         heights = eye_height_mm + shares * (goal.centre_height_mm - eye_height_mm)
         hidden = np.zeros(len(eye_mm), dtype=np.bool_)
-        for obstacle in self.obstacles:
+        for obstacle in self.near(lines, 0.0).obstacles:
             if obstacle.name != goal.name:
                 hidden |= np.any((obstacle.distance_mm(lines) <= 0.0) & (obstacle.height_mm > heights), axis=1)
         return ~hidden
@@ -241,7 +254,11 @@ class _Grid:
         columns, rows = (max(1, math.ceil(side / CELL_MM)) for side in plan.size_mm)
         x, y = np.meshgrid((np.arange(columns) + 0.5) * CELL_MM, (np.arange(rows) + 0.5) * CELL_MM, indexing="ij")
         self.middles = np.stack([x, y], axis=-1)
-        clearance = plan.clearance_mm(self.middles)
+        clearance = FloorPlan(plan.size_mm, ()).clearance_mm(self.middles)
+        for obstacle in plan.obstacles:
+            reach_mm = math.hypot(*obstacle.size_mm) / 2 + obstacle.radius_mm + radius_mm + inflation_mm + CELL_MM
+            window = tuple(slice(*_span(at_mm, reach_mm)) for at_mm in obstacle.at_mm)
+            clearance[window] = np.minimum(clearance[window], obstacle.distance_mm(self.middles[window]))
         self.free: Mask = clearance >= radius_mm
         narrow = np.clip((radius_mm + inflation_mm - clearance) / max(inflation_mm, 1.0), 0.0, 1.0)
         self._cost = 1.0 + (NARROW_COST * narrow if inflation_mm else np.zeros_like(narrow))
@@ -292,6 +309,11 @@ class _Grid:
         return []
 
 
+def _span(at_mm: float, reach_mm: float) -> tuple[int, int]:
+    """Return the first cell within reach of a place along one axis, and the one after the last."""
+    return max(0, math.floor((at_mm - reach_mm) / CELL_MM)), max(0, math.ceil((at_mm + reach_mm) / CELL_MM))
+
+
 def _travel_s(amount: float, speed: float, acceleration: float) -> float:
     """Return the shortest time for a distance or an angle from rest to rest."""
     if amount < speed**2 / acceleration:
@@ -322,7 +344,8 @@ def _taut(plan: FloorPlan, points: Sequence[Point], inflation_mm: float) -> tupl
 
 def _direct(plan: FloorPlan, start: Point, end: Point, inflation_mm: float) -> bool:
     """Return whether the straight path keeps the clearance, or as much of it as its ends have."""
-    clearance = plan.clearance_mm(_line(start, end))
+    line = _line(start, end)
+    clearance = plan.near(line, inflation_mm).clearance_mm(line)  # more clearance than that does not count
     needed = min(inflation_mm, float(clearance[0]), float(clearance[-1])) - SAME_PLACE_MM
     return bool(np.all(clearance >= needed))
 

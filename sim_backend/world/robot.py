@@ -167,6 +167,8 @@ class RobotBody:
 
     def touched(self, direction_deg: float, width_deg: float) -> bool:
         """Whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
+        if not self.contact_bearings_deg:  # usual, and asked every few milliseconds
+            return False
         offsets = (wrapped_deg(bearing - direction_deg) for bearing in self.contact_bearings_deg)
         return any(abs(offset) <= width_deg / 2 for offset in offsets)
 

@@ -85,3 +85,26 @@ def test_what_is_reachable_is_what_has_a_path(kind):
         found.append(plan.path(start, goal, radius_mm) is not None)
         assert plan.reachable(start, [goal], radius_mm) == found[-1]
     assert len(set(found)) == 2
+
+
+def test_obstacles_that_are_left_out_as_too_far_away_change_no_clearance_within_the_distance():
+    random = Random(11)
+    for _ in range(40):
+        obstacles = [
+            Obstacle(
+                "box",
+                (random.uniform(-200, 4200), random.uniform(-200, 3200)),
+                (random.uniform(0, 900), random.uniform(0, 900)),
+                random.uniform(0, 360),
+                random.uniform(0, 200),
+            )
+            for _ in range(12)
+        ]
+        plan = FloorPlan((4000.0, 3000.0), tuple(obstacles))
+        corner = np.array([random.uniform(0, 3000), random.uniform(0, 2000)])
+        points = corner + np.array([[random.uniform(0, 600), random.uniform(0, 600)] for _ in range(30)])
+        distance_mm = random.uniform(0, 400)
+        near = plan.near(points, distance_mm)
+        assert len(near.obstacles) < len(obstacles)
+        all_of_them, some = plan.clearance_mm(points), near.clearance_mm(points)
+        assert np.array_equal(np.minimum(some, distance_mm), np.minimum(all_of_them, distance_mm))
