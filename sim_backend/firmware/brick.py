@@ -142,9 +142,9 @@ class SimBrick:
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
         status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
-        watch = ProgramWatch(self.ui, self.sound)
+        self._watch = ProgramWatch(self.ui, self.sound)
 
-        self.ui.on_pass, self.ui.draw_status = watch.follow, status_bar.draw
+        self.ui.on_pass, self.ui.draw_status = self._watch.follow, status_bar.draw
         maps = [
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),
@@ -187,6 +187,7 @@ class SimBrick:
         self.display.end()
         if self._end_pauses_screen:
             self._screen.rest()
+        self._watch.note_end()
         self.ui.program_ended()
 
     def _show_status(self, shown: bool) -> None:

@@ -123,7 +123,7 @@ class CommandModule:
 
     @property
     def tick(self) -> int:
-        """Milliseconds since power-on, 32 bits; a pass that aborts a program is counted when the next one runs."""
+        """Milliseconds since power-on, 32 bits; the pass of an abort counts once a program runs for a whole pass."""
         return self._clock.now_ms - self._tick_lag & 0xFFFF_FFFF
 
     @property
@@ -197,7 +197,6 @@ class CommandModule:
                     self.deactivate, self._tick_lag = 0, int(self._dialect.abort_stops_tick)
                     self._end(ProgramStatus.ABORTED)
                 else:
-                    self._tick_lag = 0
                     self._execute(now_ms)
             case InterpreterState.STOPPING:
                 self._end(ProgramStatus.ABORTED)
@@ -237,6 +236,8 @@ class CommandModule:
             return
         steps = self._state == InterpreterState.STEP
         outcome = self._machine.run(now_ms, most=1 if steps else None)
+        if self._machine.runs:
+            self._tick_lag = 0
         if outcome is None:
             self._state = InterpreterState.PAUSED if steps else self._state
             self.due_ms = NEVER if steps else self._machine.due_ms

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
+from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.keys import Key
 from sim_backend.firmware.screen_marks import NOTHING, Marks
@@ -56,6 +57,7 @@ def _nothing() -> None: ...
 class Settings(Protocol):
     """What the menus change."""
 
+    flags: int
     volume: int
     sleep_minutes: int
 
@@ -141,6 +143,7 @@ class Menu:
     def next_state(self) -> UiState | None:
         """The next state that the last key brings, which lasts a pass; what the one before has drawn is shown."""
         self._screen.mark(self._drawn)
+        self._settings.flags |= int(UiFlag.ENABLE_STATUS) if any(self._drawn) else 0
         if self._state == UiState.DRAWING:
             self._set()
             self._set = _nothing

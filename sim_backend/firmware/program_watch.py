@@ -23,6 +23,11 @@ class ProgramWatch:
         self._ui, self._sound = ui, sound
         self._was_active = False
 
+    def note_end(self) -> None:
+        """Notice in the next pass that a program, perhaps one that could not start, is over."""
+        self._was_active = True
+        self._ui.wake_later()
+
     def follow(self) -> None:
         """Look whether a program is active, once in a pass of the user interface."""
         ui, active = self._ui, self._ui.programs.active

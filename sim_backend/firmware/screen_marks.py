@@ -9,13 +9,15 @@ from typing import NamedTuple
 
 
 class Marks(NamedTuple):
-    """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn."""
+    """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased."""
 
     erase: int = 0
     update: int = 0
     drop: int = 0
+    drop_erase: int = 0
 
 
+_ALL = 0xFFFF_FFFF
 NOTHING = Marks()
 MENU = Marks(0x4000_0200, 0xFF700)
 PAGE = Marks(0xE0600, 0xFF700)
@@ -24,13 +26,13 @@ BAR = Marks(0xC, 0x10_0004)
 """The bar of a value."""
 TYPES = Marks(0xFC, 0x10FC, drop=0x100)
 LIST = Marks(0x8000_0000, 0x4)
-FILE_NAME = Marks(update=0x8, drop=0xFF700)
+FILE_NAME = Marks(update=0x8, drop=_ALL)
 
-OPENING = Marks(update=0x8)
+OPENING = Marks(update=0x8, drop=_ALL)
 RUNNING = Marks(0x4000_0000, 0x1018)
 MESSAGE = Marks(0x4000_0200, 0x5F218)
 """The end of a file."""
-CLOSING = Marks(0x10, 0xE0408)
+CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
 STATUS = Marks(0x200, 0x1F200)
 STATUS_RUNNING = Marks(0x200, 0x1F218)

@@ -49,9 +49,18 @@ class ScreenRefresh:
     def flags(self, flags: int) -> None:
         self._flags = flags
 
+    @property
+    def on(self) -> bool:
+        """Whether the display is on."""
+        return bool(self._flags & DisplayFlag.ON)
+
+    @on.setter
+    def on(self, on: bool) -> None:
+        self._flags = self._flags & ~int(DisplayFlag.ON) | on * int(DisplayFlag.ON)
+
     def mark(self, marks: Marks) -> None:
         """Change the parts of the screen to erase and to draw from the next pass on."""
-        self.erase_mask |= marks.erase
+        self.erase_mask = self.erase_mask & ~marks.drop_erase | marks.erase
         self.update_mask = self.update_mask & ~marks.drop | marks.update
         if any(marks):
             self.wake()
@@ -61,7 +70,8 @@ class ScreenRefresh:
         self.mark(_DRAWING)
 
     def rest(self) -> None:
-        """Send no line in the next pass."""
+        """Show the normal screen, and send no line in the next pass."""
+        self._flags &= ~int(DisplayFlag.POPUP)
         self._rests_ms = self._clock.now_ms + 1
 
     def wake(self) -> None:

@@ -61,7 +61,7 @@ class UiModule(SleepTimer):
     ) -> None:
         super().__init__(clock)
         self._io_control, self._sound, self._on_restart = io_control, sound, loader.restore_settings
-        self._mark = screen.mark
+        self._screen = screen
         self.due_ms = NEVER
         self.battery = Battery()
         self.volume = MAX_VOLUME
@@ -87,7 +87,7 @@ class UiModule(SleepTimer):
     def stay_awake(self) -> None:
         """Restart the sleep timer."""
         self._timer_started_ms = self._clock.now_ms
-        self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
+        self.wake_later()
 
     def set_sleep_minutes(self, minutes: int) -> None:
         """Change the time until power-off, 0 for never. The timer keeps running."""
@@ -140,6 +140,10 @@ class UiModule(SleepTimer):
     def wake(self) -> None:
         """Run in this module's next turn."""
         self.due_ms = self._clock.now_ms
+
+    def wake_later(self) -> None:
+        """Run in the next pass."""
+        self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
@@ -267,7 +271,7 @@ class UiModule(SleepTimer):
             self._show_key()
         elif self.state == UiState.OPENING:
             self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
-            self._mark(marks.OPENING)
+            self._screen.mark(marks.OPENING)
             self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
         elif self.runs_file:
             self._continue(now_ms)
@@ -281,7 +285,7 @@ class UiModule(SleepTimer):
             self.flags, self.sleep_minutes = int(UiFlag.BUSY), SLEEP_MINUTES
             self.on_pass()
             self.battery.restart(now_ms - 1)
-            self._off_ms, self._io_control.display_on = NEVER, True
+            self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
             self._menu.reset()
         if self.state == UiState.WAITING:
             self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
@@ -301,7 +305,7 @@ class UiModule(SleepTimer):
                 known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
                 wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
-                self._mark(marks.RUNNING)
+                self._screen.mark(marks.RUNNING)
             case Run.RELEASE | Run.TO_OPEN if self.buttons[_ENTER].pressed:
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + 1
             case Run.RELEASE:
@@ -321,7 +325,7 @@ class UiModule(SleepTimer):
                 if self._run is not Run.SOUND:
                     self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE
-                self._mark(marks.MESSAGE)
+                self._screen.mark(marks.MESSAGE)
                 self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:
@@ -343,7 +347,7 @@ class UiModule(SleepTimer):
         """Accept buttons and requests again; a request made meanwhile is lost."""
         self.flags &= ~int(UiFlag.BUSY)
         self.programs.reset()
-        self._mark(marks.CLOSING)
+        self._screen.mark(marks.CLOSING)
         if self._from_menu:
             self._from_menu, self._next_step_ms = False, self._clock.now_ms + 1
             return
@@ -373,7 +377,7 @@ class UiModule(SleepTimer):
             if self.programs.active:
                 self.programs.stop()
         if now_ms >= self._off_ms + times.DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
-            self._io_control.display_on = False
+            self._io_control.display_on = self._screen.on = False
         if now_ms >= self._off_ms + times.POWER_OFF_MS:
             self._io_control.power_word = POWER_DOWN
 

@@ -5,6 +5,7 @@ import pytest
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import DISPLAY, UI
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 
 KEYS = {"l": 1, "e": 2, "r": 3, "x": 4}
@@ -93,3 +94,41 @@ def test_a_page_changes_the_volume_when_its_state_6_ends():
         volumes.append(bench.brick.ui.volume)
         bench.control("!tick 1")
     assert volumes == [4, 4, 4, 0, 0]
+
+
+DISPLAY_FLAGS, UI_FLAGS, MASKS = "019401000a0075000100", "019401000c001a000100", "019401000a0004000800"
+PRESS_LEFT, ACTIVATE = "019501000c001c00010001", "0195010001001e00010001"
+
+
+@pytest.mark.parametrize(
+    ("firmware", "lines", "reply"),
+    [
+        pytest.param("1.29", ["019501000c001a00010010", PRESS_LEFT, "!tick 5", UI_FLAGS], "80", id="menu"),
+        pytest.param("1.29", ["019501000c001a00010084", ACTIVATE, "!tick 1", UI_FLAGS], "80", id="failed start"),
+        pytest.param("1.29", ["019501000a00750001000b", ACTIVATE, "!tick 3", DISPLAY_FLAGS], "0b", id="popup"),
+        pytest.param("1.32", ["019501000a00750001000b", ACTIVATE, "!tick 3", DISPLAY_FLAGS], "83", id="popup 1.32"),
+        pytest.param("1.29", ["!button 3", "!tick 2100", "!button 0", "!tick 5", DISPLAY_FLAGS], "82", id="off"),
+    ],
+)
+def test_flags_after_menus_ends_and_the_power_button(firmware, lines, reply):
+    bench = Bench(SimBrick(firmware=firmware))
+    answers = [bench.control(line) if line.startswith("!") else bench.telegram(line) for line in lines]
+    assert answers[-1][18:] == reply
+
+
+WAIT, JUMP = 0x34, 0x25
+
+
+def test_the_tick_stays_behind_after_an_abort_while_programs_only_wait():
+    bench, variables = Bench(SimBrick()), Variables()
+    pause = variables.number(5)
+    content = assemble(variables, [instruction(WAIT, 0xFFFF, pause), instruction(JUMP, -3)])
+    store(bench.brick, "a.rxe", content)
+    lags = []
+    for _ in range(2):
+        bench.telegram(direct.StartProgram("a.rxe").encode().hex())
+        bench.control("!tick 40")
+        lags.append(bench.brick.now_ms - bench.brick.command.tick)
+        bench.telegram(direct.StopProgram().encode().hex())
+        bench.control("!tick 800")
+    assert lags == [0, 1]

@@ -111,18 +111,18 @@ class Machine:
                 self.queue.append(task.number)
         self.now_ms = self.asked_time = self._turns_left = self.error = 0
         self._stopped = False
-        if self._runs:
+        if self.runs:
             self.task = self.tasks[self.queue.first]
 
     @property
-    def _runs(self) -> bool:
+    def runs(self) -> bool:
         """Whether it is the turn of a clump that exists."""
         return self.queue.first < len(self.tasks)
 
     @property
     def place(self) -> tuple[int, int]:
         """Number of the clump that is next, and its next word, counted from its beginning."""
-        if not self._runs:
+        if not self.runs:
             return NOWHERE
         task = self.tasks[self.queue.first]
         return task.number, task.pc - self.program.clumps[task.number].start
@@ -140,7 +140,7 @@ class Machine:
         except FAILURES as failure:
             self.error = _error_code(failure)
             return Outcome.ERROR
-        return Outcome.OK if self._stopped or not (self._runs or self._exists(self._sleeping.first)) else None
+        return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
 
     def _run_turns(self, instructions: int) -> None:
         turns, queue, tasks = self._timing.turns, self.queue, self.tasks
@@ -200,7 +200,7 @@ class Machine:
     def _check_suspended(self, task: Task) -> None:
         """Check the end of a clump that was just suspended, or stopped the program."""
         older = self.dialect.runs_past_end
-        others = self._runs and not self._stopped
+        others = self.runs and not self._stopped
         if task.pc >= task.end if older else others and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
@@ -236,7 +236,7 @@ class Machine:
     @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
-        if self._runs and not (self._spins and self._all_spin):
+        if self.runs and not (self._spins and self._all_spin):
             return self.now_ms + 1
         return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER))
 
