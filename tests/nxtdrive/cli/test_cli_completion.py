@@ -1,9 +1,12 @@
-"""Completion: the script for bash is tried, those for zsh and fish are checked by these shells where there are any."""
+"""Completion, by the shells themselves: a test is skipped where its shell is not installed."""
 
 from __future__ import annotations
 
+import contextlib
+import os
 import shutil
 import subprocess
+import sys
 
 import pytest
 import shtab
@@ -53,6 +56,53 @@ def test_bash_completes(words, wanted, capsys, tmp_path):
     probe = PROBE.format(script=script, words=line, at=len(words), last=words[-1])
     said = subprocess.run(["bash", "-c", probe], capture_output=True, text=True, check=True, timeout=30)
     assert sorted(said.stdout.split()) == wanted
+
+
+BEGUN = {
+    "mis": "mission",
+    "mission ch": "mission check",
+    "mission check roo": "mission check room.toml",
+    "export --ht": "export --html",
+    "web --cla": "web --classroom",
+}
+"""Words of a command line, and the same with the last one completed; `room.toml` is a file of the current folder."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("zsh") is None or sys.platform == "win32", reason="no zsh")
+def test_zsh_completes(capsys, tmp_path):
+    import pty
+
+    _script("zsh", capsys, tmp_path).rename(tmp_path / "_nxtdrive")
+    (tmp_path / "room.toml").touch()
+    start = 'PS1=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -D -u; nxtdrive() { print -r "done:$*" }'
+    lines = [start, *(f"nxtdrive {begun}\t" for begun in BEGUN), "exit", ""]
+    terminal, end = pty.openpty()
+    with subprocess.Popen(["zsh", "-f", "-i"], stdin=end, stdout=end, stderr=end, cwd=tmp_path) as shell:
+        os.close(end)
+        os.write(terminal, "\n".join(lines).encode())
+        said = _read_all(terminal)
+        shell.wait(timeout=30)
+    assert [line[5:] for line in said.splitlines() if line.startswith("done:")] == list(BEGUN.values())
+
+
+def _read_all(terminal):
+    """What is written to a terminal until the last program there has ended, which closes it with an error."""
+    said = b""
+    with os.fdopen(terminal, "rb", buffering=0) as file, contextlib.suppress(OSError):
+        while part := file.read(4096):
+            said += part
+    return said.decode()
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="no fish")
+@pytest.mark.parametrize("begun", sorted(BEGUN))
+def test_fish_completes(begun, capsys, tmp_path):
+    script = _script("fish", capsys, tmp_path)
+    (tmp_path / "room.toml").touch()
+    probe = ["fish", "--no-config", "-c", f"source {script}; complete -C 'nxtdrive {begun}'"]
+    said = subprocess.run(probe, capture_output=True, text=True, check=True, timeout=30, cwd=tmp_path).stdout
+    assert [line.partition("\t")[0] for line in said.splitlines()] == [BEGUN[begun].rpartition(" ")[2]]
 
 
 @pytest.mark.parametrize("shell", SHELLS)
