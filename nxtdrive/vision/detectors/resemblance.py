@@ -8,7 +8,7 @@ places that the picture does not explain are left out. What remains is correlate
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -95,7 +95,7 @@ def _exposed(seen: NDArray[np.float32], picture: NDArray[np.float32], where: NDA
 
 def _measured(
     seen: NDArray[np.float32], picture: NDArray[np.float32], lit: NDArray[np.bool_]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.floating[Any]]] | None:
     """Return gain and offset of each channel, measured on the values that are `lit`; 0 if no camera shows them so."""
     shares = lit.mean(axis=(0, 1))
     weights = lit.astype(np.float32)
