@@ -6,7 +6,6 @@ import json
 import shutil
 import subprocess
 import sys
-import sysconfig
 import tarfile
 import tomllib
 import zipfile
@@ -14,19 +13,12 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-SOURCES = ("behaviors", "firmware_protocol", "input_files", "nxtdrive", "sim_backend", "tools")
+from tests.architecture.environments import MISSION, PACKAGES, ROOT, make_environment, python_of
+
+SOURCES = (*PACKAGES, "tools")
 FILES = ("pyproject.toml", "README.md", "LICENSE")
 MAX_MB = 2.0
 """A file that is published by mistake would show; the goal of 1 MB is missed (docs/releasing.md)."""
-MISSION = """
-[mission]
-name = "small"
-targets = ["lena"]
-[target.lena]
-detector = "picture"
-pictures = ["lena.png"]
-"""
 
 pytestmark = [
     pytest.mark.slow,
@@ -86,13 +78,8 @@ def test_the_source_distribution_has_the_licences(published):
 def bare(tmp_path_factory):
     """A Python with this suite's packages except nxtdrive."""
     home = tmp_path_factory.mktemp("bare")
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True, timeout=60)
-    (packages,) = home.glob("lib/python*/site-packages")
-    for folder in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
-        for entry in Path(folder).iterdir():
-            if not entry.name.startswith((*SOURCES, "__editable__")):
-                (packages / entry.name).symlink_to(entry)
-    return home / "bin" / "python"
+    make_environment(home)
+    return python_of(home)
 
 
 @pytest.fixture(scope="module")

@@ -5,22 +5,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import sysconfig
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend")
+from tests.architecture.environments import MISSION, PACKAGES, ROOT, make_environment, python_of
 
-MISSION = """
-[mission]
-name = "small"
-targets = ["lena"]
-[target.lena]
-detector = "picture"
-pictures = ["lena.png"]
-"""
 DOORS = """
 from nxtdrive.tools.dev.bench_doors import measure_doors
 print(*(figure.name for figure in measure_doors(round_trips=3, repeats=1, passes=50)), sep="\\n")
@@ -33,23 +22,12 @@ pytestmark = [
 ]
 
 
-def _environment(home: Path) -> Path:
-    """Make a virtual environment with everything the suite's environment has, except nxtdrive."""
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True, timeout=60)
-    (packages,) = home.glob("lib/python*/site-packages")
-    for folder in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
-        for entry in Path(folder).iterdir():
-            if not entry.name.startswith((*PACKAGES, "__editable__")):
-                (packages / entry.name).symlink_to(entry)
-    return packages
-
-
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
     """A Python that has the dependencies of nxtdrive and not nxtdrive itself."""
     home = tmp_path_factory.mktemp("bare")
-    _environment(home)
-    return home / "bin" / "python"
+    make_environment(home)
+    return python_of(home)
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +43,13 @@ def checkout(tmp_path_factory):
 def installed(tmp_path_factory):
     """A Python into which ``pip install .`` has put nxtdrive."""
     home = tmp_path_factory.mktemp("installed")
-    packages = _environment(home)
+    packages = make_environment(home)
     for package in PACKAGES:
         shutil.copytree(ROOT / package, packages / package, ignore=shutil.ignore_patterns("tools", "__pycache__"))
     shutil.copytree(
         ROOT / "tools", packages / "nxtdrive" / "tools", ignore=shutil.ignore_patterns("dev", "__pycache__")
     )
-    return home / "bin" / "python"
+    return python_of(home)
 
 
 def _run(python, *words, cwd, code=0):

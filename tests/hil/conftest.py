@@ -35,7 +35,7 @@ COMMAND_S, MISSION_S, WAIT_S = 200.0, 400.0, 120.0
 
 COMMAND = "python -m pytest tests/hil --hil -n 2"
 
-ON_SECOND_GUEST = ("test_bluetooth", "test_by_hand", "test_pairing", "test_wheel")
+ON_SECOND_GUEST = ("test_bluetooth", "test_pairing", "test_web", "test_wheel")
 """Their guest, "bluetooth", has a kernel that bears connections that fail; that of the others, "usb", has the newest.
 Each guest has about half of the work, so that two processes take about the same time."""
 

@@ -18,7 +18,7 @@ def test_the_robot_drives_to_the_sheet(bench, profile):
     assert done.code == 0, done.err + done.out
     assert "achieved" in done.out
     assert bench.reached()
-    assert journal(bench)[-1]["event"]
+    assert journal(bench)[-1]["ending"] == "achieved"
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
