@@ -90,7 +90,8 @@ class AdaptiveParameters(Table):
     """Parameters of the adaptive profile; most were tuned on separate seeds, see docs/evaluation.md.
 
     Attributes:
-        cruise_mm_s: Speed of an approach and along a path.
+        cruise_mm_s: Speed of an approach, and along a path where something may be near.
+        travel_share: Along a path it drives at this many times that speed while the sonar hears nothing near.
         scan_deg_s: Turn rate while looking round; faster blurs distant pictures.
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
@@ -112,6 +113,7 @@ class AdaptiveParameters(Table):
     """
 
     cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
+    travel_share: float = Field(default=1.5, ge=1, le=3)
     scan_deg_s: float = Field(default=36.0, ge=5, le=120)
     lost_after_s: float = Field(default=1.2, ge=0.2, le=30)
     approach_limit_s: float = Field(default=60.0, ge=1, le=600)
@@ -127,6 +129,11 @@ class AdaptiveParameters(Table):
     in_order: bool = False
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
     chances: dict[str, Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2)]] | None = None
+
+    @property
+    def travel_mm_s(self) -> float:
+        """Speed along a path while the sonar hears nothing near."""
+        return self.travel_share * self.cruise_mm_s
 
 
 class MissionTable(Table):

@@ -29,6 +29,10 @@ class PathNumbers:
         steer_limit_deg_s: Fastest turn.
         renew_s: The path is planned again this often: along it more is seen of it.
         kept: But it is kept unless it takes this many times the time of the best one.
+        kept_s: And this much more: times are those between cells of the map.
+        longer: A path that turns out to take this many times as long as when it was chosen is ended: something else
+            may be the better choice now.
+        longer_s: And this much more.
         stops: A robot that was stopped more often than this has no path.
         clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
             planned path leaves, since the last stretch is driven by eye.
@@ -38,7 +42,7 @@ class PathNumbers:
         leeway_s: And this much more.
         retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
         slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam.
-        slow_share: Down to this share of its speed.
+        slow_share: Down to this share of the cruising speed.
     """
 
     passed_mm: float = 90.0
@@ -48,6 +52,9 @@ class PathNumbers:
     steer_limit_deg_s: float = 90.0
     renew_s: float = 1.5
     kept: float = 1.25
+    kept_s: float = 0.3
+    longer: float = 1.5
+    longer_s: float = 3.0
     stops: int = 3
     clearance_mm: float = 70.0
     standoff_mm: float = 300.0
@@ -76,7 +83,7 @@ class FollowPathSkill:
         self._goal = route[-1]
         self._begin = self._from = perception.world.here
         self._stops = 0
-        self._end_s = math.inf
+        self._end_s = self._promised_s = math.inf
         self._retreat: Retreat | None = None
 
     def call(self) -> Fact:
@@ -85,6 +92,7 @@ class FollowPathSkill:
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
         self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
+        self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(self._paths())
         while self._route:
             fact = self._back_off() if self._retreat else self._drive()
             if fact is not None:
@@ -132,12 +140,14 @@ class FollowPathSkill:
 
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
+        perception = self._perception
+        speed_mm_s = perception.profile.travel_mm_s
+        if perception.sonar.deaf:
+            speed_mm_s = perception.profile.cruise_mm_s
+        elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
+            speed_mm_s = N.slow_share * perception.profile.cruise_mm_s
         share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
-        if observation.range_mm is not None and observation.range_mm < N.slow_mm:
-            share *= N.slow_share
-        return self._perception.profile.cruise_mm_s * share, self._perception.steering_deg_s(
-            bearing_deg, N.steer_per_s, N.steer_limit_deg_s
-        )
+        return share * speed_mm_s, perception.steering_deg_s(bearing_deg, N.steer_per_s, N.steer_limit_deg_s)
 
     def _seen(self, observation: Observation) -> Fact | None:
         """Return a fact when the target came into view and can be driven to."""
@@ -174,21 +184,26 @@ class FollowPathSkill:
 
     def _replan(self, observation: Observation, reason: Reason) -> Fact | None:
         """Take the best path from here, by what is known now."""
-        world = self._perception.world
-        paths = PathPlanner(world.floor, world.here, self._perception.profile.cruise_mm_s)
-        if not paths.reaches(self._goal):
+        world, paths = self._perception.world, self._paths()
+        left_s = self._seconds(paths)
+        if not paths.reaches(self._goal) or observation.time_s + left_s > self._promised_s:
             return self._no_path(observation)
-        if reason is Reason.PATH_RENEWED and self._still_good(paths):
+        # a path that takes hardly longer than the best one is kept; else the robot would swing between two
+        if reason is Reason.PATH_RENEWED and paths.seconds_along(tuple(self._route)) <= N.kept * left_s + N.kept_s:
             return None
         self._route, self._from = list(paths.route_to(self._goal)), world.here
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
         self._perception.context.report(Fact(Event.REPLANNED, reason, {"route": route}))
         return None
 
-    def _still_good(self, paths: PathPlanner) -> bool:
-        """Whether the present path takes hardly longer than the best one; else the robot would swing between two."""
-        best_s = float(paths.seconds_to(np.array([self._goal]))[0])
-        return paths.seconds_along(tuple(self._route)) <= N.kept * best_s
+    def _paths(self) -> PathPlanner:
+        """Return all paths from here, by what is known now."""
+        world = self._perception.world
+        return PathPlanner(world.floor, world.here, self._perception.profile.travel_mm_s)
+
+    def _seconds(self, paths: PathPlanner) -> float:
+        """Return the time to the destination, infinity if no path leads there."""
+        return float(paths.seconds_to(np.array([self._goal]))[0])
 
     def _no_path(self, observation: Observation) -> Fact:
         """There is no path; from far enough along the old one it is worth looking round, too."""

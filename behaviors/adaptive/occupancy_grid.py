@@ -36,6 +36,8 @@ class GridNumbers:
         solid: Evidence above which a cell is occupied.
         most: The most evidence a cell can have; that of free cells is negative.
         free_echo: An echo from beyond a cell lowers its evidence by this.
+        passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
+            one: the beam is wide, and the edges of a door would close it.
         free_silent: Silence lowers it by this.
         freest: The least evidence that echoes leave.
         freest_silent: The least evidence that silence leaves.
@@ -63,6 +65,7 @@ class GridNumbers:
     solid: float = 1.5
     most: float = 3.0
     free_echo: float = 0.35
+    passed: float = 0.3
     free_silent: float = 0.1
     freest: float = -2.0
     freest_silent: float = -0.5
@@ -137,7 +140,11 @@ class OccupancyGrid:
         if range_mm >= N.far_mm or repeated:
             return
         hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
-        gain, most = (N.hit_near, N.most) if range_mm <= N.near_mm else (N.hit_far, N.solid - 0.1)
+        gain, most = N.hit_near, N.most
+        if range_mm > N.near_mm:
+            gain, most = N.hit_far, N.solid - 0.1
+            elsewhere = hit & (cells > -N.passed)
+            hit = elsewhere if elsewhere.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
 
     def no_echo(self, pose: Pose) -> None:

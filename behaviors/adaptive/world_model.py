@@ -150,7 +150,7 @@ class WorldModel:
         self.beliefs = {
             name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
         }
-        self._cruise_mm_s = mission.adaptive.cruise_mm_s
+        self._travel_mm_s = mission.adaptive.travel_mm_s
         self.paths = self._plan()
         self._blocked: tuple[Point, float, float] | None = None
         self._unseen: dict[str, _Unseen] = {}
@@ -257,7 +257,7 @@ class WorldModel:
             self.paths = self._plan()
 
     def _plan(self) -> PathPlanner:
-        return PathPlanner(self.floor, self.here, self._cruise_mm_s)
+        return PathPlanner(self.floor, self.here, self._travel_mm_s)
 
     def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
         """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""

@@ -171,6 +171,38 @@ def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_pat
     assert math.dist(bench.world.here, begin) >= ATTEMPTS.beside_mm
 
 
+@pytest.mark.parametrize(("heard", "fast"), [(True, True), (False, False)])
+def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_works(bench, mocker, heard, fast):
+    perception = bench.profile._perception
+    perception.step()
+    if not heard:
+        mocker.patch.object(type(perception.sonar), "deaf", new=True)
+    drive = mocker.spy(perception.context.body, "drive")
+    FollowPathSkill(perception, (bench.world.pose.ahead(500.0),)).call()
+    fastest_mm_s = max(call.args[0] for call in drive.call_args_list)
+    assert (fastest_mm_s > 1.2 * perception.profile.cruise_mm_s) is fast
+
+
+def test_a_path_that_becomes_much_longer_is_ended(bench, mocker):
+    """Another choice may be better now; a wall showed that the way there is long."""
+    perception, world = bench.profile._perception, bench.world
+    mocker.patch.object(perception.context.eyes, "glance", return_value=Glimpse(0.0, {}))
+    perception.step()
+    goal = world.pose.ahead(1500.0)
+    skill = FollowPathSkill(perception, (goal,))
+    replan = skill._replan
+
+    def behind_a_wall(*args: object) -> object:
+        for off_deg in range(-75, 76, 5):
+            world.floor.block(Pose(*world.here, world.pose.heading_deg + off_deg), 400.0)
+        return replan(*args)
+
+    mocker.patch.object(skill, "_replan", behind_a_wall)
+    fact = skill.call()
+    assert fact.reason is Reason.NO_WAY
+    assert math.dist(world.here, goal) > 500.0
+
+
 def test_a_skill_that_fails_at_once_leads_to_no_second_decision_at_once(bench):
     perception = bench.profile._perception
     bench.profile.select(bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)))

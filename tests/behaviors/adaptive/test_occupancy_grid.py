@@ -54,6 +54,27 @@ def test_echoes_from_afar_only_hint():
     assert GRID.hint < _evidence_at(floor, *place) < GRID.solid
 
 
+def test_a_far_echo_does_not_come_from_where_another_one_passed():
+    """A doorway stays open when the beam meets one of its edges."""
+    floor = OccupancyGrid()
+    range_mm = GRID.near_mm + 400.0
+    _listen(floor, range_mm + 600.0)
+    through = _evidence_at(floor, 100.0 + range_mm, 0.0)
+    turned = Pose(heading_deg=10.0)
+    _listen(floor, range_mm, at=turned)
+    assert through < 0.0
+    assert _evidence_at(floor, 100.0 + range_mm, 0.0) <= through + 1e-6
+    assert _evidence_at(floor, *turned.ahead(100.0 + range_mm)) <= 0.0, "within the beam that passed"
+    assert _evidence_at(floor, *Pose(heading_deg=19.0).ahead(100.0 + range_mm)) > GRID.hint
+
+
+def test_something_new_within_a_free_beam_is_marked():
+    floor = OccupancyGrid()
+    range_mm = GRID.near_mm + 400.0
+    _listen(floor, range_mm + 600.0)
+    assert _evidence_at(floor, *_listen(floor, range_mm, times=30)) > GRID.hint
+
+
 def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
     floor = OccupancyGrid()
     _listen(floor, 600.0)
