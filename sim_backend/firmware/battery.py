@@ -45,6 +45,16 @@ class Battery:
         """Pass of the next sample."""
         return now_ms + SAMPLE_MS - self.since_sample_ms(now_ms)
 
+    def skipped(self, due_ms: int, until_ms: int) -> int:
+        """Return the sample to take instead of the one due at `due_ms`, if those up to `until_ms` change nothing.
+
+        Two are left before then: icons depend on the number of samples, and what is drawn on the icons before.
+        """
+        left_out = (until_ms - due_ms) // SAMPLE_MS - 2
+        if left_out <= 0 or self.since_sample_ms(due_ms) or not self.settled:
+            return due_ms
+        return due_ms + left_out * SAMPLE_MS
+
     def samples(self, now_ms: int) -> int:
         """Number of samples since the start."""
         return (now_ms - self._started_ms) // SAMPLE_MS
@@ -53,6 +63,13 @@ class Battery:
     def low(self) -> bool:
         """Whether the voltage was low in enough samples for a warning."""
         return self._low_samples >= _LOW_SAMPLES
+
+    @property
+    def settled(self) -> bool:
+        """Whether the next samples change nothing."""
+        counting = self.millivolts < self._threshold_mv and not self.low
+        same = self.millivolts == self._now_mv and self.rechargeable == bool(self.raw & RECHARGEABLE)
+        return same and self.bars == self._bars_at(self.millivolts) and not counting
 
     def sample(self) -> None:
         """Take a sample."""

@@ -62,16 +62,12 @@ class UiModule(SleepTimer):
         super().__init__(clock)
         self._io_control, self._sound, self._on_restart = io_control, sound, loader.restore_settings
         self._screen = screen
-        self.due_ms = NEVER
-        self.battery = Battery()
-        self.volume = MAX_VOLUME
-        self.flags = int(UiFlag.ENABLE_STATUS)
-        self.state = int(UiState.WAITING)
+        self.battery, self.volume = Battery(), MAX_VOLUME
+        self.flags, self.state = int(UiFlag.ENABLE_STATUS), int(UiState.WAITING)
         self.button = self.error = self.pointer = self.force_off = 0
         self.program_name = bytes(NAME_SIZE)
-        self.run_state, self.usb_state = 1, 2
-        self._next_step_ms = NEVER
-        self._run, self._file = Run.TONE, bytes(NAME_SIZE)
+        self.run_state, self.usb_state, self._run, self._file = 1, 2, Run.TONE, bytes(NAME_SIZE)
+        self._next_step_ms = self._event_ms = NEVER
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._off_ms = NEVER
         self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
@@ -139,11 +135,11 @@ class UiModule(SleepTimer):
 
     def wake(self) -> None:
         """Run in this module's next turn."""
-        self.due_ms = self._clock.now_ms
+        self.due_ms = self._event_ms = self._clock.now_ms
 
     def wake_later(self) -> None:
         """Run in the next pass."""
-        self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
+        self.due_ms = self._event_ms = min(self.due_ms, self._clock.now_ms + 1)
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
@@ -395,6 +391,10 @@ class UiModule(SleepTimer):
             due = min(due, now_ms + 1)
         if self._off_ms != NEVER and not self._reads_keys:
             due = min(due, self._off_ms + times.DEAF_MS)
-        due = min(due, self.battery.next_sample_ms(now_ms))
         unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
-        self.due_ms = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)
+        due = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)
+        self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
+
+    def skip_samples(self, until_ms: int) -> None:
+        """Leave out samples of the battery that change nothing."""
+        self.due_ms = self.battery.skipped(self.due_ms, min(until_ms, self._event_ms))

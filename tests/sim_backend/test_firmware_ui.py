@@ -365,3 +365,24 @@ def test_hidden_icons_stay_and_change_with_the_next_sample_after_they_are_shown(
     assert observe(bench, icons, 600) == [("1a210211", 600)]
     ask(bench, UI.field("Flags").write(0x80))
     assert observe(bench, icons, 200)[0] == ("1a210211", 63)
+
+
+REST = [DISPLAY.field(name) for name in ("EraseMask", "UpdateMask", "StatusIcons", "Flags")]
+REST += [UI.field(name) for name in ("BatteryVoltage", "Flags", "State", "SleepTimer", "BatteryState")]
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("sleep_min", [0, 1])
+@pytest.mark.parametrize("passes", [10_021, 59_990, 100_000, 350_700])
+def test_a_long_rest_ends_as_if_each_sample_of_the_battery_had_been_taken(firmware, sleep_min, passes):
+    once, often = (Bench(SimBrick(firmware=firmware)) for _ in range(2))
+    for each in (once, often):
+        ask(each, UI.field("SleepTimeout").write(sleep_min))
+        each.brick.ui.set_battery(each.brick.ui.battery.raw - 30)
+    once.brick.tick(passes)
+    for begin in range(0, passes, 1000):
+        often.brick.tick(min(1000, passes - begin))
+    for _ in range(200):
+        assert [ask(once, each.read()) for each in REST] == [ask(often, each.read()) for each in REST]
+        for each in (once, often):
+            each.brick.tick(1)
