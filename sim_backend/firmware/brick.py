@@ -255,7 +255,7 @@ class SimBrick:
         while now < end:  # the modules by name: a loop over them would take longer than all that they do
             wake_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, command.due_ms, screen.due_ms)
             if end - now > _LONG_MS and ui.due_ms < wake_ms:
-                ui.skip_samples(min(end, wake_ms))
+                self.ui.skip_samples(min(end, wake_ms))
             wake_ms = min(wake_ms, ui.due_ms)
             now += 1
             if output.due_ms <= now:
