@@ -94,3 +94,32 @@ def test_the_built_in_missions_pictures_exist():
 
     mission = load_mission(BUILT_IN, [ROOT / "sim_backend" / "pictures"])
     assert mission.mission.targets == ["lena", "rilakkuma"]
+
+
+def _versions_of_the_changelog():
+    """Each version of CHANGELOG.md, newest first, with its text."""
+    _, *parts = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return dict(part.split("\n", 1) for part in parts)
+
+
+def test_changelog_has_the_unreleased_changes_first_and_then_the_versions_with_their_days():
+    unreleased, *released = _versions_of_the_changelog()
+    assert unreleased == "[Unreleased]"
+    matches = [re.fullmatch(r"\[(\d+)\.(\d+)\.(\d+)\] - \d{4}-\d\d-\d\d", heading) for heading in released]
+    assert all(matches), released
+    versions = [tuple(int(part) for part in match.groups()) for match in matches if match]
+    assert versions == sorted(set(versions), reverse=True)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert versions[:1] <= [tuple(int(part) for part in project["version"].split("."))]
+
+
+def test_changelog_says_each_thing_once_under_the_headings_of_its_kind():
+    for text in _versions_of_the_changelog().values():
+        kinds = re.findall(r"^### (.+)", text, flags=re.MULTILINE)
+        assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}, kinds
+        assert len(kinds) == len(set(kinds))
+        for kind in re.split(r"^### ", text, flags=re.MULTILINE)[1:]:
+            areas = re.findall(r"^#### (.+)", kind, flags=re.MULTILINE)
+            assert len(areas) == len(set(areas)), areas
+        bullets = re.findall(r"^- .+", text, flags=re.MULTILINE)
+        assert sorted(bullets) == sorted(set(bullets))
