@@ -1,4 +1,4 @@
-"""Environments without nxtdrive, into which tests put it, and a mission for them."""
+"""Environments without nxtdrive, into which tests put it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend")
-MISSION = """
-[mission]
-name = "small"
-targets = ["lena"]
-[target.lena]
-detector = "picture"
-pictures = ["lena.png"]
-"""
 
 
 def make_environment(home: Path) -> Path:

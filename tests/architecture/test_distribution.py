@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.architecture.environments import MISSION, PACKAGES, ROOT, make_environment, python_of
+from tests.architecture.environments import PACKAGES, ROOT, make_environment, python_of
+from tests.small_mission import MISSION
 
 SOURCES = (*PACKAGES, "tools")
 FILES = ("pyproject.toml", "README.md", "LICENSE")

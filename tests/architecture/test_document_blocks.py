@@ -128,7 +128,7 @@ def test_every_reason_is_needed():
 
 @pytest.mark.parametrize(
     ("page", "text"),
-    [each for each in _blocks("python") if not re.search(r"def test_|run_mission|^sim_world\.", each.values[1])],
+    [each for each in _blocks("python") if not re.search(r"def test_|^sim_world\.", each.values[1])],
 )
 def test_python_runs(page, text, here):
     text = text.replace('nxt="usb://", camera="0"', 'nxt="sim://my-mission-world.toml"').replace(

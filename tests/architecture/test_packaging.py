@@ -8,7 +8,8 @@ import sys
 
 import pytest
 
-from tests.architecture.environments import MISSION, PACKAGES, ROOT, make_environment, python_of
+from tests.architecture.environments import PACKAGES, ROOT, make_environment, python_of
+from tests.small_mission import MISSION
 
 DOORS = """
 from nxtdrive.tools.dev.bench_doors import measure_doors

@@ -18,17 +18,9 @@ from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.profiles.registry import PROFILES
 from nxtdrive.cli.main import main
 from nxtdrive.recording.camera_index import read_pictures
+from tests.small_mission import MISSION
 
 FILES = ["camera", "camera.webm", "journal.jsonl", "map.png", "mission.json", "summary.json"]
-
-MISSION = """
-[mission]
-name = "small"
-targets = ["lena"]
-[target.lena]
-detector = "picture"
-pictures = ["lena.png"]
-"""
 
 
 def _run(*arguments: str) -> tuple[int, Path]:

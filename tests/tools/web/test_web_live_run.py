@@ -15,10 +15,8 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from tests.small_mission import MISSION
 
-MISSION = (
-    '[mission]\nname = "small"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
-)
 Start = Callable[..., tuple[subprocess.Popen[str], str]]
 
 

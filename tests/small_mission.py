@@ -1,0 +1,10 @@
+"""A mission that is as short as one can be; in the world `open` it ends soon."""
+
+MISSION = """
+[mission]
+name = "small"
+targets = ["lena"]
+[target.lena]
+detector = "picture"
+pictures = ["lena.png"]
+"""
