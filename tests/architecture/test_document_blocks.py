@@ -42,7 +42,7 @@ NOT_RUN = {
     r"nxtdrive run": "a whole mission; tests/missions and test_distribution.py run such",
     r"^nxtdrive (explain-run|chances) ": "needs a run; tests/nxtdrive/cli explains and counts recorded ones",
     r"^nxtdrive calibrate --nxt": "drives for minutes; tests/tools/calibrate",
-    r"twine |check_wheel_contents ": "test_distribution.py runs it on what was built",
+    r"-m build|twine |check_wheel_contents ": "test_distribution.py builds, and runs them on what was built",
 }
 """Commands that are printed and not run here, by a pattern of them, with the reason."""
 
