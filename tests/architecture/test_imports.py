@@ -22,7 +22,7 @@ LIBRARIES = {
     "firmware_protocol": set(),
     "input_files": {"cv2", "numpy", "PIL"},
     "behaviors": {"numpy", "pydantic", "statemachine"},
-    "sim_backend": {"bumble", "cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
+    "sim_backend": {"cv2", "numpy", "pydantic", "pydantic_core", "pymunk", "usb", "gi"},
     "nxtdrive": DRIVER | {"PIL", "gymnasium", "mcap", "onnxruntime", "pytest", "shtab"},
     "tools": DRIVER
     | {
@@ -38,6 +38,7 @@ LIBRARIES = {
         "tomlkit",
         "uvicorn",
     }
+    | {"bumble"}  # tools/rig: the Bluetooth of its guest
     | {"PIL", "selenium"}  # tools/dev: pictures of the page
     | {"onnx", "skimage"},  # tools/dev: photographs to look for
 }

@@ -28,7 +28,7 @@ from sim_backend.doors.uvc import UvcDoor
 from sim_backend.simulation import SimLink, Simulation
 
 if TYPE_CHECKING:
-    from sim_backend.doors.rfcomm import RfcommDoor
+    from .rfcomm import RfcommDoor
 
 ANSWER_S = 20.0
 CABLE_MS, RADIO_MS = 1, 30
@@ -147,7 +147,7 @@ def _radio(simulation: Simulation, port: int, now: Callable[[], float]) -> Rfcom
     """The brick's Bluetooth, where bumble is installed."""
     if find_spec("bumble") is None:
         return None
-    from sim_backend.doors.rfcomm import RfcommDoor
+    from .rfcomm import RfcommDoor
 
     return RfcommDoor(simulation.brick.radio.address.hex(":").upper(), port, now=now)
 

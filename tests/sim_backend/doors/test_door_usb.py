@@ -13,7 +13,6 @@ from firmware_protocol.direct import GetBatteryLevel, GetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.framing import frame
 from firmware_protocol.system import IOMapRead
-from sim_backend.doors.link_cable import LinkCable
 from sim_backend.doors.socket_cable import SocketCable
 from sim_backend.doors.usb_backend import UsbBackend
 from sim_backend.simulation import LinkFaults, SimLink, Simulation
@@ -22,6 +21,23 @@ SERIAL_NUMBER = "001653010203"
 GREETING = frame(SERIAL_NUMBER.encode())
 GET_BATTERY = GetBatteryLevel().encode()
 OUT, IN = 0x01, 0x82
+FOR_EVER_MS = 3_600_000
+
+
+class LinkCable:
+    """A cable over a `SimLink` in the same process; simulation time advances only while a program reads."""
+
+    def __init__(self, link):
+        self._link = link
+
+    def write(self, packet, timeout_s):
+        self._link.send(packet)
+
+    def read(self, timeout_s):
+        return self._link.receive(FOR_EVER_MS if timeout_s is None else round(timeout_s * 1000))
+
+    def close(self):
+        self._link.close()
 
 
 @pytest.fixture

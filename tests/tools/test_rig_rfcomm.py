@@ -10,7 +10,7 @@ pytest.importorskip("bumble", reason="no bumble: pip install nxtdrive[hil]")
 
 @pytest.mark.slow
 def test_a_kernel_loses_the_adapter_when_the_door_closes():
-    from sim_backend.doors.rfcomm import RfcommDoor
+    from nxtdrive.tools.rig.rfcomm import RfcommDoor
 
     door = RfcommDoor("00:16:53:01:02:03", now=time.monotonic)
     with socket.create_connection(("127.0.0.1", door.port), timeout=30) as kernel:

@@ -2,7 +2,7 @@
 
 Two controllers of bumble share a link: the adapter, whose host is the kernel behind ``/dev/vhci``, and the brick's
 radio with the serial port service on channel 1. The kernel's HCI packets come over TCP, each with its type before it,
-as on a UART, and its length in two bytes before that; `tools/rig` relays them. Needs the extra ``hil``.
+as on a UART, and its length in two bytes before that; the rig relays them. Needs the extra ``hil``.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from bumble.host import Host
 from bumble.link import LocalLink
 from bumble.transport.common import AsyncPipeSink
 
-from sim_backend.doors.bluetooth_radio import Radio
 from sim_backend.doors.door import CHUNK, LOOPBACK, Client
 from sim_backend.doors.sockets import StreamClient, listen
+
+from .bluetooth_radio import Radio
 
 ADAPTER_ADDRESS = "00:11:22:33:44:55"
 SERIAL_PORT = core.UUID("00001101-0000-1000-8000-00805F9B34FB")
