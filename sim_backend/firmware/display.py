@@ -19,6 +19,7 @@ LINES = 8
 _LINE = DISPLAY_HEIGHT // LINES
 _START = DISPLAY.field("Normal", 0).offset
 _SIZE = LINES * DISPLAY_WIDTH
+_LAST_COLUMN, _LAST_ROW = DISPLAY_WIDTH - 1, DISPLAY_HEIGHT - 1
 
 
 _TURN, _FILL = 0x04, 0x20
@@ -145,8 +146,11 @@ class DisplayModule:
         right, top = x + width, y + height
         self.line(x, y, right, y)
         self.line(x, top, right, top)
-        self.line(x, y, x, top)
-        self.line(right, y, right, top)
+        for side in (x, right):
+            if self._shape is not None:  # what fills a shape looks for its sides also beyond the screen
+                self._shape |= {(side, row): 1 for row in range(max(min(y, top), 0), min(max(y, top), _LAST_ROW) + 1)}
+            else:
+                self.line(side, y, side, top)
 
     def circle(self, x: int, y: int, radius: int) -> None:
         """Draw a circle by the midpoint algorithm."""
@@ -201,19 +205,30 @@ class DisplayModule:
 
 
 def _cut(line: tuple[int, int, int, int]) -> tuple[int, int, int, int] | None:
-    """The part of a line on the screen, each end cut off at top or bottom and then at a side; None if there is none."""
+    """The part of a line on the screen, its ends cut off at top or bottom and then at the sides; None if there is none.
+
+    Rows are bytes that count from the top: what a truncated slope leaves above the screen is far below it.
+    """
     x, y, end_x, end_y = line
-    for first, last, size in ((x, end_x, DISPLAY_WIDTH), (y, end_y, DISPLAY_HEIGHT)):
-        if max(first, last) < 0 or min(first, last) >= size:
-            return None
     across, up = end_x - x, end_y - y
-    ends = []
-    for column, row in ((x, y), (end_x, end_y)):
-        if not 0 <= row < DISPLAY_HEIGHT:
-            edge = 0 if row < 0 else DISPLAY_HEIGHT - 1
-            column, row = column + divide(across * (edge - row), up), edge
-        if not 0 <= column < DISPLAY_WIDTH:
-            edge = 0 if column < 0 else DISPLAY_WIDTH - 1
-            column, row = edge, row + divide(up * (edge - column), across)
-        ends += [column, row]
-    return ends[0], ends[1], ends[2], ends[3]
+    if _beyond(x, end_x, _LAST_COLUMN) or _beyond(y, end_y, _LAST_ROW):
+        return None
+    if (edge := _nearest(y, _LAST_ROW)) != y:
+        x, y = x + divide(across * (edge - y), up), edge
+    if (edge := _nearest(end_y, _LAST_ROW)) != end_y:
+        end_x, end_y = end_x + divide(across * (edge - end_y), up), edge
+    if _beyond(x, end_x, _LAST_COLUMN):
+        return None
+    if (edge := _nearest(x, _LAST_COLUMN)) != x:
+        x, y = edge, y + divide(up * (edge - x), across)
+    if (edge := _nearest(end_x, _LAST_COLUMN)) != end_x:
+        end_x, end_y = edge, end_y + divide(up * (edge - end_x), across)
+    return x, _LAST_ROW - (_LAST_ROW - y & 0xFF), end_x, _LAST_ROW - (_LAST_ROW - end_y & 0xFF)
+
+
+def _beyond(first: int, last: int, limit: int) -> bool:
+    return max(first, last) < 0 or min(first, last) > limit
+
+
+def _nearest(value: int, limit: int) -> int:
+    return max(0, min(value, limit))

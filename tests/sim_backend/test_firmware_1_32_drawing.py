@@ -78,3 +78,25 @@ def test_drawings_are_combined_with_what_is_there(options, drawn):
 def test_shapes_can_be_filled():
     drawn = combined(0x20, fills=True, draw=lambda display: display.rectangle(30, 20, 4, 3))
     assert drawn - BAR == {(x, y) for x in range(30, 35) for y in range(20, 24)}
+
+
+@pytest.mark.parametrize("size", [(50, 37), (-30, 8), (120, -5), (9, 100)])
+def test_a_rectangle_is_filled_up_to_the_edges_of_the_screen(size):
+    corner = -23, 29
+    drawn = combined(0x20, fills=True, draw=lambda display: display.rectangle(*corner, *size))
+    columns, rows = (
+        range(max(min(start, start + length), 0), min(max(start, start + length), last) + 1)
+        for start, length, last in zip(corner, size, (99, 63), strict=True)
+    )
+    assert drawn - BAR == {(x, y) for x in columns for y in rows} - BAR
+
+
+@pytest.mark.parametrize("ends", [(102, 50, 94, 88), (115, 22, 99, 64), (-2, 61, 2, 68)])
+def test_an_end_that_a_truncated_slope_leaves_above_the_screen_is_far_below_it(ends):
+    column = 0 if ends[0] < 0 else 99
+    assert line(*ends) == {(column, y) for y in range(64)}
+
+
+@pytest.mark.parametrize("ends", [(109, 62, 72, 67), (101, 62, 97, 66)])
+def test_a_line_that_is_beyond_a_side_once_its_top_is_cut_off_is_left_out(ends):
+    assert line(*ends) == set()

@@ -57,7 +57,8 @@ def _binary(machine: Machine, instruction: Instruction) -> Translation:
     target, left, right = (Place(argument) for argument in instruction.arguments)
     value = _calculation(machine, instruction) if operands.scalars(*instruction.arguments) else None
     statement = operands.assignment(target.entry, value) if value else None
-    operation, whole = scalars.binary(opcode), scalars.WHOLE.get(opcode)
+    operation = scalars.binary(opcode, float_remainder=machine.dialect.float_remainder)
+    whole = scalars.WHOLE.get(opcode)
     return statement or _of_arrays(
         machine, instruction, lambda: aggregates.calculate(data, operation, target, left, right, whole)
     )

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sim_backend.firmware.vm.data import Data, Place, whole
+from sim_backend.firmware.vm.data import Data, Place
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type
 
@@ -155,7 +155,7 @@ def write(data: Data, target: Row, results: Iterable[Number]) -> None:
         struct.pack_into(f"<{target.length}f", pool, target.at, *results)
         return
     mask, code = (1 << 8 * layout.size) - 1, layout.format[-1].upper()
-    bits = [(whole(value) if isinstance(value, float) else value) & mask for value in results]
+    bits = [(data.whole(value, target.kind) if isinstance(value, float) else value) & mask for value in results]
     struct.pack_into(f"<{target.length}{code}", pool, target.at, *bits)
 
 

@@ -8,7 +8,7 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
@@ -93,8 +93,10 @@ class Data:
         first_field: First argument that is one of them.
     """
 
-    def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS) -> None:
-        self.memory, self.fields, self.first_field = memory, fields, first_field
+    def __init__(
+        self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS, wide: Collection[int] = ()
+    ) -> None:
+        self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
         self.variables = memory.program.variables
         self._finders: dict[int, Finder] = {}
 
@@ -128,11 +130,15 @@ class Data:
         """Set a scalar, nothing else; numbers are converted to its type."""
         kind = self.kind(argument)
         if kind != Type.FLOAT and isinstance(value, float):
-            value = whole(value)
+            value = self.whole(value, kind)
         if argument >= self.first_field:
             self.fields.put_field(argument, int(value))
         elif kind in SCALARS:
             self.memory.store(kind, self.entry(argument).data + offset, value)
+
+    def whole(self, value: float, kind: int) -> int:
+        """The bits that a float is stored as in an integer of a type, at least as many as that has."""
+        return _unsigned(value) if kind in self._wide else truncated(value)
 
     def integer(self, argument: int, offset: int = 0) -> int:
         """Value of a scalar that an instruction wants to be an integer: a float is rounded."""
@@ -335,17 +341,13 @@ class Data:
 
         return put
 
-    def text_reader(self, argument: int) -> Callable[[], bytes | bytearray]:
-        """A fast function for the bytes of a text before its closing zero."""
-        find, memory, pool = self.finder(argument), self.memory, self.memory.pool
-
-        def read() -> bytearray:
-            at, length = find()
-            memory.spend(length // BYTES_PER_ACCESS)
-            end = pool.find(0, at, at + length)
-            return pool[at : at + length if end < 0 else end]
-
-        return read
+    def text_at(self, at: int) -> bytes | bytearray:
+        """The bytes in the pool from a place on to the next zero."""
+        pool = self.memory.pool
+        end = pool.find(0, at)
+        text = pool[at : len(pool) if end < 0 else end]
+        self.memory.spend(len(text) // BYTES_PER_ACCESS)
+        return text
 
     def bytes_of(self, argument: int) -> bytes:
         """The stored bytes of an array variable of bytes."""
@@ -386,8 +388,8 @@ def truncated(value: float) -> int:
     return int(value) if _MIN_S32 - 1 < value < _END_S32 else _MIN_S32
 
 
-def whole(value: float) -> int:
-    """The 32 bits that a float is stored as in an integer: those of an unsigned number from 2^31 on."""
+def _unsigned(value: float) -> int:
+    """A float as 32 bits: those of an unsigned number from 2^31 on."""
     if value >= _END_S32:
         return int(value) if value < 2 * _END_S32 else 0
     return truncated(value)
@@ -395,4 +397,4 @@ def whole(value: float) -> int:
 
 def rounded(value: float) -> int:
     """The nearest integer of 32 bits; of two, the one farther from zero."""
-    return whole(value + math.copysign(0.5, value))
+    return _unsigned(value + math.copysign(0.5, value))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from sim_backend.firmware.vm.rxe import Type
+
 ENHANCED = frozenset({*range(0x0A, 0x11), *range(0x64, 0x8A)})
 """Opcodes that only firmware 1.32 has."""
 
@@ -38,6 +40,9 @@ class Dialect(NamedTuple):
         keeps_offsets: Whether the Command map still tells after a program where its variables and descriptors were.
         tells_faults: Whether ProgStatus tells why a program cannot be started or ended with an error, not only that.
         decimals: Most decimals of a float that becomes a text.
+        cuts_exponents: Whether the zeros at the end of a text with an exponent are cut off as if they were decimals.
+        float_remainder: Whether the remainder of floats is a float, not an integer.
+        wide: Types in which a float from 2^31 to 2^32 is stored as an unsigned number.
         signed_constants: Whether the constant of SET has a sign if its target has one.
         enhanced_calls: Whether it has the community's system calls, and texts are drawn at every height.
         scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is no float.
@@ -57,6 +62,9 @@ class Dialect(NamedTuple):
     keeps_offsets: bool = True
     tells_faults: bool = False
     decimals: int = 2
+    cuts_exponents: bool = False
+    float_remainder: bool = False
+    wide: tuple[int, ...] = (Type.ULONG, Type.SLONG)
     signed_constants: bool = False
     replaces_arrays: bool = False
     enhanced_calls: bool = False

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import Place
-from sim_backend.firmware.vm.enhanced_numbers import BINARY, UNARY, multiply_divide, printed, summary
+from sim_backend.firmware.vm.enhanced_numbers import BINARY, UNARY, multiply_divide, summary
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Next, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.numbers import Number
+from sim_backend.firmware.vm.printf import printed
 from sim_backend.firmware.vm.rxe import Type
 
 _SORT = 6
 _SUMMARY_ARGUMENTS = 5
-_CONVERSION = re.compile(r"%[+\-# 0]*\d*(?:\.\d+)?l?[diuxXoceEfgG]|%%")
 
 
 def _binary(machine: Machine, instruction: Instruction) -> Translation:
@@ -67,13 +65,8 @@ def _print(machine: Machine, instruction: Instruction) -> Translation:
     data, (target, pattern, source) = machine.data, instruction.arguments
 
     def run() -> None:
-        text = data.text(pattern).decode("latin-1")
-        found = [match for match in _CONVERSION.finditer(text) if match[0] != "%%"]
-        value: Number = data.get(source)
-        if found:
-            first = found[0]
-            text = text[: first.start()] + printed(first[0], value) + text[first.end() :]
-        data.set_bytes(target, text.replace("%%", "%").encode("latin-1") + b"\0")
+        text = printed(data.text(pattern).decode("latin-1"), data.get(source))
+        data.set_bytes(target, text.encode("latin-1") + b"\0")
 
     return run
 

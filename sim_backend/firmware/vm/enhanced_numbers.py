@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Mapping, Sequence
 
 from sim_backend.firmware.cint import s32
@@ -147,7 +146,7 @@ def _of_one(opcode: int) -> Unary:
 def _sign(_: int, value: Number, kind: int) -> Number:
     if kind == Type.ULONG:
         value = (int(value) ^ 1 << _BITS - 1) - (1 << _BITS - 1)
-    return (value > 0) - (value < 0)
+    return -1 if value < 0 else int(value != 0)
 
 
 def _complement(target: int, value: Number, kind: int) -> Number:
@@ -193,18 +192,3 @@ def summary(operation: int, values: Sequence[Number]) -> float:
             return min(values)
         case _:
             return max(values)
-
-
-def printed(pattern: str, value: Number) -> str:
-    """A number as C's printf prints it; one of the wrong type is read as the bits that are there."""
-    kind = pattern.replace("%%", "").rpartition("%")[2].lstrip("+-# 0123456789.lh")[:1]
-    argument: Number = value
-    if kind in "eEfgG" and not isinstance(value, float):
-        argument = struct.unpack("<d", struct.pack("<q", int(value) & _U32))[0]
-    elif isinstance(value, float) and kind not in "eEfgG":
-        argument = int.from_bytes(struct.pack("<d", value)[:4], "little", signed=True)
-    if kind in "uxXo":
-        argument = int(argument) & _U32
-    elif kind in "di":
-        argument = (int(argument) + (1 << 31) & _U32) - (1 << 31)
-    return pattern.replace("l", "").replace("u", "d") % argument if kind else pattern % ()

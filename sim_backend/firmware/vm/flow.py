@@ -49,8 +49,8 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Branch:
     value = machine.operands.integer(instruction.arguments[1])
-    if machine.data.kind(instruction.arguments[1]) == Type.ULONG:  # the firmware takes it as a number with a sign
-        value = f"(({value} ^ {_SIGN}) - {_SIGN})"
+    if machine.data.kind(instruction.arguments[1]) in (Type.ULONG, Type.FLOAT):  # taken as a number with a sign
+        value = f"(({value} + {_SIGN} & 0xFFFFFFFF) - {_SIGN})"
     condition = related(value, instruction.flags, "0")
     return Branch(condition, _target(machine, instruction), instruction.following)
 

@@ -93,7 +93,8 @@ class Machine:
         dialect: Dialect,
     ) -> None:
         self.program, self.memory, self.devices = program, memory, devices
-        self.data = Data(memory, devices, FIRST_FIELD if dialect.has_fields else NO_FIELDS)
+        first_field = FIRST_FIELD if dialect.has_fields else NO_FIELDS
+        self.data = Data(memory, devices, first_field, dialect.wide)
         self.dialect = dialect
         self.operands = Operands(self.data)
         self.operands.function("without_repeats", self._without_repeats)

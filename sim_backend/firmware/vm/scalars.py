@@ -9,7 +9,7 @@ import numpy as np
 
 from sim_backend.firmware.cint import divide
 from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
-from sim_backend.firmware.vm.data import truncated
+from sim_backend.firmware.vm.data import rounded, truncated
 from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
@@ -51,8 +51,15 @@ def float_divide(left: float, right: float) -> float:
     return left / right if right else 0.0
 
 
-def _float_multiply(left: float, right: float) -> float:
-    return left * right
+def _whole_remainder(left: float, right: float) -> float:
+    return remainder(truncated(left), truncated(right)) if right else left
+
+
+def _float_remainder(left: float, right: float) -> float:
+    """What C's fmod gives, and the dividend if the divisor is 0."""
+    if not right:
+        return left
+    return -math.nan if math.isinf(left) else math.fmod(left, right)
 
 
 _FLOAT: Mapping[int, Callable[[float, float], float]] = {
@@ -60,16 +67,18 @@ _FLOAT: Mapping[int, Callable[[float, float], float]] = {
     SUB: float.__sub__,
     MUL: float.__mul__,
     DIV: float_divide,
-    MOD: lambda left, right: remainder(truncated(left), truncated(right)) if right else left,
+    MOD: _whole_remainder,
     AND: lambda left, right: truncated(left) & truncated(right),
     OR: lambda left, right: truncated(left) | truncated(right),
     XOR: lambda left, right: truncated(left) ^ truncated(right),
 }
 
 
-def binary(opcode: int) -> Binary:
-    """The operation of two numbers of an opcode."""
+def binary(opcode: int, *, float_remainder: bool) -> Binary:
+    """The operation of two numbers of an opcode; remainders of floats are floats or integers."""
     of_integers, of_floats = _INTEGER[opcode], _FLOAT[opcode]
+    if opcode == MOD and float_remainder:
+        of_floats = _float_remainder
 
     def run(target: int, left: Number, left_kind: int, right: Number, right_kind: int) -> Number:
         if Type.FLOAT in (target, left_kind, right_kind):
@@ -104,7 +113,7 @@ _INTEGER_UNARY: Mapping[int, Callable[[int], int]] = {
 }
 _FLOAT_UNARY: Mapping[int, Callable[[float], float]] = {
     NEG: float.__neg__,
-    SQRT: lambda value: math.sqrt(value) if value >= 0 else math.nan,
+    SQRT: lambda value: -math.nan if value < 0 else math.sqrt(value),
     ABS: abs,
-    NOT: lambda value: float(not value),
+    NOT: lambda value: float(not rounded(value)),
 }

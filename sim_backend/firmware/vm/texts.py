@@ -2,38 +2,57 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 
-from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Finder, ProgramError, whole
+from sim_backend.firmware.cint import s32
+from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Finder, ProgramError
+from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
-_NUMBER = re.compile(
-    rb"\s*([+-]?(?:0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE
+_FLOAT = re.compile(
+    rb"\s*([+-]?(?:0x(?:[0-9a-f]+\.?[0-9a-f]*|\.[0-9a-f]+)(?:p[+-]?\d+)?"
+    rb"|(?!0x)(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|inf(?:inity|(?!i))|nan))",
+    re.IGNORECASE,
 )
 _INTEGER = re.compile(rb"\s*([+-]?\d+)")
+"""Numbers as C's scanf reads them."""
+
+_PAST_FLOAT, _PAST_FLOAT_WITH_EXPONENT = re.compile(rb"\D*\d+(?:\.\d*)?"), re.compile(rb"\D*\d+(?:\.\d*)?(?:[eE]\d*)?")
+_PAST_INTEGER = re.compile(rb"\D*\d+")
+"""What the firmware takes for the number when it looks for the end of it, from where the reading began."""
+
+_MIN_S32, _MAX_S32 = -(1 << 31), (1 << 31) - 1
+_FIXED_LIMIT = 16
+"""Most characters of a float with a fixed number of decimals."""
+
 _EXACT_DIGITS = 7
 """Digits of which each number is one of single precision."""
-_DIGITS = re.compile(rb"\s*[+-]?\d*\.?\d*")
 
 
 def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
-    decimals, (target, source) = machine.dialect.decimals, instruction.arguments
+    dialect, (target, source) = machine.dialect, instruction.arguments
     put = machine.data.writer(target)
     convert = machine.operands.function(
-        f"text_{instruction.at}", lambda value: put(format_number(value, decimals) + b"\0")
+        f"text_{instruction.at}", lambda value: put(format_number(value, dialect) + b"\0")
     )
     return Effect((f"{convert}({machine.operands.value(source)})",), Ports.NOTHING, takes_time=True)
 
 
-def format_number(value: float, decimals: int) -> bytes:
-    """A number as text: a float with up to so many decimals."""
+def format_number(value: float, dialect: Dialect) -> bytes:
+    """A number as text: a float with few decimals, or with an exponent if that is too long."""
+    if math.isnan(value):
+        return b"-nan" if math.copysign(1, value) < 0 else b"nan"
     if isinstance(value, float):
-        text = f"{value:.{decimals}f}"
-        return (text.rstrip("0").rstrip(".") if "." in text else text).encode()
+        text = f"{value:.{dialect.decimals}f}"
+        if len(text) > _FIXED_LIMIT:
+            text = f"{value:g}"
+            return (text.rstrip("0") if dialect.cuts_exponents else text).encode()
+        return text.rstrip("0").rstrip(".").encode()
     return str(value).encode()
 
 
@@ -41,9 +60,7 @@ def _text_to_number(machine: Machine, instruction: Instruction) -> Translation:
     """Convert a text to a number: target, offset after it, text, offset, default."""
     data, operands = machine.data, machine.operands
     target, past, source, offset, default = instruction.arguments[:5]
-    value = "0" if default == NONE else operands.value(default)
-    if data.kind(target) != Type.FLOAT and default != NONE and data.kind(default) == Type.FLOAT:
-        value = f"{operands.function('whole', whole)}({value})"
+    otherwise = "0" if default == NONE else f"{operands.integer(default)} & 0xFFFFFFFF"
     scan = operands.function(f"scan_{instruction.at}", _scanner(machine, target, source))
     store = operands.assignment(target, "n") or f"put({target}, n)"
     end = "pass"
@@ -52,31 +69,36 @@ def _text_to_number(machine: Machine, instruction: Instruction) -> Translation:
     elif data.memory.doubly_linked:  # the firmware writes it to the first byte of the variables
         end = f"memory.store({int(Type.UBYTE)}, 0, end)"
     start = "0" if offset == NONE else operands.integer(offset)
-    return Effect((f"n, end = {scan}({start} & 65535, {value})", store, end), Ports.NOTHING, takes_time=True)
+    return Effect((f"n, end = {scan}({start} & 65535, {otherwise})", store, end), Ports.NOTHING, takes_time=True)
 
 
-def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, Number], tuple[Number, int]]:
+def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int], tuple[Number, int]]:
     """A function that tells the number in a text from an offset on, or a default, and the offset after the number."""
-    data, is_float = machine.data, machine.data.kind(target) == Type.FLOAT
-    pattern, read = _INTEGER if machine.dialect.scans_integers and not is_float else _NUMBER, data.text_reader(source)
+    data, dialect, kind = machine.data, machine.dialect, machine.data.kind(target)
+    find = data.finder(source)
+    is_integer = dialect.scans_integers and kind != Type.FLOAT
+    pattern = _INTEGER if is_integer else _FLOAT
+    past = _PAST_INTEGER if is_integer else _PAST_FLOAT_WITH_EXPONENT if dialect.scans_integers else _PAST_FLOAT
 
-    def scan(start: int, default: Number) -> tuple[Number, int]:
-        text = read()
-        if not start and len(text) <= _EXACT_DIGITS and text.isdigit():
-            return int(text), len(text)
-        found = pattern.match(text, start) if start < len(text) else None
-        if not found:
-            return default, 0
-        number, digits = _float(found[1]), _DIGITS.match(text, start)
-        return number if is_float else whole(number), digits.end() if digits else 0
+    def scan(start: int, default: int) -> tuple[Number, int]:
+        text = data.text_at(find()[0] + start)
+        if len(text) <= _EXACT_DIGITS and text.isdigit():
+            return int(text), start + len(text)
+        found = pattern.match(text)
+        if is_integer:
+            number: Number = max(_MIN_S32, min(int(found[1]), _MAX_S32)) if found else s32(default)
+        else:
+            number = _float(found[1]) if found else single(default)
+            number = number if kind == Type.FLOAT else data.whole(number, kind)
+        end = past.match(data.memory.pool, find()[0] + start) if found else None
+        return number, end.end() - find()[0] if end else 0
 
     return scan
 
 
 def _float(text: bytes) -> float:
     """The value as C's scanf reads it."""
-    lower = text.lower()
-    return single(float.fromhex(lower.decode()) if b"0x" in lower else float(lower))
+    return single(float.fromhex(text.decode()) if b"0x" in text.lower() else float(text))
 
 
 def _join(machine: Machine, instruction: Instruction) -> Translation:
