@@ -126,9 +126,8 @@ class SimBrick:
         self._maps = self._make_maps(version)
         comm_map = self._maps[0]
         handlers = self._handlers(version, channel, comm_map)
-        self.comm = Comm(handlers, channel, USB, version)
-        self.bluetooth = BluetoothComm(handlers, channel, version)
-        comm_map.show(self.comm, UsbInBuf="inbox", UsbOutBuf="outbox")
+        self.comm = Comm(handlers, channel, USB, version, comm_map.bytes_from("UsbInBuf"))
+        self.bluetooth = BluetoothComm(handlers, channel, version, comm_map.bytes_from("BtInBuf"))
 
     def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:
         return handlers_of(

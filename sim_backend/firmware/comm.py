@@ -15,7 +15,7 @@ from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
-from sim_backend.firmware.handler_result import Handlers
+from sim_backend.firmware.handler_result import HandlerResult, Handlers
 from sim_backend.firmware.limits import BLUETOOTH, Channel, Limits
 from sim_backend.firmware.versions import Version
 
@@ -25,6 +25,9 @@ _WRITE_SIZE = 3
 _READ_OVERHEAD = 3
 """Bytes of a Read reply between its status and its data."""
 
+_POINTERS = 4
+"""Bytes between a receive buffer and the send buffer: pointers, the first of which has the length over Bluetooth."""
+
 _ERROR = 0x80
 """Bit of the status byte that marks a failure."""
 
@@ -32,18 +35,20 @@ _EFFECTIVE = (KeepAlive, SetBreakpoint, SetInterpreterState)
 """Direct commands that return values but also change something."""
 
 _SPLIT = 256
-"""Length of a Bluetooth telegram that the firmware treats as two. Source: docs/firmware.md section 1, fact 20."""
+"""Length of a `Write` over Bluetooth that counts as two telegrams. Source: docs/firmware.md section 1, fact 20."""
 
 
 class Comm:
-    """Buffers and dispatch of one link.
+    """Buffers and dispatch of one link."""
 
-    Attributes:
-        inbox: The receive buffer; never cleared.
-        outbox: The send buffer; never cleared.
-    """
-
-    def __init__(self, handlers: Handlers, channel: Channel, limits: Limits, version: Version) -> None:
+    def __init__(
+        self,
+        handlers: Handlers,
+        channel: Channel,
+        limits: Limits,
+        version: Version,
+        buffers: memoryview,
+    ) -> None:
         """Make the link.
 
         Args:
@@ -51,12 +56,14 @@ class Comm:
             channel: Tells the handlers which link a command came over.
             limits: Sizes of this link.
             version: The firmware version.
+            buffers: The module's map from the receive buffer on. Both buffers are never cleared.
         """
         self._handlers = handlers
         self._channel, self._limits = channel, limits
         self._known = version.commands_since
-        self.inbox = bytearray(limits.buffer)
-        self.outbox = bytearray(limits.buffer)
+        size = limits.buffer
+        self.inbox, self.outbox = buffers[:size], buffers[size + _POINTERS : 2 * size + _POINTERS]
+        self._buffers = buffers
 
     @property
     def handled(self) -> Collection[type[Command[Any]]]:
@@ -81,7 +88,11 @@ class Comm:
         elif not want_reply and _is_query(command):
             return None
         else:
-            reply = self._handle(command, telegram)
+            result = self._handle(command, telegram)
+            if result.sent:
+                return result.sent
+            reply = bytes((Kind.REPLY, command.opcode, result.status)) + result.payload
+            reply += bytes(self.outbox[len(reply) : len(reply) + result.stale])
         if want_reply:
             self.outbox[: len(reply)] = reply[:size]
             return reply
@@ -89,14 +100,13 @@ class Comm:
             self.outbox[2 : len(reply)] = reply[2:size]
         return None
 
-    def _handle(self, command: type[Command[Any]], telegram: bytes) -> bytes:
+    def _handle(self, command: type[Command[Any]], telegram: bytes) -> HandlerResult:
         data = bytes(self.inbox)
         if command is Write:  # only Write uses the telegram's length; other commands read stale bytes beyond its end
             data = telegram if len(telegram) >= _WRITE_SIZE else data[:_WRITE_SIZE]
-        self._channel.limits, self._channel.outbox = self._limits, self.outbox
-        status, payload, stale = self._handlers[command](command.decode(data))
-        reply = bytes((Kind.REPLY, command.opcode, status)) + payload
-        return reply + self.outbox[len(reply) : len(reply) + stale] if stale else reply
+        channel = self._channel
+        channel.limits, channel.inbox, channel.outbox = self._limits, self._buffers, self.outbox
+        return self._handlers[command](command.decode(data))
 
     def _store_message(self, reply: bytes) -> None:
         """Store another brick's successful reply to a MessageRead in the mailbox it names."""
@@ -112,29 +122,47 @@ class Comm:
 
 
 class BluetoothComm(Comm):
-    """The Bluetooth link: a stream in which each telegram is preceded by its length."""
+    """The Bluetooth link: a stream in which each telegram is preceded by its length.
 
-    def __init__(self, handlers: Handlers, channel: Channel, version: Version) -> None:
-        super().__init__(handlers, channel, BLUETOOTH, version)
+    A telegram enters the buffer in pieces of its size, without the length. After each piece the firmware clears the
+    second byte, so that a telegram of one byte has the opcode 0.
+    """
+
+    def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
+        super().__init__(handlers, channel, BLUETOOTH, version, buffers)
 
     def receive_framed(self, data: bytes) -> bytes:
         """Handle one telegram preceded by its length, and return the reply in the same form, or nothing.
 
-        A long Read that reaches the end of its file announces more bytes than it delivers, as in the firmware.
+        Only a `Write` may be longer than the buffer (but not 256 bytes long); of other telegrams, each piece is one of
+        its own. A long Read that reaches the end of its file announces more bytes than it delivers.
         """
-        telegram = data[LENGTH_SIZE:]
-        if len(telegram) == _SPLIT:
-            return self._framed(telegram[: BLUETOOTH.buffer]) + self._framed(telegram[BLUETOOTH.buffer :])
-        return self._framed(telegram)
+        telegram, size = data[LENGTH_SIZE:], BLUETOOTH.buffer
+        replies = b""
+        while len(telegram) > size and (len(telegram) == _SPLIT or not _is_write(telegram)):
+            replies += self._framed(telegram[:size])
+            telegram = telegram[size:]
+        return replies + (self._framed(telegram) if telegram else b"")
 
     def _framed(self, telegram: bytes) -> bytes:
+        size = BLUETOOTH.buffer
+        self._buffers[size] = min(len(telegram), size)
         reply = self.receive(telegram)
+        for start in range(size, len(telegram), size):
+            piece = telegram[start : start + size]
+            self.inbox[: len(piece)] = piece
+            self._buffers[size] = len(piece)
+        self.inbox[1] = 0
         if reply is None:
             return b""
         announced = len(reply)
-        if len(telegram) >= 2 and (telegram[0], telegram[1]) == (Kind.SYSTEM, Read.opcode):
+        if announced > REPLY_HEADER + _READ_OVERHEAD and reply[1] == Read.opcode:
             announced = REPLY_HEADER + _READ_OVERHEAD + int.from_bytes(reply[4:6], "little")
         return (announced & LENGTH_LIMIT).to_bytes(LENGTH_SIZE, "little") + reply
+
+
+def _is_write(telegram: bytes) -> bool:
+    return (telegram[0] & ~NO_REPLY, telegram[1]) == (Kind.SYSTEM, Write.opcode)
 
 
 def _is_query(command: type[Command[Any]]) -> bool:

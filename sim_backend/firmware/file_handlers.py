@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
+from firmware_protocol.telegram import Kind
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, reply_with
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader, Opened
 from sim_backend.firmware.names import pack_name
 
-_FIRST_PIECE, _NEXT_PIECE = 120, 126
-"""Data bytes per piece of a long Read over Bluetooth; after the end of the file no more pieces are sent."""
+_LONG_READ_HEADER, _FIRST_PIECE = 6, 120
+"""Bytes of the send buffer before the first piece of data of a long Read over Bluetooth, and of that piece."""
 
 
 class FileHandlers:
@@ -65,13 +66,23 @@ class FileHandlers:
         return reply_with(system.FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
 
     def _read_long(self, command: system.Read) -> HandlerResult:
-        status, data, piece = Status.OK, b"", _FIRST_PIECE
-        while not status and len(data) < command.size:
-            piece = min(piece, command.size - len(data))
-            status, part = self._loader.read(command.handle, piece)
-            data += part.ljust(piece, b"\0")
-            piece = _NEXT_PIECE
-        return reply_with(system.FileData(command.handle, command.size, data), status)
+        """Send what fits the send buffer; then fill the buffer from its start and send it, again and again.
+
+        The first piece is sent whole even if the file is shorter, and a refused Read sends what is in the buffer.
+        """
+        outbox, handle, left = self._channel.outbox, command.handle, command.size - _FIRST_PIECE
+        status, data = self._loader.read(handle, _FIRST_PIECE)
+        header = bytes((Kind.REPLY, command.opcode, status)) + system.FileData(handle, command.size, b"").pack()
+        outbox[:_LONG_READ_HEADER] = header
+        outbox[_LONG_READ_HEADER : _LONG_READ_HEADER + len(data)] = data
+        sent = bytes(outbox[: _LONG_READ_HEADER + _FIRST_PIECE])
+        while left > 0 and status != Status.END_OF_FILE:
+            size = min(left, len(outbox))
+            status, data = self._loader.read(handle, size)
+            outbox[: len(data)] = data
+            sent += bytes(outbox[: len(data) if status == Status.END_OF_FILE else size])
+            left -= size
+        return HandlerResult(sent=sent)
 
     @handles(system.Write)
     def write(self, command: system.Write) -> HandlerResult:

@@ -66,6 +66,10 @@ class LiveMap:
         """Set bytes as the firmware's boot does."""
         self._bytes[offset : offset + len(data)] = data
 
+    def bytes_from(self, name: str) -> memoryview:
+        """The bytes of the map from a variable on, which are shared; the size of the map cannot change after that."""
+        return memoryview(self._bytes)[self.layout.field(name).offset :]
+
     def bind(self, owner: object, *, index: int = 0, **names: str) -> None:
         """Bind variables to attributes of `owner`: name in the firmware to name of the attribute."""
         for name, attribute in names.items():

@@ -12,7 +12,7 @@ class Limits(NamedTuple):
         buffer: Receive and send buffer of the firmware.
         read: Data of a Read reply.
         io_map_read: Data of an IOMapRead reply.
-        io_map_write: Data of an IOMapWrite request.
+        io_map_write: Data of an IOMapWrite request; of a longer one the rest is what follows the receive buffer.
         poll: Data of a Poll reply.
         streams: Whether files are transferred in pieces of any length, and dangerous commands are refused.
     """
@@ -34,9 +34,10 @@ class Channel:
 
     Attributes:
         limits: Limits of that link.
+        inbox: Its receive buffer, with what follows it in the Comm map.
         outbox: Its send buffer, with the last reply.
     """
 
     def __init__(self) -> None:
         self.limits = USB
-        self.outbox = bytearray(USB.buffer)
+        self.inbox = self.outbox = memoryview(bytearray(USB.buffer))

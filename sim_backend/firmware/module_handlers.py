@@ -22,6 +22,12 @@ _NO_MODULE = IOMap("", 0, 0, {})
 _ID_AND_OFFSET = slice(3, 9)
 """Bytes of the send buffer that IOMapRead prepares first; the size replaces the offset in the end."""
 
+_ID = slice(3, 7)
+"""Bytes of the send buffer that IOMapWrite prepares first."""
+
+_WRITE_OFFSET, _WRITE_SIZE, _WRITE_DATA = slice(6, 8), slice(8, 10), 10
+"""Bytes of the receive buffer with the arguments of IOMapWrite."""
+
 _USB_REPLY_DATA = COMM.field("UsbOutBuf").offset + 9
 """Offset in the Comm map of the data of a reply to IOMapRead over USB."""
 
@@ -84,12 +90,14 @@ class ModuleHandlers:
 
     @handles(system.IOMapWrite)
     def write(self, command: system.IOMapWrite) -> HandlerResult:
-        """Write variables."""
-        size = min(command.size, self._channel.limits.io_map_write)
+        """Write variables; the size is not compared with that of the telegram, and lost from the receive buffer."""
+        inbox, size = self._channel.inbox, command.size
+        inbox[_WRITE_SIZE] = inbox[_WRITE_OFFSET]
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapWritten(command.module_id, 0), status)
-        live.write(command.offset, command.data[:size])
+        self._channel.outbox[_ID] = struct.pack("<I", command.module_id)
+        live.write(command.offset, bytes(inbox[_WRITE_DATA : _WRITE_DATA + size]).ljust(size, b"\0"))
         return reply_with(system.IOMapWritten(command.module_id, size))
 
     def _locate(self, module_id: int, offset: int, size: int) -> tuple[LiveMap | None, Status]:

@@ -8,23 +8,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from traceback import extract_tb
 
-from firmware_protocol.framing import LENGTH_SIZE, USB_TELEGRAM_LIMIT
+from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.iomap import UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
 from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.limits import BLUETOOTH
+
+from .radio_stream import RadioStream
 
 _PATIENCE = 100_000
 """Number of polls after which a wait fails."""
+_RADIO_PATIENCE = 5000
+"""Passes that the recordings wait for a reply over Bluetooth."""
 MOST = 100_000
 """Most passes, bytes or files of a control line: some seconds of work."""
-
-
-_RING = 128
-_RING_START = 62
-"""Size of the ring buffer of the radio's stream in the recordings, and where a stream begins in it."""
 
 
 class NotSupportedOnBench(Exception):
@@ -64,7 +62,7 @@ class Bench:
             "!fill": self._fill,
             "!mkfiles": self._make_files,
             "!reboot": self._reboot,
-            "!btmode": lambda _: "ok",
+            "!btmode": self._radio_mode,
             "!bt": self._bluetooth,
         }
 
@@ -75,7 +73,7 @@ class Bench:
         self.readings = [FULL_SCALE] * 4
         self._devices = [GenericI2CDevice() for _ in self.readings]
         self._attached, self._silent, self._clocks = [False] * 4, [False] * 4, [0] * 4
-        self._stream, self._frames, self._position, self._crossed = b"", list[bytes](), _RING_START, False
+        self._radio = RadioStream(brick)
         for port, motor in zip("ABC", self.motors, strict=True):
             brick.attach_motor(port, motor)
         for index, channel in enumerate(brick.low_speed.channels):
@@ -88,7 +86,10 @@ class Bench:
         data = bytes.fromhex(request)
         replies = []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
+            if self._radio.waiting:
+                self._radio.take()
             replies.append(self.brick.receive(data[start : start + USB_TELEGRAM_LIMIT]) or b"")
+            self._radio.note_command()
             self.brick.tick()
         return b"".join(replies).hex()
 
@@ -111,8 +112,9 @@ class Bench:
 
     def _tick(self, passes: str) -> str:
         end_ms = self.brick.now_ms + _count(passes)
-        while self._frames and self.brick.now_ms < end_ms:
-            self._take_frame()  # replies are not recorded
+        while self._radio.waiting and self.brick.now_ms < end_ms:
+            self._radio.take()  # replies are not recorded
+            self.brick.tick()
         self.brick.tick(max(end_ms - self.brick.now_ms, 0))
         return f"ok t={self.brick.now_ms}"
 
@@ -268,47 +270,31 @@ class Bench:
         self._set_up(self.brick.power_cycle())
         return "ok"
 
+    def _radio_mode(self, mode: str) -> str:
+        self._radio.switch(stream=mode == "1")
+        return "ok"
+
     def _bluetooth(self, *stream: str) -> str:
         """Send bytes over Bluetooth; an incomplete telegram waits for its rest.
 
-        The firmware takes one telegram in a pass, and another pass for one that crosses the end of its ring buffer. As
-        in the recordings, passes end when all bytes are taken, or before that after one pass for each telegram.
+        As in the recordings, passes end when all bytes are taken and sent, but one pass for each telegram is enough if
+        the last one is incomplete. They last for `_RADIO_PATIENCE` passes more if the stream ends.
         """
-        self._stream += bytes.fromhex("".join(stream))
-        waiting = len(self._frames)
-        while (size := _frame_size(self._stream)) is not None:
-            self._frames.append(self._stream[:size])
-            self._stream = self._stream[size:]
-        passes = len(self._frames) - waiting if self._stream else _PATIENCE
-        replies = b""
-        while self._frames and passes > 0:
-            replies += self._take_frame()
-            passes -= 1
-        return replies.hex()
-
-    def _take_frame(self) -> bytes:
-        """Run the pass in which the firmware takes the next telegram from the radio, and return the reply."""
-        framed = self._frames[0]
-        end = self._position + len(framed)
-        if len(framed) <= BLUETOOTH.buffer and not self._crossed and self._position // _RING != (end - 1) // _RING:
-            self._crossed = True
+        radio, replies, passes = self._radio, b"", 0
+        complete = radio.send(bytes.fromhex("".join(stream)))
+        enough = complete if radio.incomplete else _PATIENCE
+        while passes < complete + _RADIO_PATIENCE and (
+            radio.ends or radio.sending or (radio.waiting and passes < enough)
+        ):
+            replies += radio.take()
             self.brick.tick()
-            return b""
-        self._crossed, self._position = False, end
-        reply = self.brick.receive_bluetooth(self._frames.pop(0))
-        self.brick.tick(max(1, -(-(len(framed) - LENGTH_SIZE) // BLUETOOTH.buffer)))
-        return reply
+            passes += 1
+        return replies.hex()
 
 
 def _raised_elsewhere(error: Exception) -> bool:
     """Whether the error was raised outside this module, by the simulated brick."""
     return extract_tb(error.__traceback__)[-1].filename != __file__
-
-
-def _frame_size(stream: bytes) -> int | None:
-    """Size of the first telegram with its length, or None if it is incomplete."""
-    size = LENGTH_SIZE + int.from_bytes(stream[:LENGTH_SIZE], "little")
-    return size if LENGTH_SIZE <= len(stream) >= size else None
 
 
 def _count(text: str) -> int:

@@ -1,0 +1,113 @@
+"""Bytes from the radio on their way to the firmware, as in the recordings: a ring buffer, read once in a pass."""
+
+from __future__ import annotations
+
+from firmware_protocol.framing import LENGTH_SIZE
+from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.limits import BLUETOOTH
+
+_RING = 128
+"""Size of the ring buffer."""
+_START = 62
+"""Where the first byte of a stream is stored in it."""
+
+_END_BT, _END_USB, _RECOVERY = 3, 4, 98
+"""Passes from a command to the radio, over Bluetooth or USB, to the end of the stream, and from there to a new one."""
+
+
+class RadioStream:
+    """The stream of telegrams, each preceded by its length.
+
+    In one pass the firmware reads at most to the end of the ring, and at most one piece of a telegram that is longer
+    than its buffer.
+
+    A command to the radio itself, as a new name, ends the stream for good.
+
+    Attributes:
+        waiting: The bytes that are not read yet.
+    """
+
+    def __init__(self, brick: SimBrick) -> None:
+        self._brick = brick
+        self.waiting = b""
+        self._taken = b""
+        self._position = _START
+        self._is_stream = False
+        self._end_ms: int | None = None
+        self._sent_ms = self._left_ms = 0
+
+    @property
+    def ends(self) -> bool:
+        """Whether the stream has ended, or will in the next passes."""
+        return self._end_ms is not None
+
+    @property
+    def sending(self) -> bool:
+        """Whether a long reply is still being sent."""
+        return self._brick.now_ms < self._sent_ms
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether the stream ends within a telegram."""
+        return bool(self._split()[1])
+
+    def send(self, data: bytes) -> int:
+        """Append bytes, and return how many pieces the telegrams have that they complete."""
+        before, _ = self._split()
+        self.waiting += data
+        return self._split()[0] - before
+
+    def switch(self, *, stream: bool) -> None:
+        """Begin or end the radio's stream mode, which drops an incomplete telegram.
+
+        A stream that has ended begins again when the command to the radio is over.
+        """
+        if stream == self._is_stream:
+            return
+        self._position += len(self.waiting)
+        self.waiting = self._taken = b""
+        now_ms, self._is_stream = self._brick.now_ms, stream
+        if not stream:
+            self._left_ms = now_ms
+        elif self._end_ms is not None and self._left_ms < now_ms >= self._end_ms + _RECOVERY:
+            self._end_ms = None
+
+    def note_command(self, passes: int = _END_USB) -> None:
+        """End the stream after `passes` passes if the radio is busy."""
+        if self._is_stream and self._end_ms is None and self._brick.radio.busy:
+            self._end_ms = self._brick.now_ms + passes
+
+    def take(self) -> bytes:
+        """Read as much as the firmware does in one pass, and return the reply to a telegram that is complete then."""
+        now_ms = self._brick.now_ms
+        if self._end_ms is not None and now_ms >= self._end_ms:
+            return b""
+        ahead = self._taken + self.waiting[: _RING - self._position % _RING]
+        done = max(len(self._taken) - LENGTH_SIZE, 0) // BLUETOOTH.buffer * BLUETOOTH.buffer
+        end = min(_size(ahead), LENGTH_SIZE + done + BLUETOOTH.buffer)
+        count = len(ahead[:end]) - len(self._taken)
+        self._taken, self.waiting = ahead[:end], self.waiting[count:]
+        self._position += count
+        if len(self._taken) < _size(self._taken):
+            return b""
+        framed, self._taken = self._taken, b""
+        reply = self._brick.receive_bluetooth(framed)
+        self.note_command(_END_BT)
+        sent = int.from_bytes(reply[:LENGTH_SIZE], "little")
+        if sent > BLUETOOTH.buffer:  # a long Read sends one piece in a pass
+            self._sent_ms = now_ms + 1 + sent // BLUETOOTH.buffer
+        return reply
+
+    def _split(self) -> tuple[int, bytes]:
+        """Number of pieces of complete telegrams not handled yet, and the beginning of an incomplete one."""
+        rest, pieces = self._taken + self.waiting, 0
+        while len(rest) >= (size := _size(rest)):
+            rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
+        return pieces, rest
+
+
+def _size(stream: bytes) -> int:
+    """Size of the first telegram with its length; of its length alone, if that is incomplete."""
+    if len(stream) < LENGTH_SIZE:
+        return LENGTH_SIZE
+    return LENGTH_SIZE + int.from_bytes(stream[:LENGTH_SIZE], "little")
