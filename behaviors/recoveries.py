@@ -91,7 +91,7 @@ def place_words(place: Point) -> str:
     distances = ", ".join(f"{abs(length):.1f} m {way}" for length, way in ((x_m, along), (y_m, across)) if length)
     if not distances:
         return "the start"
-    return f"{distances}{' of' if y_m else ''} the start"
+    return f"{distances}{' of' if y_m or x_m > 0 else ''} the start"
 
 
 def _describe_move(choice: Choice) -> str:

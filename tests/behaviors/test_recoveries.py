@@ -49,6 +49,8 @@ def test_every_recovery_has_one_transition_into_each_of_its_states(recovery):
         ((1200.0, -340.0), "1.2 m ahead, 0.3 m left of the start"),
         ((-30.0, 1500.0), "1.5 m right of the start"),
         ((-800.0, 0.0), "0.8 m behind the start"),
+        ((3200.0, 0.0), "3.2 m ahead of the start"),
+        ((-800.0, 400.0), "0.8 m behind, 0.4 m right of the start"),
         ((20.0, -49.0), "the start"),
     ],
 )
