@@ -158,7 +158,7 @@ class SoundModule:
 
     def _next_step_ms(self, now_ms: int) -> int:
         """When a wave, a sound or a piece of a file has been handed over."""
-        if self.state == SoundState.TONE or self._notes or self._ends_ms == NEVER:
+        if self.state == SoundState.TONE or not self.from_file or self._ends_ms == NEVER:
             return self._ends_ms
         pieces = int((self._ends_ms - now_ms - 1) / self._piece_ms)
         self._piece_ends_ms = ceil(self._samples_end_ms - pieces * self._piece_ms)

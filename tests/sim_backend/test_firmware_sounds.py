@@ -151,6 +151,15 @@ def test_what_a_tone_does_at_its_end_depends_on_the_mode(mode, state):
     assert speaker.field("State") == state
 
 
+@pytest.mark.parametrize("mode", [0, 1, 2, 3])
+def test_a_tone_that_is_said_to_be_a_file_goes_on_or_ends(mode):
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(440, 500))
+    speaker.put(Mode=mode, State=FILE)
+    speaker.bench.control("!tick 1000")
+    assert speaker.field("State") in (IDLE, FILE)
+
+
 def test_a_missing_file_leaves_the_tone_and_a_bad_one_ends_it():
     speaker = Loudspeaker()
     speaker.store("bad.rso", 0x3132, b"")
