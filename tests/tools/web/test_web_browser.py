@@ -257,6 +257,15 @@ def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "saved").text == "saved")
 
 
+def test_a_large_screen_shows_the_page_without_scrolling(browser, url):
+    size = {"width": 1920, "height": 1080, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    assert browser.execute_script("return document.getElementById('chart-panel').getBoundingClientRect().bottom") < 1080
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])
 def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, height):
     browser.set_window_size(width, height)
