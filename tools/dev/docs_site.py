@@ -70,6 +70,13 @@ def site_links(markdown: str, page: str) -> str:
             there = path.removeprefix("docs/")
         if there is None or not ((ROOT / "docs" / there).is_file() or there in made.values()):
             return text
+        if text.endswith(".md"):  # the name of a file says little on a page
+            text = _title(path if path in made else f"docs/{there}")
         return f"{picture}[{text}]({os.path.relpath(there, PurePosixPath(page).parent)}{anchor})"
 
     return LINK.sub(point, markdown)
+
+
+def _title(source: str) -> str:
+    """The first heading of a Markdown file of the repository."""
+    return (ROOT / source).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
