@@ -252,12 +252,14 @@ class CommandModule:
         self.wake()
 
     def _clear_away(self) -> None:
-        """Close the file and drop the memory; a request to start or stop waits for the next pass.
+        """Close the files and drop the memory; a request to start or stop waits for the next pass.
 
         Inputs and outputs are reset now only if the program was stopped, else when its end is no longer shown.
         """
         if self.status == ProgramStatus.ABORTED:
             self._reset_devices()
+        if self._machine is not None:
+            self._machine.close_files()
         if self._handle is not None:
             self._loader.close(self._handle)
         self._handle = self._machine = self.mailboxes = None

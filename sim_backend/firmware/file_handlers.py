@@ -45,7 +45,7 @@ class FileHandlers:
     @handles(system.OpenWriteData)
     def open_write_data(self, command: system.OpenWriteData) -> HandlerResult:
         """Create a data file."""
-        return _opened(self._loader.create(command.name, command.size, appendable=True, keep=self._keep))
+        return _opened(self._loader.create_data(command.name, command.size, keep=self._keep))
 
     @handles(system.OpenAppendData)
     def open_append_data(self, command: system.OpenAppendData) -> HandlerResult:

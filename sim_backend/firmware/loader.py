@@ -110,8 +110,6 @@ class Loader:
     ) -> Opened:
         """Create a file open for writing; it enters the directory at once or when closed complete."""
         program = any(part in name.lower() for part in _LINEAR)
-        if appendable and program and self._version.strict_data_names:
-            return Opened(Status.ILLEGAL_FILE_NAME, 0)
         status, number, _ = self._find(name)
         if status != Status.FILE_NOT_FOUND:
             return Opened(status or Status.FILE_EXISTS, number)
@@ -127,6 +125,12 @@ class Loader:
             self._enter(number, file)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
+
+    def create_data(self, name: str, size: int, *, keep: bool = False) -> Opened:
+        """Create a data file as a telegram does, which checks the name; programs may take any."""
+        if self._version.strict_data_names and any(part in name.lower() for part in _LINEAR):
+            return Opened(Status.ILLEGAL_FILE_NAME, 0)
+        return self.create(name, size, appendable=True, keep=keep)
 
     def append(self, name: str, *, keep: bool = False) -> Opened:
         """Open a data file to append; `Opened.size` is the space left."""

@@ -145,7 +145,9 @@ class SoundModule:
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
-            if now_ms >= self._ends_ms:
+            if self.state == SoundState.FILE and self._handle is None:  # a program or telegram has written the state
+                self._silence()
+            elif now_ms >= self._ends_ms:
                 self._continue(now_ms)
             elif now_ms >= self._piece_ends_ms and self._file_is_lost:
                 self._silence()

@@ -115,14 +115,16 @@ def _size(data: Data, arguments: tuple[int, ...]) -> None:
 def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
     """Concatenate values and arrays; the target is resized before its own elements are copied, if it is a source.
 
+    The elements of an array of the target's type are copied, one of another type counts as one value.
+
     Args:
         data: The variables.
         arguments: Target and sources.
         copies: Whether arrays of the same type are copied as they are.
     """
     target, *sources = (Place(argument) for argument in arguments)
-    depth = max(_depth(data, target.entry), 1)
-    whole = [_depth(data, source.entry) >= depth for source in sources]
+    shape = _shape(data, target.entry)
+    whole = [_shape(data, source.entry) == shape for source in sources]
     data.resize(
         target, sum(data.array(source).length if all_ else 1 for source, all_ in zip(sources, whole, strict=True))
     )
@@ -137,6 +139,13 @@ def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
                 part = _element(source, data.array(source), i) if all_ else source
                 aggregates.move(data, _element(target, data.array(target), number + i), part)
         number += count
+
+
+def _shape(data: Data, entry: int) -> tuple[object, ...]:
+    """The types that a variable consists of."""
+    kind = data.kind(entry)
+    inner = [entry + 1] if kind == Type.ARRAY else data.members(entry) if kind == Type.CLUSTER else []
+    return kind, *(_shape(data, part) for part in inner)
 
 
 def _depth(data: Data, entry: int) -> int:

@@ -58,9 +58,9 @@ class Call:
         """Whether an argument is an array."""
         return self._data.kind(self.members[position]) == Type.ARRAY
 
-    def content(self, position: int) -> bytes:
-        """The stored bytes of an array; none if the argument is missing."""
-        return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position])
+    def content(self, position: int, count: int | None = None) -> bytes:
+        """The stored bytes of an array, or as many from its beginning on; none if the argument is missing."""
+        return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position], count)
 
     def text(self, position: int) -> bytes:
         """The bytes of a text before its closing zero."""

@@ -8,7 +8,7 @@ Source: LEGO's executable file specification; conversions are in docs/firmware.m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
@@ -93,9 +93,7 @@ class Data:
         first_field: First argument that is one of them.
     """
 
-    def __init__(
-        self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS, wide: Collection[int] = ()
-    ) -> None:
+    def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS, wide: Sequence[int] = ()) -> None:
         self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
         self.variables = memory.program.variables
         self._finders: dict[int, Finder] = {}
@@ -349,11 +347,12 @@ class Data:
         self.memory.spend(len(text) // BYTES_PER_ACCESS)
         return text
 
-    def bytes_of(self, argument: int) -> bytes:
-        """The stored bytes of an array variable of bytes."""
+    def bytes_of(self, argument: int, count: int | None = None) -> bytes:
+        """The stored bytes of an array variable of bytes, or as many from its beginning on."""
         at, length = self.span(argument)
-        self.memory.spend(length // BYTES_PER_ACCESS)
-        return bytes(self.memory.pool[at : at + length])
+        end = at + (length if count is None else count)
+        self.memory.spend((end - at) // BYTES_PER_ACCESS)
+        return bytes(self.memory.pool[at:end])
 
     def numbers_of(self, place: Place) -> bytes:
         """The stored bytes of an array of numbers."""

@@ -40,6 +40,8 @@ class Dialect(NamedTuple):
         keeps_offsets: Whether the Command map still tells after a program where its variables and descriptors were.
         tells_faults: Whether ProgStatus tells why a program cannot be started or ended with an error, not only that.
         decimals: Most decimals of a float that becomes a text.
+        crops_files: Whether a data file that a program leaves open ends behind what was written.
+        limits_volume: Whether the volume of a sound that a program plays is at most 4.
         cuts_exponents: Whether the zeros at the end of a text with an exponent are cut off as if they were decimals.
         float_remainder: Whether the remainder of floats is a float, not an integer.
         wide: Types in which a float from 2^31 to 2^32 is stored as an unsigned number.
@@ -62,6 +64,8 @@ class Dialect(NamedTuple):
     keeps_offsets: bool = True
     tells_faults: bool = False
     decimals: int = 2
+    crops_files: bool = True
+    limits_volume: bool = True
     cuts_exponents: bool = False
     float_remainder: bool = False
     wide: tuple[int, ...] = (Type.ULONG, Type.SLONG)

@@ -46,6 +46,7 @@ def returned(call: Call, opened: Opened) -> None:
     """Return an opened file: status, handle, length."""
     call.put(1, opened.handle)
     if opened.status == Status.OK:
+        call.machine.handles.add(opened.handle)
         call.put(3, opened.size)
     put_status(call, opened.status)
 
@@ -66,8 +67,8 @@ def _read(call: Call) -> None:
 
 
 def _write(call: Call) -> None:
-    """Write to a file: status, handle, bytes, length."""
-    status, written = call.devices.loader.write(call.number(1), call.content(2)[: call.number(3)])
+    """Write to a file: status, handle, bytes, length, which may be more than the array has."""
+    status, written = call.devices.loader.write(call.number(1), call.content(2, call.number(3)))
     call.put(3, written)
     put_status(call, status)
 
@@ -75,6 +76,7 @@ def _write(call: Call) -> None:
 def _close(call: Call) -> None:
     """Close a file: status, handle."""
     handle = call.number(1)
+    call.machine.handles.discard(handle)
     put_status(call, call.devices.loader.close(handle) if handle < HANDLES else Status.ILLEGAL_HANDLE)
 
 

@@ -81,6 +81,7 @@ class Machine:
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
         asked_time: Number of instructions of this turn that asked for the time.
+        handles: Handles of the files that the program has opened.
         error: Code of the error that ended the program, a negative number of eight bits.
     """
 
@@ -103,6 +104,7 @@ class Machine:
         decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
+        self.handles = set[int]()
         self.semaphores, self.sending, self.random_state = [0, 0], False, 1
         self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
         self.queue, self._sleeping = self._queue(), self._queue()
@@ -127,6 +129,12 @@ class Machine:
             return NOWHERE
         task = self.tasks[self.queue.first]
         return task.number, task.pc - self.program.clumps[task.number].start
+
+    def close_files(self) -> None:
+        """Close the files that the program left open; data files end behind what was written, but not in 1.05."""
+        loader = self.devices.loader
+        for handle in sorted(self.handles):
+            (loader.crop if self.dialect.crops_files else loader.close)(handle)
 
     def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
         """Run one pass, or at most some instructions; returns the outcome, or None while the program runs."""

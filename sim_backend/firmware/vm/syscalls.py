@@ -59,7 +59,7 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
 def _play_file(call: Call) -> None:
     """Play a sound file: status, name, loop, volume."""
     sound = call.devices.sound
-    sound.volume = min(call.number(3), MAX_VOLUME)
+    sound.volume = _volume(call, 3)
     sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=bool(call.number(2)))
     call.put(0, Status.OK)
 
@@ -67,9 +67,14 @@ def _play_file(call: Call) -> None:
 def _play_tone(call: Call) -> None:
     """Play a tone: status, frequency, duration, loop, volume."""
     sound = call.devices.sound
-    sound.volume = min(call.number(4), MAX_VOLUME)
+    sound.volume = _volume(call, 4)
     sound.play_tone(call.number(1) & 0xFFFF, call.number(2) & 0xFFFF, loop=bool(call.number(3)))
     call.put(0, Status.OK)
+
+
+def _volume(call: Call, position: int) -> int:
+    volume = call.number(position)
+    return min(volume, MAX_VOLUME) if call.machine.dialect.limits_volume else volume & 0xFF
 
 
 def _sound_state(call: Call) -> None:
@@ -79,9 +84,9 @@ def _sound_state(call: Call) -> None:
 
 
 def _set_sound_state(call: Call) -> None:
-    """Set the sound module's state: result, state, flags."""
+    """Set the sound module's state and some of its flags: result, state, flags."""
     sound = call.devices.sound
-    sound.state, sound.flags = call.number(1) & 0xFF, call.number(2) & 0xFF
+    sound.state, sound.flags = call.number(1) & 0xFF, sound.flags | call.number(2) & 0xFF
     sound.wake()
     call.put(0, sound.state)
 
