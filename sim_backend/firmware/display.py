@@ -96,22 +96,20 @@ class DisplayModule:
             self.set(x, y, (new, old & new, old | new, old ^ new)[options >> 3 & 3])
 
     def point(self, x: int, y: int) -> None:
-        """Draw a pixel; nothing outside of the screen."""
-        if self._shape is not None:
-            self._shape[x, y] = 1
-        elif 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
-            row = DISPLAY_HEIGHT - 1 - y
-            self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] |= 1 << row % _LINE
+        """Draw a pixel; nothing outside of the screen. Coordinates have 8 bits, but not in firmware 1.32."""
+        if self._enhanced:
+            self.set(x, y, 1)
+        else:
+            self.set(x & 0xFF, y & 0xFF, 1)
 
     def set(self, x: int, y: int, pixel: int) -> None:
-        """Make a pixel black or white."""
+        """Make a pixel black or white; nothing outside of the screen."""
         if self._shape is not None:
             self._shape[x, y] = pixel
-            return
-        self.point(x, y)
-        if not pixel and 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
+        elif 0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT:
             row = DISPLAY_HEIGHT - 1 - y
-            self.memory[_START + row // _LINE * DISPLAY_WIDTH + x] &= ~(1 << row % _LINE)
+            at, bit = _START + row // _LINE * DISPLAY_WIDTH + x, 1 << row % _LINE
+            self.memory[at] = self.memory[at] | bit if pixel else self.memory[at] & ~bit
 
     def get(self, x: int, y: int) -> int:
         """Whether a pixel is black; white outside of the screen."""
@@ -174,15 +172,16 @@ class DisplayModule:
         """Draw text into the line of eight pixels that contains `y`; characters replace what was there.
 
         Args:
-            x: Its left edge; nothing is drawn for a negative one.
+            x: Its left edge; of both coordinates, the low 8 bits count.
             y: Its lower edge if it can be `anywhere`.
             characters: The text; it ends at the edge of the screen.
             anywhere: Whether it need not fill a line of eight pixels; then it may use the last column, too.
         """
+        x, y = x & 0xFF, y & 0xFF
         if anywhere:
             self._text_anywhere(x, y, characters)
             return
-        if not 0 <= y < DISPLAY_HEIGHT or x < 0:
+        if y >= DISPLAY_HEIGHT:
             return
         start = _START + (DISPLAY_HEIGHT - 1 - y) // _LINE * DISPLAY_WIDTH
         for character in characters:
@@ -196,11 +195,11 @@ class DisplayModule:
 
     def _text_anywhere(self, x: int, y: int, characters: bytes) -> None:
         for columns in filter(None, map(glyph, characters)):
-            if not 0 <= x <= DISPLAY_WIDTH - CELL_WIDTH:
+            if x > DISPLAY_WIDTH - CELL_WIDTH:
                 return
             for column, bits in enumerate(columns):
                 for row in range(_LINE):
-                    self.set(x + column, y + _LINE - 1 - row, bits >> row & 1)
+                    self.set(x + column, y + _LINE - 1 - row & 0xFF, bits >> row & 1)
             x += CELL_WIDTH
 
 

@@ -167,3 +167,31 @@ def test_the_status_bar_is_drawn_with_every_sample_of_the_battery():
     masks = [bench.telegram("019401000a0008000400")[18:] for _ in range(400)]
     assert [i for i, mask in enumerate(masks) if mask != "00000000"] == [12, 179, 346]
     assert set(masks) == {"00000000", "00800000"}
+
+
+@pytest.mark.parametrize(
+    ("draw", "same"),
+    [
+        (lambda display: display.point(300, -226), lambda display: display.point(44, 30)),
+        (lambda display: display.circle(300, 30, 10), lambda display: display.circle(44, 30, 10)),
+        (lambda display: display.circle(50, -240, 20), lambda display: display.circle(50, 16, 20)),
+        (lambda display: display.line(90, 50, 390, 50), lambda display: display.line(0, 50, 99, 50)),
+    ],
+)
+def test_pixels_have_coordinates_of_8_bits_but_not_in_1_32(draw, same):
+    display, expected, later = DisplayModule(), DisplayModule(), DisplayModule(enhanced=True)
+    draw(display)
+    same(expected)
+    assert display.pixels == expected.pixels
+    draw(later)
+    assert later.pixels != expected.pixels
+
+
+@pytest.mark.parametrize("anywhere", [False, True])
+@pytest.mark.parametrize("corner", [(328, 52), (-25071, 1), (-223, -20428)])
+def test_texts_have_coordinates_of_8_bits(anywhere, corner):
+    display, expected = DisplayModule(enhanced=anywhere), DisplayModule(enhanced=anywhere)
+    display.text(*corner, b"abc", anywhere=anywhere)
+    expected.text(corner[0] % 256, corner[1] % 256, b"abc", anywhere=anywhere)
+    assert display.pixels == expected.pixels
+    assert any(display.pixels)
