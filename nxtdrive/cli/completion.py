@@ -24,7 +24,7 @@ _FOLDERS, _FILES = ("FOLDER",), ("FILE", "RUN", "PICTURE", "IMAGE", "VIDEO")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("shell", choices=SHELLS, help="the shell that shall complete")
+    parser.add_argument("shell", choices=SHELLS, help="the shell in which to complete")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -75,7 +75,7 @@ COMMANDS = {
     "world": ("world", "check, draw and create simulated rooms"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "sim": ("sim", "offer the simulated brick to other programs"),
-    "sweep": ("sweep", "compare policies on many simulated missions"),
+    "sweep": ("sweep", "compare profiles on many simulated missions"),
     "completion": ("completion", "print a script with which a shell completes commands and options"),
     "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, behaviors, motion"),
 }
@@ -318,6 +318,11 @@ class _Help(argparse.HelpFormatter):
             )
             for paragraph in paragraphs
         )
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        import textwrap
+
+        return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)  # nxt-server://, built-in
 
 
 class _Parser(argparse.ArgumentParser):

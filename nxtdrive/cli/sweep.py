@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from nxtdrive.tools.sweep.runner import Swept
 
 DESCRIPTION = """\
-Let policies drive the same simulated missions side by side and judge them by the
-simulation's truth. Missions already in the file are not repeated, so the same
-command with --resume continues an interrupted sweep. docs/evaluation.md explains
-the classes and figures."""
+Let profiles and baselines drive the same simulated missions side by side and
+judge them by the simulation's truth. Missions already in the file are not
+repeated, so the same command with --resume continues an interrupted sweep.
+docs/evaluation.md explains the classes and figures."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
@@ -50,9 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         choices=list(SUITES),
         default="smoke",
-        help="smoke: one seed of each class, four policies, a minute; full: 100 seeds, all policies; "
+        help="smoke: one seed of each class, four profiles, a minute; full: 100 seeds, all profiles; "
         "reality: the classes of docs/reality.md, hard: flats, people, haste and poor light, both with 5 seeds and "
-        "four policies (default: smoke)",
+        "four profiles (default: smoke)",
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
@@ -82,7 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume", action="store_true", help="keep the results in the file and run only missing missions"
     )
-    parser.add_argument("--map", metavar="CLASS:SEED:POLICY", help="draw the map of this one run instead")
+    parser.add_argument("--map", metavar="CLASS:SEED:PROFILE", help="draw the map of this one run instead")
     parser.add_argument("--plot", metavar="FILE", type=Path, help="also draw plots; needs the extra nxtdrive[plot]")
     add_json_argument(parser)
 
@@ -189,7 +189,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     kind, _, rest = args.map.partition(":")
     seed, _, policy = rest.partition(":")
     if not seed.isdecimal():
-        raise ConfigError(f"--map {args.map}: expected CLASS:SEED:POLICY, as in clutter:100:thesis.")
+        raise ConfigError(f"--map {args.map}: expected CLASS:SEED:PROFILE, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
     _policies([policy])
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
