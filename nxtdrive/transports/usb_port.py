@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import math
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -180,9 +181,7 @@ class UsbTransport(WallClock):
 def _fresh_backend() -> IBackend:
     from usb.backend import libusb1
 
-    # on Windows libusb usually comes as this Python package; pyusb does not search it by itself
-    packaged = find_spec("libusb_package") and import_module("libusb_package").find_library
-    backend = libusb1.get_backend(find_library=packaged)
+    backend = libusb1.get_backend(find_library=_libusb)
     if backend is None:
         raise _no_libusb()
     if not isinstance(backend, libusb1._LibUSB):  # replaced by another bus, e.g. that of `nxtdrive sim exec`
@@ -190,6 +189,15 @@ def _fresh_backend() -> IBackend:
     from nxtdrive.transports.usb_context import UsbContext
 
     return UsbContext(libusb1._lib)
+
+
+def _libusb(name: str) -> str | None:
+    """Find libusb: Linux brings one with udev; elsewhere it comes as a Python package, which pyusb does not search."""
+    from ctypes.util import find_library
+
+    packaged = import_module("libusb_package").find_library if find_spec("libusb_package") else find_library
+    places = (find_library, packaged) if sys.platform == "linux" else (packaged, find_library)
+    return places[0](name) or places[1](name)
 
 
 def _bricks(backend: IBackend) -> list[Any]:

@@ -1,6 +1,7 @@
 """What only USB can do wrong. The bus is in conftest.py; pyusb above it is real."""
 
 import errno
+import sys
 
 import pytest
 import usb.backend.libusb1
@@ -204,3 +205,24 @@ def test_without_libusb_the_remedy_says_what_to_install(monkeypatch):
     monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda find_library: None)
     with pytest.raises(BrickNotFound, match="libusb"):
         UsbTransport.open(Address.parse("usb://"))
+
+
+@pytest.mark.parametrize(
+    ("platform", "of_the_system", "used"),
+    [("linux", "libusb-1.0.so.0", "libusb-1.0.so.0"), ("linux", None, "packaged"), ("win32", "other.dll", "packaged")],
+)
+def test_linux_uses_its_own_libusb_and_other_systems_the_packaged_one(
+    platform, of_the_system, used, monkeypatch, tmp_path
+):
+    """The packaged one knows no udev, and cannot start in a container."""
+    (tmp_path / "libusb_package.py").write_text("def find_library(name):\n    return 'packaged'\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "libusb_package", raising=False)
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr("ctypes.util.find_library", lambda _: of_the_system)
+    asked = []
+    monkeypatch.setattr(usb.backend.libusb1, "get_backend", lambda find_library: asked.append(find_library("usb-1.0")))
+    with pytest.raises(BrickNotFound):
+        UsbTransport.open(Address.parse("usb://"))
+    assert asked == [used]
+    sys.modules.pop("libusb_package", None)
