@@ -178,7 +178,8 @@ def _plots(snapshot: Snapshot, history: History, console: Console) -> Table:
     from nxtdrive.tools.monitor import HISTORY_S
 
     power = f"battery {snapshot.battery_mv / 1000:.2f} V  link {snapshot.latency_ms:.1f} ms"
-    table = Table(box=None, show_header=False, caption=f"{power}  last {HISTORY_S:.0f} s")
+    caption = f"{power}  plots: last {HISTORY_S:.0f} s  Ctrl-C ends"
+    table = Table(box=None, show_header=False, caption=caption, caption_justify="left")
     table.add_column(min_width=1, no_wrap=True, style="bold")
     table.add_column(no_wrap=True, overflow="ellipsis")
     lines = {each.port: f"{each.state}, power {each.power} %, angle {each.angle_deg}°" for each in snapshot.motors}

@@ -163,7 +163,7 @@ def _boxes(picture: Picture) -> dict[str, Any]:
         if seen is not None:
             boxes.append((seen.box, SEEN))
             text = (
-                f"{look.target}  {'≤ ' if seen.bound else ''}{seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+.0f}°"
+                f"{look.target}  {'≤ ' if seen.bound else ''}{seen.distance_mm / 1000:.2f} m  {seen.bearing_deg:+z.0f}°"
             )
             place = {"x": seen.box[0], "y": seen.box[1] - 4}
             colors = {"text_color": TEXT, "background_color": SHADE}

@@ -95,4 +95,4 @@ class StatusLine:
 
 def _sighting(values: Mapping[str, object]) -> str:
     at_most = "≤ " if values.get("bound") else ""
-    return f"{at_most}{values['distance_mm']:.0f} mm at {values['bearing_deg']:+.0f}°"
+    return f"{at_most}{values['distance_mm']:.0f} mm at {values['bearing_deg']:+z.0f}°"

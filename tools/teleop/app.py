@@ -248,7 +248,7 @@ def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool =
         compact: Only what driving needs, in few lines.
     """
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
-    speed = f"{view.speed_mm_s:+.0f} mm/s  ({view.percent} %)"
+    speed = f"{view.speed_mm_s:+z.0f} mm/s  ({view.percent} %)"
     power, link = f"{view.battery_mv / 1000:.2f} V", f"{view.latency_ms:.0f} ms"
     if compact:
         bumper = "  BUMPER PRESSED" if view.touching else ""
@@ -256,11 +256,11 @@ def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool =
     else:
         rows = {
             "speed": speed,
-            "turn": f"{view.turn_deg_s:+.0f} °/s, right is +",
+            "turn": f"{view.turn_deg_s:+z.0f} °/s, right is +",
             "ahead": ahead,
             "bumper": "PRESSED" if view.touching else "free",
-            "at": f"{view.pose.x_mm:.0f} mm ahead, {view.pose.y_mm:.0f} mm right",
-            "heading": f"{view.pose.heading_deg:.0f}°",
+            "at": f"{view.pose.x_mm:z.0f} mm ahead, {view.pose.y_mm:z.0f} mm right",
+            "heading": f"{view.pose.heading_deg:z.0f}°",
             "battery": power,
             "link": link,
             "eyes": view.eyes or camera or "no target (--target NAME)",

@@ -38,6 +38,13 @@ def _shown(*records: Record) -> str:
     return screen.getvalue()
 
 
+@pytest.mark.parametrize(("bearing_deg", "shown"), [(-0.3, "at +0°"), (0.4, "at +0°"), (-0.6, "at -1°")])
+def test_a_bearing_that_rounds_to_zero_has_no_minus(bearing_deg, shown):
+    assert shown in _shown(
+        Record(1.0, Kind.LOOK, "arrive", "lena", {"sighting": SIGHTING | {"bearing_deg": bearing_deg}})
+    )
+
+
 def test_a_recovery_is_named_in_words_and_says_why_it_was_chosen():
     choice = Record(3.0, Kind.CHOICE, "select", "lena", {"choice": "detour", "why": "waiting does not pay"})
     shown = _shown(choice, Record(3.0, Kind.TRANSITION, "detour", "lena", {"source": "select", "to": "detour"}))
