@@ -111,20 +111,20 @@ class Flash:
         return False
 
     def shrink(self, file: File) -> None:
-        """Shrink the reservation of a data file to its content."""
-        file.size = len(file.content)
-        keep = sectors_for(file.size)
-        self._used.difference_update(file.sectors[keep:])
-        file.sectors = file.sectors[:keep]
+        """Shrink the reservation of a data file to its data, and free the sectors of all downloads.
 
-    def release(self, file: File) -> None:
-        """Free the file's sectors, and those of all downloads too: the firmware only considers the directory."""
-        file.sectors = []
-        self._count()
+        The header keeps its size, of which at most one sector more is counted than its end and the data need.
+        """
+        if file.appendable:
+            header = -(-_header(file) // _ALIGNMENT) * _ALIGNMENT
+            file.size = file.data_size
+            keep = (header >= SECTOR) + max(1, -(-(header % SECTOR + file.size) // SECTOR))
+            file.sectors = file.sectors[:keep]
+        self.count()
 
     def power_up(self) -> None:
         """Discard incomplete downloads and unclosed data, and create the settings again, as at power-on."""
-        self._count()
+        self.count()
         for file in self.files:
             del file.content[file.data_size :]
         self.restore_settings()
@@ -137,11 +137,14 @@ class Flash:
             if self.reserve(settings, contiguous=True):
                 self.files.insert(0, settings)
 
-    def _count(self) -> None:
-        """Find the used sectors from the directory, with one sector too many for a file whose header just fits."""
+    def count(self) -> None:
+        """Find the used sectors from the directory, which lacks downloads, as after each deletion.
+
+        A file whose header just fits counts one sector too many.
+        """
         self._used = {sector for file in self.files for sector in file.sectors}
         for file in filter(lambda each: each.sectors, self.files):
-            header = _HEADER + _POINTER * (len(file.sectors) - 1)
+            header = _header(file)
             if len(file.sectors) * SECTOR - header - header % _ALIGNMENT < file.size:
                 self._used.add(file.sectors[-1] + 1)
 
@@ -149,3 +152,7 @@ class Flash:
         """Delete all files, including the settings."""
         self.files.clear()
         self._used.clear()
+
+
+def _header(file: File) -> int:
+    return _HEADER + _POINTER * (len(file.sectors) - 1)

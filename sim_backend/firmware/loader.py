@@ -118,7 +118,7 @@ class Loader:
         if not status:
             status = self._reserve(file)
         if status:
-            return Opened(status, 0 if status == Status.NO_MORE_FILES else number)
+            return Opened(status, number)
         self._take(number, Use.WRITE, file, keep=keep)
         if appendable:
             self._write_header(file)
@@ -143,6 +143,8 @@ class Loader:
             return Opened(Status.FILE_IS_BUSY, number)
         if file.data_size >= file.size:
             return Opened(Status.FILE_IS_FULL, number)
+        if len(self._writers) >= WRITERS:
+            return Opened(Status.NO_WRITE_BUFFERS, number)
         self._take(number, Use.WRITE, file, keep=keep)
         return Opened(Status.OK, number, file.size - file.data_size)
 
@@ -190,12 +192,11 @@ class Loader:
         return Status.OK
 
     def crop(self, number: int) -> Status:
-        """Close a data file and free its unused space."""
-        handle = self._handle(number, Use.WRITE)
-        file = handle.file if handle else None
+        """Close any handle, and free the unused space of the data file that its index refers to."""
+        index = self._handles[number].index if number < HANDLES else 0
         status = self.close(number)
-        if file is not None and file.appendable:
-            self.flash.shrink(file)
+        if not status and index < len(self.flash.files):
+            self.flash.shrink(self.flash.files[index])
         self.free_flash = self.flash.free
         return status
 
@@ -206,18 +207,18 @@ class Loader:
         """
         status, number, file = self._find(name)
         if file is not None:
-            status = self._remove(number, file)
+            status = self._remove(number)
         self.free_flash = self.flash.free
         return status
 
-    def _remove(self, number: int, file: File) -> Status:
+    def _remove(self, number: int) -> Status:
         if self._blocked(
             number, {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         ):
             return Status.FILE_IS_BUSY
         index = self._handles[number].index
         del self.flash.files[index]
-        self.flash.release(file)
+        self.flash.count()
         self._shift(index + self._version.deletion_spares_found, -1)
         return Status.OK
 
@@ -335,13 +336,13 @@ class Loader:
         return [file for file in written if not file.appendable]
 
     def _refusal(self, file: File) -> Status:
-        downloads = self._downloads()
+        writers = len(self._writers)  # data files, which are in the directory already, count twice
         pattern = "*." in file.name or ".*" in file.name
         if not pattern and self._is_being_written(file.name):
             return Status.FILE_EXISTS
-        if len(self.flash.files) + len(downloads) >= self.flash.limit:
+        if len(self.flash.files) + writers >= self.flash.limit:
             return Status.NO_MORE_FILES
-        if len(self._writers) >= WRITERS:
+        if writers >= WRITERS:
             return Status.NO_WRITE_BUFFERS
         return Status.OK
 
@@ -376,8 +377,9 @@ class Loader:
     def _finish(self, number: int, file: File, *, complete: bool) -> None:
         if file.appendable:
             file.data_size = len(file.content)
+            self._write_header(file)
         elif complete and len(file.content) == file.size:
             file.data_size = file.size
             self._enter(number, file)
         else:
-            self.flash.release(file)
+            self.flash.count()

@@ -74,6 +74,7 @@ class Bench:
         self._devices = [GenericI2CDevice() for _ in self.readings]
         self._attached, self._silent, self._clocks = [False] * 4, [False] * 4, [0] * 4
         self._radio = RadioStream(brick)
+        self._plugged, self._held = True, list[bytes]()
         for port, motor in zip("ABC", self.motors, strict=True):
             brick.attach_motor(port, motor)
         for index, channel in enumerate(brick.low_speed.channels):
@@ -82,13 +83,19 @@ class Bench:
             self._connect(index)
 
     def telegram(self, request: str) -> str:
-        """Send one telegram in hex and run one pass. More than 64 bytes make several packets."""
+        """Send one telegram in hex and run one pass. More than 64 bytes make several packets.
+
+        Without a cable nothing arrives; the last packet does with the first one when it is plugged in again.
+        """
         data = bytes.fromhex(request)
         replies = []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
             if self._radio.waiting:
                 self._radio.take()
-            replies.append(self.brick.receive(data[start : start + USB_TELEGRAM_LIMIT]) or b"")
+            packet = data[start : start + USB_TELEGRAM_LIMIT]
+            if self._plugged:
+                replies += [self.brick.receive(each) or b"" for each in (*self._held, packet)]
+            self._held = [] if self._plugged else [packet]
             self._radio.note_command()
             self.brick.tick()
         return b"".join(replies).hex()
@@ -247,7 +254,8 @@ class Bench:
         return "ok"
 
     def _usb(self, plugged: str) -> str:
-        if plugged == "0":
+        self._plugged = plugged != "0"
+        if not self._plugged:
             self.brick.unplug_usb()
         return "ok"
 
