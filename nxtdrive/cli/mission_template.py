@@ -93,7 +93,7 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
         table = _PICTURE.format(name=target.name, file=file, height_mm=target.height_mm)
     name = json.dumps(target.name)
     pad = " " * max(1, 14 - len(name))
-    parts = [_HEAD.format(title=json.dumps(f"find the {target.name}"), name=name, pad=pad, target=table)]
+    parts = [_HEAD.format(title=json.dumps(f"find {target.name}"), name=name, pad=pad, target=table)]
     tables: dict[str, type[BaseModel]] = {
         "adaptive": AdaptiveParameters,
         "thesis": ThesisParameters,
