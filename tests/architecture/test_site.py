@@ -77,6 +77,15 @@ def test_the_site_has_no_broken_link_and_fetches_nothing_from_elsewhere(site):
 
 
 @pytest.mark.slow
+def test_lists_and_blocks_are_not_shown_as_text(site):
+    """A list needs an empty line before it, and a block in a list four spaces; GitHub asks for neither."""
+    for page in site.rglob("*.html"):
+        html = re.sub(r"<pre.*?</pre>", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for _, text in re.findall(r"<(p|li)>(.*?)</\1>", html, flags=re.DOTALL):
+            assert not re.findall(r"\n *(?:[-*]|\d\d?\.) \S.*|```.*", text), page.name
+
+
+@pytest.mark.slow
 def test_the_reference_is_made_of_the_docstrings(site):
     driver = (site / "reference" / "driver.html").read_text(encoding="utf-8")
     for page in (site / "reference").iterdir():
