@@ -198,7 +198,7 @@ _V1_32 = replace(
         replaces_arrays=True,
         enhanced_calls=True,
         scans_integers=True,
-        always_jumps=True,
+        misses_jumps=True,
         system_calls=100,
     ),
     map_sizes={"Comm.mod": 1900, "Input.mod": 420, "Low Speed.mod": 172, "Ui.mod": 44},

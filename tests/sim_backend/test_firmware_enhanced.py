@@ -161,3 +161,33 @@ def test_firmware_1_29_does_not_know_these_instructions(opcode):
     variables = Variables()
     variables.number()
     assert status(started(variables, [instruction(opcode, 0, 0, 0), FOREVER], firmware="1.29")) == 3
+
+
+COMPARE, BRANCH_IF, EQ, STOP = 0x11, 0x26, 4, 0x29
+
+
+@pytest.mark.parametrize(
+    ("firmware", "kind", "waits", "where", "additions"),
+    [
+        ("1.29", S16, 2, "before", 50),
+        ("1.32", S16, 2, "before", 32),
+        ("1.32", S16, 0, "before", 30),
+        ("1.32", S8, 2, "before", 32),
+        ("1.32", U8, 2, "before", 50),
+        ("1.32", S16, 2, "behind", 31),
+        ("1.32", S16, 2, "nowhere", 50),
+    ],
+)
+def test_a_jump_that_is_not_made_leads_astray_in_a_clump_that_compares_arrays(firmware, kind, waits, where, additions):
+    variables = Variables()
+    left, right = variables.array([1, 2], kind), variables.array([1, 3], kind)
+    flag, count, one, two = (variables.number(number) for number in (0, 0, 1, 2))
+    add, compare = instruction(ADD, count, count, one), instruction(COMPARE, flag, left, right, flags=EQ)
+    jump = instruction(BRANCH_IF, 4 * 21, one, two, flags=EQ)
+    pause = instruction(0x34, NONE, NONE) if firmware == "1.29" else instruction(WAIT, 3)
+    code = [*[pause] * waits, jump, *[add] * 50, instruction(0x25, 0)]
+    code = {"before": [compare, *code], "behind": [*code, compare], "nowhere": code}[where]
+    clump = CLUMP if firmware == "1.32" else 28
+    brick = started(variables, code, firmware=firmware)
+    kind, _, data = variables.table[count]
+    assert SCALARS[kind].unpack_from(brick.command.pool, clump + data)[0] == additions

@@ -9,7 +9,16 @@ from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
-from sim_backend.firmware.vm.instructions import END_TURN, Branch, Effect, Instruction, Next, Ports, Translation
+from sim_backend.firmware.vm.instructions import (
+    END_TURN,
+    Branch,
+    Effect,
+    Instruction,
+    Next,
+    Ports,
+    Step,
+    Translation,
+)
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
@@ -30,11 +39,12 @@ def _jump(machine: Machine, instruction: Instruction) -> Next:
 def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
     _, left, right = instruction.arguments
     target, following, relation = _target(machine, instruction), instruction.following, instruction.flags
+    if machine.task.misses:
+        return Next(_astray(machine, instruction))
     if machine.operands.scalars(left, right):
         return Branch(comparison(machine, relation, left, right), target, following)
     data, first, second = machine.data, Place(left), Place(right)
     forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
-    following = target if machine.dialect.always_jumps else following
 
     def run() -> int:
         try:
@@ -45,6 +55,21 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
             raise
 
     return Next(run)
+
+
+def _astray(machine: Machine, instruction: Instruction) -> Step:
+    """A conditional jump that, when it is not made, leads as far from its target as the turn began from the clump."""
+    relation, end = instruction.flags, len(machine.program.code)
+    target = instruction.at + s16(instruction.arguments[0])
+    left, right = (Place(argument) for argument in instruction.arguments[1:])
+    start = machine.program.clumps[machine.task.number].start
+
+    def run() -> int:
+        holds = compare(machine.data, relation, left, right)
+        word = target if holds else target - (machine.turn_start - start)
+        return word if 0 <= word < end else end
+
+    return run
 
 
 def _branch_test(machine: Machine, instruction: Instruction) -> Branch:

@@ -20,7 +20,7 @@ from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Ports, Translation, decode
 from sim_backend.firmware.vm.memory import Memory, OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
-from sim_backend.firmware.vm.rxe import Clump, Program
+from sim_backend.firmware.vm.rxe import Clump, Program, Type
 
 TURN = 20
 """Most instructions of a turn, unless the program changes it."""
@@ -32,6 +32,7 @@ NOWHERE = NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
 _BOTH = int(Ports.BOTH)
+_COMPARE, _BRANCH_IF = 0x11, 0x26
 _JUMP_TO_ITSELF = (0x4025, 0)
 
 
@@ -55,14 +56,15 @@ class Task:
         end: The word from which on there is no instruction.
         wake_ms: Pass in which a sleeping one continues.
         turn: Most instructions of its turn.
+        misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
         blocks: Compiled code by its first word.
     """
 
-    __slots__ = ("blocks", "end", "number", "pc", "turn", "wake_ms")
+    __slots__ = ("blocks", "end", "misses", "number", "pc", "turn", "wake_ms")
 
     def __init__(self, number: int, start: int, end: int) -> None:
         self.number, self.pc, self.end = number, start, end
-        self.wake_ms, self.turn = NEVER, TURN
+        self.wake_ms, self.turn, self.misses = NEVER, TURN, False
         self.blocks: dict[int, Block] = {}
 
 
@@ -80,6 +82,7 @@ class Machine:
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
+        turn_start: The word at which this turn began.
         asked_time: Number of instructions of this turn that asked for the time.
         handles: Handles of the files that the program has opened.
         error: Code of the error that ended the program, a negative number of eight bits.
@@ -102,6 +105,7 @@ class Machine:
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
         decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
+        self._decode = partial(decoder, program.code)
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
         self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self.handles = set[int]()
@@ -109,10 +113,11 @@ class Machine:
         self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
         self.queue, self._sleeping = self._queue(), self._queue()
         for task in self.tasks:
+            task.misses = dialect.misses_jumps and self._compares_aggregates(task)
             self.reset(task)
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
-        self.now_ms = self.asked_time = self._turns_left = self.error = 0
+        self.now_ms = self.asked_time = self._turns_left = self.error = self.turn_start = 0
         self._stopped = False
         if self.runs:
             self.task = self.tasks[self.queue.first]
@@ -161,9 +166,10 @@ class Machine:
             alone = number == queue.last
             self.asked_time, self._turns_left = 0, turns
             most, several = min(instructions, task.turn), False
-            if alone and turns > 2 * instructions:
+            self.turn_start = task.pc
+            if alone and turns > 2 * instructions and not task.misses:
                 most = instructions
-            elif alone and task.turn == TURN:
+            elif alone and task.turn == TURN and not task.misses:
                 most, several = min(instructions, turns * TURN), True
             done, ended = self._turn(most, several=several)
             instructions -= done
@@ -212,6 +218,24 @@ class Machine:
         others = self.runs and not self._stopped
         if task.pc >= task.end if older else others and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
+
+    def _compares_aggregates(self, task: Task) -> bool:
+        """Whether a clump has a comparison of arrays or clusters, other than one of texts that stores a number."""
+        at, data = task.pc, self.data
+        while at < task.end:
+            try:
+                instruction = self._decode(at)
+            except (ProgramError, LookupError):
+                return False
+            target, *compared = instruction.arguments[:3] or (0,)
+            if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
+                return True
+            if instruction.opcode == _COMPARE and any(map(data.is_aggregate, (target, *compared))):
+                texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
+                if data.is_aggregate(target) or not texts:
+                    return True
+            at = instruction.following
+        return False
 
     def _end(self, clump: Clump) -> int:
         """The word from which on there is no instruction of a clump."""

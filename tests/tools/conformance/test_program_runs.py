@@ -22,16 +22,8 @@ DIALECT = VERSIONS["1.29"].dialect
 SYSTEM_CALL = 0x28
 
 
-KNOWN = pytest.mark.xfail(strict=True, reason="a comparison of arrays ends the program")
-KNOWN_DIFFERENCES = ("logic-1.32",)
-
-
 def name_of(recorded):
     return f"{recorded['program']}-{recorded['firmware']}"
-
-
-def marks_of(recorded):
-    return KNOWN if name_of(recorded) in KNOWN_DIFFERENCES else ()
 
 
 def exchange_with(brick):
@@ -39,7 +31,7 @@ def exchange_with(brick):
     return lambda line: bench.control(line) if line.startswith("!") else bench.telegram(line)
 
 
-@pytest.mark.parametrize("recorded", [pytest.param(run, id=name_of(run), marks=marks_of(run)) for run in RUNS])
+@pytest.mark.parametrize("recorded", [pytest.param(run, id=name_of(run)) for run in RUNS])
 def test_programs_do_the_same_as_on_the_firmware(recorded):
     source = SOURCES[recorded["program"]]
     run = run_program(
