@@ -198,6 +198,7 @@ _V1_32 = replace(
         replaces_arrays=True,
         enhanced_calls=True,
         scans_integers=True,
+        map_limit=800,
         misses_jumps=True,
         system_calls=100,
     ),

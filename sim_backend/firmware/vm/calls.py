@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from sim_backend.firmware.cint import s16, s32
+from sim_backend.firmware.vm.call_types import LETTERS
 from sim_backend.firmware.vm.data import NONE, Place
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
@@ -27,14 +28,24 @@ class Call:
         members: Entries of the arguments in the variable table; those that a damaged program lacks read as 0.
     """
 
-    def __init__(self, machine: Machine, members: Sequence[int]) -> None:
+    def __init__(self, machine: Machine, members: Sequence[int], types: str = "") -> None:
+        """Take the members of a cluster for the arguments, of the types of `CALL_TYPES`."""
         self.machine, self.devices = machine, machine.devices
         self.members = [*members, *[NONE] * (MOST_ARGUMENTS - len(members))]
         self._data = machine.data
+        self._types = [LETTERS.get(letter) for letter in types]
+
+    def _type(self, position: int) -> Type | None:
+        """What the firmware takes a number for; None as it is declared."""
+        is_variable = self.members[position] < min(NONE, self._data.first_field)
+        return self._types[position] if is_variable and position < len(self._types) else None
 
     def value(self, position: int) -> Number:
         """A number as it is stored."""
-        return self._data.get(self.members[position])
+        member, kind = self.members[position], self._type(position)
+        if kind is None:
+            return self._data.get(member)
+        return self._data.memory.load(kind, self._data.address(Place(member)))
 
     def number(self, position: int) -> int:
         """A number as an unsigned one of 32 bits."""
@@ -68,7 +79,11 @@ class Call:
 
     def put(self, position: int, value: int) -> None:
         """Return a number."""
-        self._data.put(self.members[position], value)
+        member, kind = self.members[position], self._type(position)
+        if kind is None:
+            self._data.put(member, value)
+        else:
+            self._data.memory.store(kind, self._data.address(Place(member)), value)
 
     def put_bytes(self, position: int, content: bytes) -> None:
         """Return an array of bytes, unless the argument is missing."""

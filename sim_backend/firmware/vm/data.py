@@ -350,7 +350,7 @@ class Data:
     def bytes_of(self, argument: int, count: int | None = None) -> bytes:
         """The stored bytes of an array variable of bytes, or as many from its beginning on."""
         at, length = self.span(argument)
-        end = at + (length if count is None else count)
+        end = at + (length if count is None else min(count, len(self.memory.pool)))
         self.memory.spend((end - at) // BYTES_PER_ACCESS)
         return bytes(self.memory.pool[at:end])
 

@@ -49,6 +49,7 @@ class Dialect(NamedTuple):
         enhanced_calls: Whether it has the community's system calls, and texts are drawn at every height.
         scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is no float.
         replaces_arrays: Whether an array can replace an element that is an array.
+        map_limit: Most bytes of an IO map that one call reads or writes.
         misses_jumps: Whether a conditional jump that compares, in a clump that compares arrays or clusters, leads to a
             wrong place if it is not made.
         abort_stops_tick: Whether the Tick of the Command map leaves out the pass in which a program is aborted.
@@ -74,5 +75,6 @@ class Dialect(NamedTuple):
     replaces_arrays: bool = False
     enhanced_calls: bool = False
     scans_integers: bool = False
+    map_limit: int = 64
     misses_jumps: bool = False
     abort_stops_tick: bool = True

@@ -17,6 +17,8 @@ _NO_POSITION = 0x9C
 """Status of a position outside of a file."""
 
 _START, _CURRENT, _END = range(3)
+_RESIZE = 4
+"""Origin from which on the firmware takes another command of its loader."""
 _MODULUS, _FACTOR = 2**31 - 1, 48271
 """Of the random numbers."""
 
@@ -73,6 +75,9 @@ def _open_read_linear(call: Call) -> None:
 def _seek(call: Call) -> None:
     """Set where a file is read on: status, handle, origin, distance. Where it is written stays."""
     loader, number, origin = call.devices.loader, call.number(1), call.number(2)
+    if origin >= _RESIZE:
+        _resize(call)
+        return
     handle = loader.handles[number] if number < len(loader.handles) else None
     if handle is None or handle.file is None:
         put_status(call, Status.ILLEGAL_HANDLE)
@@ -136,7 +141,7 @@ def _random(call: Call) -> None:
         machine.random_state = machine.tick if seed == 0 else seed if seed > 0 else 1
     else:
         machine.random_state = machine.random_state * _FACTOR % _MODULUS
-        call.put(0, machine.random_state)
+    call.put(0, machine.random_state)
 
 
 def _io_map_read(call: Call) -> None:
@@ -152,7 +157,10 @@ def _io_map_write(call: Call) -> None:
 def read_map(call: Call, live: LiveMap | None) -> None:
     """Return a part of an IO map."""
     at, size = call.number(2), call.number(3)
-    if live is None:
+    if size > call.machine.dialect.map_limit:
+        call.put_bytes(4, b"")
+        call.put(0, Status.ILLEGAL_SIZE)
+    elif live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + size > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
@@ -164,7 +172,9 @@ def read_map(call: Call, live: LiveMap | None) -> None:
 def write_map(call: Call, live: LiveMap | None) -> None:
     """Write to an IO map."""
     at, new = call.number(2), call.content(3)
-    if live is None:
+    if len(new) > call.machine.dialect.map_limit:
+        call.put(0, Status.ILLEGAL_SIZE)
+    elif live is None:
         call.put(0, Status.MODULE_NOT_FOUND)
     elif at + len(new) > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)

@@ -17,6 +17,7 @@ from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
 from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.vm.call_types import CALL_TYPES, ENHANCED_CALL_TYPES
 from sim_backend.firmware.vm.calls import MOST_ARGUMENTS, Call, Function
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
@@ -33,11 +34,10 @@ _RANDOM_LIMIT = 0x7FFF
 _BUTTON_COUNT, RECORD_LIMIT = 4, 60
 _MINUTE_MS = 60_000
 _NO_PORT = 0xDF
-_NO_BUTTON = -17
+_NO_BUTTON = 0xF0
 _NOT_CONNECTED = 0x9500
 _LAST_CALL = 47
 """The last of LEGO's calls."""
-_MAP_LIMIT = 64
 _COLOR_TYPES, _COLORS = range(13, 18), 4
 
 
@@ -52,7 +52,8 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
     count = data.entry(cluster).data
     if count > MOST_ARGUMENTS:
         raise ProgramError(ERR_INSTR, "a system call with too many arguments")
-    call = Call(machine, data.arguments(cluster, count))
+    types = {**CALL_TYPES, **ENHANCED_CALL_TYPES} if machine.dialect.enhanced_calls else CALL_TYPES
+    call = Call(machine, data.arguments(cluster, count), types.get(name, ""))
     return lambda: function(call)
 
 
@@ -95,7 +96,8 @@ def _read_button(call: Call) -> None:
     """Ask for a button: status, number, pressed, times pressed, whether to reset that number."""
     number = call.number(1)
     if number >= _BUTTON_COUNT:
-        call.put(0, _NO_BUTTON)
+        for position, value in ((0, _NO_BUTTON), (2, 0), (3, 0)):
+            call.put(position, value)
         return
     button = call.devices.button.buttons[number]
     call.put(2, int(button.pressed))
@@ -158,19 +160,12 @@ def _keep_alive(call: Call) -> None:
 
 def _io_map_read(call: Call) -> None:
     """Read an IO map: status, module, offset, count, bytes."""
-    if call.number(3) > _MAP_LIMIT and not call.machine.dialect.enhanced_calls:
-        call.put_bytes(4, b"")
-        call.put(0, Status.ILLEGAL_SIZE)
-    else:
-        read_map(call, call.devices.module(call.text(1)))
+    read_map(call, call.devices.module(call.text(1)))
 
 
 def _io_map_write(call: Call) -> None:
     """Write an IO map: status, module, offset, bytes."""
-    if len(call.content(3)) > _MAP_LIMIT and not call.machine.dialect.enhanced_calls:
-        call.put(0, Status.ILLEGAL_SIZE)
-    else:
-        write_map(call, call.devices.module(call.text(1)))
+    write_map(call, call.devices.module(call.text(1)))
 
 
 def _color_sensor(call: Call) -> None:
@@ -233,9 +228,9 @@ def _set_sleep_time(call: Call) -> None:
 
 
 def _log_times(call: Call) -> None:
-    """Ask for the data log's clock: time, the brick's time at that moment."""
-    call.put(0, call.devices.log_times()[0])
-    call.put(1, call.devices.log_times()[1])
+    """Ask for the data log's clock: nothing, time, the brick's time at that moment."""
+    for position, value in enumerate(call.devices.log_times(), 1):
+        call.put(position, value)
 
 
 def _log(call: Call) -> None:
