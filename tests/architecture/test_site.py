@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
     ("page", "written", "shown"),
     [
         ("index.md", "[web](docs/web.md#one-run-in-the-browser)", "[web](web.md#one-run-in-the-browser)"),
-        ("index.md", "![run](docs/images/run.png)", "![run](images/run.png)"),
+        ("index.md", "![run](docs/images/run.png)", "[![run](images/run.png)](images/run.png)"),
         ("index.md", "[lesson](examples/lesson)", "[lesson](examples/lesson.md)"),
         ("index.md", "[licence](nxtdrive/drawing/fonts/LICENSE_DEJAVU)", "licence"),
         ("web.md", "[motion.md](motion.md#waits)", "[Motion: leases, exact moves, stalls](motion.md#waits)"),

@@ -72,7 +72,8 @@ def site_links(markdown: str, page: str) -> str:
             return text
         if text.endswith(".md"):  # the name of a file says little on a page
             text = _title(path if path in made else f"docs/{there}")
-        return f"{picture}[{text}]({os.path.relpath(there, PurePosixPath(page).parent)}{anchor})"
+        link = f"[{text}]({os.path.relpath(there, PurePosixPath(page).parent)}{anchor})"
+        return f"[!{link}]({link.rpartition('(')[2]}" if picture else link  # a picture opens in its full size
 
     return LINK.sub(point, markdown)
 
