@@ -27,23 +27,20 @@ class Button:
     Attributes:
         presses, long_presses, short_releases, long_releases, releases: 8-bit counters since power-on.
         state: See `ButtonState`.
+        pressed: Whether it was down at the last sample.
     """
 
     def __init__(self) -> None:
         self.presses = self.long_presses = self.short_releases = self.long_releases = self.releases = 0
         self.state = 0
+        self.pressed = False
         self._pressed_ms = 0
 
-    @property
-    def pressed(self) -> bool:
-        """Whether it was down at the last sample."""
-        return bool(self.state & ButtonState.PRESSED)
-
     def sample(self, pressed: bool, now_ms: int) -> None:
-        """Update state and counters."""
-        before = self.state & ButtonState.PRESSED
+        """Update state and counters; the number of releases is the sum of short and long ones."""
+        before, self.pressed = self.pressed, pressed
         held_ms = now_ms - self._pressed_ms
-        self.state = before
+        self.state = int(ButtonState.PRESSED) if before else 0
         if pressed and not before:
             self._pressed_ms = now_ms
             self.presses = self.presses + 1 & 0xFF
@@ -53,9 +50,9 @@ class Button:
             self.state |= ButtonState.LONG_PRESS
         elif before and not pressed:
             self._release(held_ms >= LONG_PRESS_MS)
+        self.releases = self.short_releases + self.long_releases & 0xFF
 
     def _release(self, long: bool) -> None:
-        self.releases = self.releases + 1 & 0xFF
         if long:
             self.long_releases = self.long_releases + 1 & 0xFF
             self.state = int(ButtonState.LONG_RELEASE)
@@ -88,6 +85,10 @@ class ButtonModule:
     def hold(self, mask: int) -> None:
         """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
         self._mask = mask
+        self.wake()
+
+    def wake(self) -> None:
+        """Sample the buttons at the next time."""
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
     def forget_releases(self) -> None:

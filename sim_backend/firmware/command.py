@@ -44,7 +44,7 @@ class CommandModule:
     Attributes:
         due_ms: See `Module`.
         status: See `firmware_protocol.iomap.ProgramStatus`.
-        activate: Nonzero to start the program `file_name` in the next pass.
+        activate: 1 to start the program `file_name` in the next pass.
         deactivate: Nonzero to stop the program; without a program it stays set and stops the next one.
         file_name: 20 bytes, as commanded.
         program_name: Name that the last program was started by.
@@ -86,7 +86,7 @@ class CommandModule:
         self._state = int(InterpreterState.IDLE)
         self.breakpoints: list[list[tuple[int, int]]] = []
         self.behind_pool = b"\0"
-        self._pool = fresh_pool()
+        self._pool, self._written = fresh_pool(), dict[str, int]()
         self.due_ms = NEVER
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
@@ -126,6 +126,10 @@ class CommandModule:
         """Milliseconds since power-on, 32 bits; the pass of an abort counts once a program runs for a whole pass."""
         return self._clock.now_ms - self._tick_lag & 0xFFFF_FFFF
 
+    @tick.setter
+    def tick(self, tick: int) -> None:
+        self._tick_lag = 1 if tick != self.tick else self._tick_lag
+
     @property
     def pool(self) -> bytes:
         """The memory pool; it keeps its content after a program."""
@@ -138,14 +142,24 @@ class CommandModule:
     @property
     def variables_offset(self) -> int:
         """Offset of the last program's variables in the IO map."""
-        return self._in_map(0)
+        return self._in_map("variables", 0)
+
+    @variables_offset.setter
+    def variables_offset(self, offset: int) -> None:
+        self._written["variables"] = offset
 
     @property
     def descriptors_offset(self) -> int:
         """Offset of the array descriptors in the IO map."""
-        return self._in_map(0 if self._memory is None else self._memory.descriptors)
+        return self._in_map("descriptors", 0 if self._memory is None else self._memory.descriptors)
 
-    def _in_map(self, offset: int) -> int:
+    @descriptors_offset.setter
+    def descriptors_offset(self, offset: int) -> None:
+        self._written["descriptors"] = offset
+
+    def _in_map(self, name: str, offset: int) -> int:
+        if name in self._written:
+            return self._written[name]
         if self._memory is None or not (self._machine or self._dialect.keeps_offsets):
             return NOT_AN_OFFSET
         return _POOL_AT + self._memory.base + offset & 0xFFFF
@@ -186,7 +200,7 @@ class CommandModule:
                 self._phase, self.status = _Phase.IDLE, int(ProgramStatus.IDLE)
                 self._reset_devices()
                 self.due_ms = now_ms + 1 if self.activate else NEVER
-        elif self.activate:
+        elif self.activate == 1:
             self.activate = 0
             self._activate(now_ms)
 
@@ -207,7 +221,7 @@ class CommandModule:
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on."""
-        self._pool = fresh_pool(self.behind_pool)
+        self._pool, self._written = fresh_pool(self.behind_pool), {}
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         try:

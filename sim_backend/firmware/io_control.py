@@ -22,7 +22,7 @@ class IoControl:
     @property
     def power_command(self) -> int:
         """Last command to the second processor: 0x00 none, 0x5A power off, 0xA5 boot loader."""
-        return self.power_word >> 8
+        return self.power_word >> 8 if self.power_word in (POWER_DOWN, BOOT) else 0
 
     def shut_down(self, word: int) -> None:
         """Switch the display off, then the brick."""

@@ -102,7 +102,8 @@ class LiveMap:
         self._bytes[offset:end] = data
         for view in self._touched(offset, end):
             if view.put is not None:
-                view.put(view.layout.unpack_from(self._bytes, view.offset)[0])
+                values = view.layout.unpack_from(self._bytes, view.offset)
+                view.put(values[0] if len(values) == 1 else values)
 
     def _refresh(self, start: int, end: int) -> None:
         for view in self._touched(start, end):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from firmware_protocol import iomap
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.command import CommandModule
@@ -19,7 +21,6 @@ from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 
-_USB_STATE, _CONNECTED = 1894, b"\x01"
 _BT_STATE, _VISIBLE = 1151, b"\x03"
 _BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
 _FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
@@ -28,6 +29,12 @@ _RADIO_MESSAGES, _BOOT_MESSAGES = 1157, bytes.fromhex("05000100ffdf0000000000000
 
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
 _AWAKE = b"\x01"
+
+
+class _Cable(NamedTuple):
+    """The USB cable; the firmware looks in every pass whether it is there."""
+
+    state: int = 1
 
 
 def output_map(module: OutputModule) -> LiveMap:
@@ -85,7 +92,7 @@ def input_map(module: InputModule) -> LiveMap:
             CustomActiveStatus="custom_active",
             InvalidData="invalid",
         )
-        live.show(
+        live.bind(
             port.color,
             index=i,
             ColorCalibration="calibration",
@@ -146,7 +153,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         module,
         LMSfilename="program_name",
         Flags="flags",
-        State="state",
+        State="map_state",
         Button="button",
         RunState="run_state",
         SleepTimeout="sleep_minutes",
@@ -167,9 +174,9 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     live = LiveMap(iomap.COMM)
     live.bind(radio, BrickName="name")
     live.bind(radio, BrickAddress="address")
-    live.show(radio, BtHwStatus="resetting")
+    live.bind(radio, BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state")
-    live.preset(_USB_STATE, _CONNECTED)
+    live.show(_Cable(), UsbState="state")
     live.preset(_BT_STATE, _VISIBLE)
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
@@ -181,9 +188,11 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
 def command_map(module: CommandModule) -> LiveMap:
     """State of the program interpreter and the memory pool; programs can be started and stopped here."""
     live = LiveMap(iomap.COMMAND, on_write=module.wake)
-    live.show(module, Tick="tick", OffsetDS="variables_offset", OffsetDVA="descriptors_offset")
     live.bind(
         module,
+        Tick="tick",
+        OffsetDS="variables_offset",
+        OffsetDVA="descriptors_offset",
         ProgStatus="status",
         ActivateFlag="activate",
         DeactivateFlag="deactivate",
@@ -208,7 +217,7 @@ def display_map(module: DisplayModule, refresh: ScreenRefresh, status_bar: Statu
 def loader_map(loader: Loader) -> LiveMap:
     """Free flash."""
     live = LiveMap(iomap.LOADER)
-    live.show(loader, FreeUserFlash="free_flash")
+    live.bind(loader, FreeUserFlash="free_flash")
     return live
 
 
@@ -221,7 +230,7 @@ def io_control_map(module: IoControl) -> LiveMap:
 
 def button_map(module: ButtonModule) -> LiveMap:
     """Counters and states of the four buttons."""
-    live = LiveMap(iomap.BUTTON)
+    live = LiveMap(iomap.BUTTON, on_write=module.wake)
     for i, button in enumerate(module.buttons):
         live.bind(
             button,

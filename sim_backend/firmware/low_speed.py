@@ -104,7 +104,8 @@ class Channel:
     @property
     def ready(self) -> int:
         """Number of received bytes waiting; see `Version.counts_full_ring` for 16."""
-        waiting = (self.rx_in - self.rx_out) % RING
+        waiting = self.rx_in - self.rx_out
+        waiting += RING if waiting < 0 else 0
         full = not waiting and self.rx_size == RING and self.state == ChannelState.IDLE
         return RING if full and self._counts_full_ring else waiting
 

@@ -107,6 +107,18 @@ class Menu:
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
         self._steps = [(UiState.DRAWING, drawn) for drawn in (marks.PAGE, marks.FILE_NAME, marks.PAGE)]
 
+    def go_on_from(self, state: int) -> None:
+        """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
+        keys = {shown: key for key, shown in _STATES.items()}
+        if state in keys:
+            self.press(keys[UiState(state)])
+            del self._steps[0]
+            return
+        drawn = self._page
+        later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
+        self.shows_key, self.runs, self._drawn = True, "", NOTHING if later else drawn
+        self._steps = [(each, drawn if each == UiState.DRAWING else NOTHING) for each in later]
+
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; others do nothing."""
         if key not in tuple(Key):

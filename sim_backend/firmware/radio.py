@@ -47,7 +47,7 @@ class Radio:
         self._clock = clock
         self.own_address = self.address = address
         self._name = self._stored_name = _padded(name)
-        self._on, self._resetting = True, False
+        self._on, self._resetting = True, 0
         self._state: int = RadioState.ON
         self._busy_until_ms = 0
         self._changes: list[_Change] = []
@@ -80,10 +80,14 @@ class Radio:
         self._state = state
 
     @property
-    def resetting(self) -> bool:
-        """Whether the radio starts again after a reset."""
+    def resetting(self) -> int:
+        """1 while the radio starts again after a reset, or what was written to its map."""
         self._settle()
         return self._resetting
+
+    @resetting.setter
+    def resetting(self, resetting: int) -> None:
+        self._resetting = resetting
 
     @property
     def busy(self) -> bool:
@@ -123,10 +127,10 @@ class Radio:
         self._occupy(
             170 + wait,
             (6, "_stored_name", name),
-            (6 + wait, "_resetting", True),
+            (6 + wait, "_resetting", 1),
             (7, "_state", RadioState.OFF),
             (164, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
-            (167 + wait, "_resetting", False),
+            (167 + wait, "_resetting", 0),
             (167 + wait, "_on", True),
             (167 + wait, "_state", RadioState.STARTING),
             (167 + wait + starting, "_state", RadioState.ON),

@@ -23,12 +23,27 @@ class SleepTimer:
 
     @property
     def sleep_timer(self) -> int:
-        """Whole minutes since the timer was last reset."""
-        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS if self.sleep_minutes else 0
+        """Whole minutes since the timer was last reset, 8 bits."""
+        return self._minutes & 0xFF if self.sleep_minutes else 0
 
     @sleep_timer.setter
     def sleep_timer(self, minutes: int) -> None:
-        self._timer_started_ms += (self.sleep_timer - minutes) * MINUTE_MS
+        self._timer_started_ms += (self._minutes - minutes) * MINUTE_MS
+
+    @property
+    def _minutes(self) -> int:
+        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
+
+    @property
+    def expired(self) -> bool:
+        """Whether it is time to switch off: looked at when a minute is over."""
+        over = self._clock.now_ms == self._timer_started_ms + self._minutes * MINUTE_MS
+        return 0 < self.sleep_minutes <= self.sleep_timer and over
+
+    @property
+    def expires_ms(self) -> int:
+        """When it will be time, at the earliest, if no sleep time is 0."""
+        return self._timer_started_ms + max(self.sleep_minutes, self._minutes + 1) * MINUTE_MS
 
     @property
     def sleep_ms(self) -> int:

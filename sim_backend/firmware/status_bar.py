@@ -6,7 +6,7 @@ Source: docs/firmware.md section 8.5.
 from __future__ import annotations
 
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import UiModule
@@ -14,6 +14,9 @@ from sim_backend.firmware.ui_states import UiState
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
+
+_RADIO_STATES, _RADIO_ICONS = 0x07, 6
+"""Bits of BluetoothState with the radio's state; states that have an icon, others keep the last one."""
 
 _FIRST_ICON = 0x2000
 """Bit of UpdateMask for the first icon; the others follow."""
@@ -37,6 +40,7 @@ class StatusBar:
 
     def __init__(self, clock: Clock, ui: UiModule, radio: Radio, screen: ScreenRefresh) -> None:
         self._clock, self._ui, self._radio, self._screen = clock, ui, radio, screen
+        self.icons = bytes((_BLUETOOTH + RadioState.ON,))
         self.icons = self._now()
 
     def draw(self, *, everything: bool) -> None:
@@ -53,5 +57,7 @@ class StatusBar:
         ui, battery = self._ui, self._ui.battery
         running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
         charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
-        icons = (_BLUETOOTH + self._radio.state, _USB + ui.usb_state, 1 + running, charge)
+        radio = self._radio.state & _RADIO_STATES
+        bluetooth = _BLUETOOTH + radio if radio < _RADIO_ICONS else self.icons[0]
+        icons = (bluetooth, _USB + ui.usb_state, 1 + running, charge)
         return bytes(icon & 0xFF for icon in icons)

@@ -11,41 +11,35 @@ from firmware_protocol.iomap import ProgramStatus, SoundState, UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
-from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.button import Button
-from sim_backend.firmware.io_control import POWER_DOWN, IoControl
+from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.keys import KEYS, Key, Keys
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.sleep_timer import SLEEP_MINUTES, SleepTimer
+from sim_backend.firmware.sleep_timer import SLEEP_MINUTES
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
-from sim_backend.firmware.ui_states import STARTING, DrawStatus, Programs, Run, UiState
+from sim_backend.firmware.supply import Supply
+from sim_backend.firmware.ui_states import STARTING, DrawStatus, Run, UiState
 
 _EXIT_MASK, _ENTER = 1, 3
 
 
-class UiModule(SleepTimer):
+class UiModule(Supply):
     """Battery supervision, sleep timer, and the starting of files.
 
     Attributes:
         due_ms: See `Module`.
-        battery: The supply.
-        programs: The command module; set by the brick.
         buttons: The buttons; set by the brick.
         on_pass: Called in each pass; set by the brick.
         draw_status: Draws the status bar; set by the brick.
-        flags: See `firmware_protocol.iomap.UiFlag`.
-        state: See `UiState`.
         program_name: The file to start, 20 bytes.
         button: A button pressed through the map, 0 for none.
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
-        force_off: Nonzero to switch the brick off.
     """
 
-    programs: Programs
     on_pass: Callable[[], None]
     draw_status: DrawStatus
 
@@ -59,21 +53,33 @@ class UiModule(SleepTimer):
         *,
         data_log: bool,
     ) -> None:
-        super().__init__(clock)
-        self._io_control, self._sound, self._on_restart = io_control, sound, loader.restore_settings
-        self._screen = screen
-        self.battery, self.volume = Battery(), MAX_VOLUME
-        self.flags, self.state = int(UiFlag.ENABLE_STATUS), int(UiState.WAITING)
-        self.button = self.error = self.pointer = self.force_off = 0
+        super().__init__(clock, io_control, screen)
+        self._sound, self._on_restart, self.volume = sound, loader.restore_settings, MAX_VOLUME
+        self.button = self.error = self.pointer = 0
         self.program_name = bytes(NAME_SIZE)
         self.run_state, self.usb_state, self._run, self._file = 1, 2, Run.TONE, bytes(NAME_SIZE)
-        self._next_step_ms = self._event_ms = NEVER
+        self._event_ms = NEVER
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
-        self._off_ms = NEVER
-        self._warned = self._exit_pressed = self._starting = self._answered = self._from_menu = False
+        self._exit_pressed = self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
         self._menu, self._keys = Menu(self, loader.flash.names_ending, screen, data_log=data_log), Keys()
         self.due_ms = 0
+
+    @property
+    def map_state(self) -> int:
+        """The state in the map; a written one is gone on from in the same pass, but not while a file has the screen."""
+        return self.state
+
+    @map_state.setter
+    def map_state(self, state: int) -> None:
+        idle = self.state != state and self._off_ms == NEVER and not self.runs_file
+        self.state = state
+        if idle and state in states.GONE_ON_FROM:
+            self._next_step_ms = self._clock.now_ms + (state == UiState.RUNNING)
+            self._starting, self._run, self._file = state == UiState.START, Run.TONE, self.program_name
+            self.flags |= int(UiFlag.BUSY) if state == UiState.RUNNING else 0
+            if state in states.MENU_STATES:
+                self._menu.go_on_from(state)
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
@@ -169,7 +175,7 @@ class UiModule(SleepTimer):
         elif self._answered or (self._takes_keys and self.button and not self._disabled(self.button)):
             self._take_key()
         self._step(now_ms)
-        self._watch_supply()
+        self.watch_supply()
         self._schedule()
 
     @property
@@ -223,7 +229,7 @@ class UiModule(SleepTimer):
             self._next_step_ms = self._message_ends_ms = self._clock.now_ms
         else:
             self.flags &= ~int(UiFlag.BUSY)
-            self.state = int(UiState.WAITING)
+            self.map_state = self._warned_in
 
     def _show_key(self) -> None:
         """Show the next state that a key brings; after the last one wait for another key, or switch off."""
@@ -298,6 +304,7 @@ class UiModule(SleepTimer):
             case Run.TONE if self._sound.state == SoundState.TONE:
                 self._next_step_ms = now_ms + 1
             case Run.TONE:
+                self.flags |= int(UiFlag.BUSY)
                 known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
                 wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
@@ -356,35 +363,10 @@ class UiModule(SleepTimer):
         self.state, self._menu_opened_ms, self._next_step_ms = int(UiState.MENU), now_ms, now_ms + 1
         self._menu.redraw()
 
-    def _watch_supply(self) -> None:
-        """Warn of a low battery once; switch off when the sleep timer has expired."""
-        now_ms = self._clock.now_ms
-        self._warned = self._warned and self.battery.low
-        if self._warns and self.battery.since_sample_ms(now_ms) >= times.WARNING_MS:
-            self._warned = True
-            self.flags |= int(UiFlag.BUSY)
-            self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
-        if self.sleep_minutes and self.sleep_timer >= self.sleep_minutes and self._off_ms == NEVER:
-            self.force_off = 1
-        if self.force_off and self._off_ms == NEVER:
-            self._off_ms, self.force_off = now_ms, 0
-            if self.state in states.IN_MENU:
-                self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
-            if self.programs.active:
-                self.programs.stop()
-        if now_ms >= self._off_ms + times.DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
-            self._io_control.display_on = self._screen.on = False
-        if now_ms >= self._off_ms + times.POWER_OFF_MS:
-            self._io_control.power_word = POWER_DOWN
-
-    @property
-    def _warns(self) -> bool:
-        return self.battery.low and not self._warned and self.state in states.IN_MENU and not self._from_menu
-
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
         if self.sleep_minutes and self._off_ms == NEVER:
-            due = min(due, self._timer_started_ms + self.sleep_ms)
+            due = min(due, self.expires_ms)
         if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):
             due = min(due, self._keys.repeat_ms)
         if self._off_ms != NEVER and now_ms < self._off_ms + times.POWER_OFF_MS:

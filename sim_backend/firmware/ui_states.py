@@ -29,6 +29,13 @@ class UiState(IntEnum):
 
 IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
+MENU_STATES = (
+    *(UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING),
+    *(UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT),
+)
+GONE_ON_FROM = (UiState.START, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
+"""States that the menus go on from if they are written to the map, and all such states."""
+
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
 """Requests to draw the status bar: carried out in the next pass, or kept while a program has the screen."""
 
