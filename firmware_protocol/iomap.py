@@ -272,7 +272,13 @@ DISPLAY = IOMap(
     "Display.mod",
     0x000A_0001,
     1720,
-    single(EraseMask=(4, U32), UpdateMask=(8, U32), StatusIcons=(108, Annotated[bytes, Block(4)]), Flags=(117, U8))
+    single(
+        EraseMask=(4, U32),
+        UpdateMask=(8, U32),
+        StatusIcons=(108, Annotated[bytes, Block(4)]),
+        Flags=(117, U8),
+        TextLinesCenterFlags=(118, U8),
+    )
     | repeated(
         8,
         DISPLAY_WIDTH,

@@ -141,7 +141,7 @@ class InputPort:
         self.known_type = self.type
         if settling is not None:
             self.settling = settling
-            self.invalid |= INVALID
+            self.invalid = INVALID
         if self.type == SensorType.CUSTOM:
             self._set_pins()
         elif pins is not None:
@@ -277,7 +277,7 @@ class InputModule:
 
     def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
         """Set type and mode; the values are invalid until a later pass."""
-        port.type, port.mode, port.invalid = sensor_type, mode, port.invalid | INVALID
+        port.type, port.mode, port.invalid = sensor_type, mode, INVALID
         self.wake()
 
     def plug_in(self, port: InputPort, sensor: object) -> None:

@@ -209,8 +209,10 @@ def command_map(module: CommandModule) -> LiveMap:
 def display_map(module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar) -> LiveMap:
     """Display with its frame buffer."""
     live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=refresh.wake)
-    live.show(status_bar, StatusIcons="icons")
-    live.bind(refresh, EraseMask="erase_mask", UpdateMask="update_mask", Flags="flags")
+    live.bind(status_bar, StatusIcons="icons")
+    live.bind(
+        refresh, EraseMask="erase_mask", UpdateMask="update_mask", Flags="flags", TextLinesCenterFlags="centered_lines"
+    )
     return live
 
 

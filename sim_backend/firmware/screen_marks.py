@@ -9,12 +9,16 @@ from typing import NamedTuple
 
 
 class Marks(NamedTuple):
-    """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased."""
+    """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
+
+    Lines of text to draw are centered, unless `again` says that they are drawn as they were.
+    """
 
     erase: int = 0
     update: int = 0
     drop: int = 0
     drop_erase: int = 0
+    again: bool = False
 
 
 _ALL = 0xFFFF_FFFF
@@ -35,5 +39,5 @@ MESSAGE = Marks(0x4000_0200, 0x5F218)
 CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
 STATUS = Marks(0x200, 0x1F200)
-STATUS_RUNNING = Marks(0x200, 0x1F218)
+STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
 """The status bar, and the same while a file runs."""

@@ -21,6 +21,10 @@ _PERIOD_MS, _PAUSE = 17, 15
 _STOPPED = DisplayFlag.POPUP | DisplayFlag.REFRESH_DISABLED
 
 
+_TEXT_LINES = 0xFF
+"""Bits of UpdateMask for lines of text."""
+
+
 class ScreenRefresh:
     """The masks and flags of the Display map.
 
@@ -28,12 +32,13 @@ class ScreenRefresh:
         due_ms: See `Module`.
         erase_mask: Parts of the screen to erase; one is done in each pass, the highest bit first.
         update_mask: Parts of the screen to draw, after those to erase and in the same way.
+        centered_lines: The lines of text among them, its lowest eight bits, that are centered.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self.due_ms = NEVER
-        self.erase_mask = self.update_mask = 0
+        self.erase_mask = self.update_mask = self.centered_lines = 0
         self._flags, self._rests_ms = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER
 
     @property
@@ -62,6 +67,7 @@ class ScreenRefresh:
         """Change the parts of the screen to erase and to draw from the next pass on."""
         self.erase_mask = self.erase_mask & ~marks.drop_erase | marks.erase
         self.update_mask = self.update_mask & ~marks.drop | marks.update
+        self.centered_lines |= 0 if marks.again else marks.update & _TEXT_LINES
         if any(marks):
             self.wake()
 
@@ -85,7 +91,8 @@ class ScreenRefresh:
                 self.update_mask &= ~_FRAME
             self.erase_mask = _without_highest(self.erase_mask)
         else:
-            self.update_mask = _without_highest(self.update_mask)
+            before, self.update_mask = self.update_mask, _without_highest(self.update_mask)
+            self.centered_lines &= ~(before ^ self.update_mask)
         pending = bool(self.erase_mask or self.update_mask)
         if not self._flags & DisplayFlag.POPUP:
             pending = self._switch(now_ms) or pending

@@ -114,7 +114,7 @@ class UiModule(Supply):
                 if buttons >> number & 1:
                     disabled = self._disabled(key)
                     self._answered |= self.state == UiState.LOW_BATTERY and not disabled
-                    if not (disabled and self.runs_file):
+                    if not disabled:
                         self._sound.click(self.volume)
         self.wake()
 
@@ -172,7 +172,7 @@ class UiModule(Supply):
             self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
         if self._in_menu or self._off_ms != NEVER:
             self._read_keys(now_ms)
-        elif self._answered or (self._takes_keys and self.button and not self._disabled(self.button)):
+        elif self._answered or (self._takes_keys and self.button):
             self._take_key()
         self._step(now_ms)
         self.watch_supply()
@@ -216,7 +216,7 @@ class UiModule(Supply):
 
     @property
     def _takes_keys(self) -> bool:
-        """Whether a key of the map counts outside of the menus: a message is shown."""
+        """Whether a key of the map counts outside of the menus, a disabled one too: a message is shown."""
         return self.state == UiState.LOW_BATTERY or (self.runs_file and self._run is Run.MESSAGE)
 
     def _take_key(self) -> None:
@@ -230,6 +230,7 @@ class UiModule(Supply):
         else:
             self.flags &= ~int(UiFlag.BUSY)
             self.map_state = self._warned_in
+            self._next_step_ms = self._clock.now_ms + 1
 
     def _show_key(self) -> None:
         """Show the next state that a key brings; after the last one wait for another key, or switch off."""
