@@ -52,6 +52,10 @@ class Button:
             self._release(held_ms >= LONG_PRESS_MS)
         self.releases = self.short_releases + self.long_releases & 0xFF
 
+    def forget_releases(self) -> None:
+        """Clear the counters of releases."""
+        self.short_releases = self.long_releases = self.releases = 0
+
     def _release(self, long: bool) -> None:
         if long:
             self.long_releases = self.long_releases + 1 & 0xFF
@@ -94,7 +98,7 @@ class ButtonModule:
     def forget_releases(self) -> None:
         """Clear the counters of releases: whenever inputs and outputs are reset."""
         for button in self.buttons:
-            button.short_releases = button.long_releases = button.releases = 0
+            button.forget_releases()
 
     def run(self, now_ms: int) -> None:
         """Sample all buttons; repeat while one is pressed or has an event to clear."""

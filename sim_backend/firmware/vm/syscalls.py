@@ -103,7 +103,7 @@ def _read_button(call: Call) -> None:
     call.put(2, int(button.pressed))
     call.put(3, button.releases)
     if call.number(4):
-        button.releases = 0
+        button.forget_releases()
     call.put(0, Status.OK)
 
 
