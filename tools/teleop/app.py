@@ -118,7 +118,7 @@ class Teleop(App[None]):
         """Lay out the picture, the map, the panel and the list of keys."""
         floor = Static(id="map", markup=False)
         floor.border_subtitle = LEGEND
-        yield Header()
+        yield Header(icon="")  # it would open the palette
         with Container(id="body"):
             with Vertical(id="sight"):
                 if self._picture is not None:
