@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from behaviors.ports import Point
+from behaviors.ports import Point, Sighting
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,8 @@ class LookAlikes:
         self._known: list[_LookAlike] = []
         self._steady: bool | None = None
         self._seen: dict[str, list[Point]] = {}
+        self._latest: dict[str, Sighting] = {}
+        self._confused: list[Point] = []
 
     def reject(self, target: str, place: Point, time_s: float, *, doubtful: bool) -> None:
         """Do not take what is there for the target for some time; `doubtful` if it may be the target in poor light."""
@@ -73,13 +75,19 @@ class LookAlikes:
                 released = each.place if self._compared(each) else released
         return released
 
-    def seen(self, target: str, place: Point, distance_mm: float) -> None:
-        """Remember where something was taken for the target from `distance_mm` away."""
-        places = self._seen.setdefault(target, [])
-        if all(math.dist(place, before) > max(N.near_mm, N.near_share * distance_mm) for before in places):
+    def seen(self, sighting: Sighting, place: Point) -> None:
+        """Remember where something was taken for a target, and whether it was taken for another in the same frame."""
+        places = self._seen.setdefault(sighting.target, [])
+        if all(math.dist(place, before) > max(N.near_mm, N.near_share * sighting.distance_mm) for before in places):
             places.append(place)
+        self._latest[sighting.target] = sighting
+        if any(_show_one_thing(sighting, other) for other in self._latest.values()) and not self._confused_at(place):
+            self._confused.append(place)
 
-    def alone(self, target: str) -> bool:
+    def _confused_at(self, place: Point) -> bool:
+        return any(math.dist(place, before) <= N.near_mm for before in self._confused)
+
+    def _alone(self, target: str) -> bool:
         """Whether all that was taken for the target was in one place."""
         return len(self._seen.get(target, ())) < 2
 
@@ -90,13 +98,26 @@ class LookAlikes:
     def compared(self, target: str, place: Point) -> bool:
         """Whether what is there may be the target although it is not found steadily.
 
-        Where a target was found steadily, the others are, too. In poor light none is. Until it is known which, what is
-        there is set aside, and is the target if no better one was found since from several places.
+        Where a target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
+        else was taken for it. Otherwise what is there is set aside, and is the target if no better one was found since
+        from several places. What was taken for two targets in one frame is not found steadily by either, or is neither.
         """
-        if self._steady is not None:
-            return not self._steady
+        if self._steady or self._confused_at(place):
+            return False
+        if self._steady is not None and self._alone(target):
+            return True
         return any(self._compared(each) and each.is_at(target, place) for each in self._known)
 
     def _compared(self, each: _LookAlike) -> bool:
         """Whether enough was looked for a better one: more where several things were taken for the target."""
-        return each.doubtful and len(each.looked_from) >= (1 if self.alone(each.target) else N.looks)
+        return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else N.looks)
+
+
+def _show_one_thing(a: Sighting, b: Sighting) -> bool:
+    """Whether one frame showed two targets in one place: the middle of one within the box of the other."""
+    if a.target == b.target or a.time_s != b.time_s:
+        return False
+    left, top, width, height = a.box
+    return abs(b.box[0] + b.box[2] / 2 - left - width / 2) < width / 2 and (
+        abs(b.box[1] + b.box[3] / 2 - top - height / 2) < height / 2
+    )

@@ -298,13 +298,12 @@ class WorldModel:
         known = self.known.pop(target, None)
         if known is not None:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
-            if not (doubtful and self.look_alikes.alone(target)):  # which is likely the target: look round here first
-                self.beliefs[target].refute(known.place)
+            self.beliefs[target].refute(known.place)
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is neither of a known look-alike nor in two places at once."""
         place = self.camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
-        self.look_alikes.seen(sighting.target, place, sighting.distance_mm)
+        self.look_alikes.seen(sighting, place)
         return not (
             self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
         )

@@ -6,8 +6,14 @@ import pytest
 
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.look_alikes import N as LOOK_ALIKES
+from behaviors.ports import Sighting
 
 PLACE, BESIDE, ELSEWHERE = (1000.0, 0.0), (1200.0, 0.0), (1000.0, 900.0)
+BOX = (100, 80, 40, 60)
+
+
+def _sighting(target="fox", distance_mm=1000.0, *, time_s=1.0, box=BOX):
+    return Sighting(target, 0.0, distance_mm, 1.0, time_s, box)
 
 
 @pytest.mark.parametrize("doubtful", [False, True])
@@ -22,8 +28,8 @@ def test_a_look_alike_is_rejected_for_some_time_and_only_for_its_target(doubtful
 
 def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
     look_alikes = LookAlikes()
-    look_alikes.seen("fox", PLACE, 1000.0)
-    look_alikes.seen("fox", ELSEWHERE, 1000.0)
+    look_alikes.seen(_sighting(), PLACE)
+    look_alikes.seen(_sighting(), ELSEWHERE)
     look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
     assert look_alikes.looked_round("fox", (0.0, 0.0)) is None
     assert look_alikes.looked_round("fox", (100.0, 0.0)) is None, "from the same place"
@@ -35,10 +41,9 @@ def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
 
 def test_one_look_round_is_enough_where_nothing_else_was_taken_for_the_target():
     look_alikes = LookAlikes()
-    look_alikes.seen("fox", PLACE, 1000.0)
-    look_alikes.seen("fox", BESIDE, 1000.0)
-    look_alikes.seen("fox", (1500.0, 0.0), 4000.0)
-    assert look_alikes.alone("fox"), "as exact as a sighting from there can be"
+    look_alikes.seen(_sighting(), PLACE)
+    look_alikes.seen(_sighting(), BESIDE)
+    look_alikes.seen(_sighting(distance_mm=4000.0), (1500.0, 0.0))  # as exact as a sighting from there can be
     look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
     assert look_alikes.rejected("fox", PLACE, 1.0)
     assert look_alikes.looked_round("fox", (0.0, 0.0)) == PLACE
@@ -57,8 +62,34 @@ def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_l
 def test_how_one_target_was_found_tells_of_the_others():
     look_alikes = LookAlikes()
     look_alikes.arrived(steady=False)
+    look_alikes.seen(_sighting("lena"), PLACE)
     assert look_alikes.compared("lena", PLACE), "in poor light no target is found steadily"
+    look_alikes.seen(_sighting("lena"), ELSEWHERE)
+    assert not look_alikes.compared("lena", PLACE), "but one of two things is a look-alike"
     look_alikes.arrived(steady=True)
     assert not look_alikes.compared("lena", PLACE)
     look_alikes.arrived(steady=False)
     assert not look_alikes.compared("lena", PLACE)
+
+
+def test_what_one_frame_shows_as_two_targets_is_not_taken_for_either_unless_it_is_found_steadily():
+    look_alikes = LookAlikes()
+    look_alikes.arrived(steady=False)
+    look_alikes.seen(_sighting("fox"), PLACE)
+    look_alikes.seen(_sighting("lena", box=(95, 85, 44, 58)), BESIDE)
+    assert not look_alikes.compared("fox", PLACE)
+    assert not look_alikes.compared("lena", PLACE)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"time_s": 2.0}, {"box": (145, 80, 40, 60)}, {"box": (100, 145, 40, 60)}],
+    ids=["later", "beside", "below"],
+)
+def test_targets_side_by_side_or_in_different_frames_are_two_things(other):
+    look_alikes = LookAlikes()
+    look_alikes.arrived(steady=False)
+    look_alikes.seen(_sighting("fox"), PLACE)
+    look_alikes.seen(_sighting("lena", **other), PLACE)
+    assert look_alikes.compared("fox", PLACE)
+    assert look_alikes.compared("lena", PLACE)

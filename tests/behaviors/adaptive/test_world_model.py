@@ -140,6 +140,14 @@ def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_
     assert world.beliefs["door"].held_at(place) > 5 * doubted
 
 
+def test_what_is_doubtful_is_looked_for_elsewhere_though_nothing_else_was_taken_for_the_target(world):
+    place = (1500.0, -400.0)
+    _see(world, place, 0.0)
+    likely = world.beliefs["door"].held_at(place)
+    world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
+    assert world.beliefs["door"].held_at(place) < 0.2 * likely, "a look round would show nothing but this place"
+
+
 def test_what_is_known_tells_from_where_and_when_it_was_seen(world):
     _see(world, (1500.0, 0.0), 4.0, pose=Pose(300.0, 100.0))
     known = world.known["door"]
