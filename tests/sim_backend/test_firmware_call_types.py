@@ -57,3 +57,22 @@ def test_a_call_takes_its_arguments_for_their_types_whatever_is_declared(firmwar
     numbers = [variable for variable, member in zip(found, members, strict=True) if isinstance(member, int)]
     places = [CLUMP[firmware] + variables.table[variable][2] for variable in numbers]
     assert tuple(int.from_bytes(brick.command.pool[at : at + 4], "little") for at in places) == expected
+
+
+def test_reading_a_button_can_clear_its_counters_of_releases():
+    variables = Variables()
+    cluster, _ = variables.call(0, 3, 0, 0, 1)
+    brick = SimBrick()
+    store(
+        brick,
+        "a.rxe",
+        assemble(variables, [instruction(0x34, 0xFFFF, 0xFFFF), instruction(CALL, BUTTON, cluster), FOREVER]),
+    )
+    button = brick.button.buttons[3]
+    button.presses = button.long_presses = 2
+    brick.receive(StartProgram("a.rxe").encode())
+    brick.tick(7)
+    button.short_releases = button.long_releases = button.releases = 1
+    brick.tick(20)
+    assert (button.presses, button.long_presses) == (2, 2)
+    assert (button.short_releases, button.long_releases, button.releases) == (0, 0, 0)

@@ -93,7 +93,7 @@ def _set_sound_state(call: Call) -> None:
 
 
 def _read_button(call: Call) -> None:
-    """Ask for a button: status, number, pressed, times pressed, whether to reset that number."""
+    """Ask for a button: status, number, pressed, times released, whether to clear its counters of releases."""
     number = call.number(1)
     if number >= _BUTTON_COUNT:
         for position, value in ((0, _NO_BUTTON), (2, 0), (3, 0)):
