@@ -22,7 +22,7 @@ _SIZE = LINES * DISPLAY_WIDTH
 _LAST_COLUMN, _LAST_ROW = DISPLAY_WIDTH - 1, DISPLAY_HEIGHT - 1
 
 
-_TURN, _FILL = 0x04, 0x20
+_TURN, FILL = 0x04, 0x20
 """Options of drawings."""
 
 
@@ -86,7 +86,7 @@ class DisplayModule:
     def combine(self, options: int, *, fills: bool) -> None:
         """Draw what was kept. Options: 4 white, 8, 16 and 24 and, or, exclusive or with what is there, 32 filled."""
         kept, self._shape = self._shape or {}, None
-        if fills and options & _FILL:
+        if fills and options & FILL:
             rows: dict[int, list[int]] = {}
             for x, y in kept:
                 rows.setdefault(y, []).append(x)
@@ -94,6 +94,12 @@ class DisplayModule:
         for (x, y), pixel in kept.items():
             new, old = pixel ^ bool(options & _TURN), self.get(x, y)
             self.set(x, y, (new, old & new, old | new, old ^ new)[options >> 3 & 3])
+
+    def combine_part(self, options: int) -> None:
+        """Draw what was kept so far, and keep what follows."""
+        if self._shape is not None:
+            self.combine(options, fills=False)
+            self.collect()
 
     def point(self, x: int, y: int) -> None:
         """Draw a pixel; nothing outside of the screen. Coordinates have 8 bits, but not in firmware 1.32."""

@@ -26,8 +26,8 @@ class Mailboxes:
         self._memory = memory
         self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES + 1)]
 
-    def write(self, box: int, message: bytes) -> None:
-        """Append a message to a queue.
+    def write(self, box: int, message: bytes) -> bool:
+        """Append a message to a queue; returns whether that dropped the oldest one.
 
         Raises:
             OutOfMemory: The pool is full.
@@ -41,6 +41,7 @@ class Mailboxes:
             self._memory.free_array(array)
             raise
         queue.append(array)
+        return full
 
     def read(self, box: int, *, remove: bool) -> bytes | None:
         """The oldest message of a queue, or None.

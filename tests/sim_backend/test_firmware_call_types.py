@@ -76,3 +76,14 @@ def test_reading_a_button_can_clear_its_counters_of_releases():
     brick.tick(20)
     assert (button.presses, button.long_presses) == (2, 2)
     assert (button.short_releases, button.long_releases, button.releases) == (0, 0, 0)
+
+
+def test_the_data_log_tells_that_it_drops_its_oldest_record():
+    variables = Variables()
+    calls = [variables.call(FIVES, b"12345\0") for _ in range(31)]
+    brick = SimBrick()
+    store(brick, "a.rxe", assemble(variables, [*(instruction(CALL, 44, cluster) for cluster, _ in calls), FOREVER]))
+    brick.receive(StartProgram("a.rxe").encode())
+    brick.tick(20)
+    places = [CLUMP["1.29"] + variables.table[members[0]][2] for _, members in calls]
+    assert [brick.command.pool[at] for at in places] == [0] * 30 + [0x10]

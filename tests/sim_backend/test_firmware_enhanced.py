@@ -1,5 +1,6 @@
 """Instructions of firmware 1.32's interpreter, each answer as that firmware gave it. See docs/firmware.md 8.6."""
 
+import math
 import struct
 
 import pytest
@@ -14,6 +15,7 @@ from sim_backend.firmware.vm.rxe import Type
 ADD, SET, TO_TEXT, WAIT, START, HALT, PRIORITY, PRINT, SUMMARY, MULDIV, ADDRESS, TICK = (
     *(0x00, 0x1C, 0x1F, 0x64, 0x68, 0x67, 0x69, 0x6A, 0x6B, 0x7E, 0x89, 0x35),
 )
+CEIL, SINH, ACOS, ASIN, LOG, ATAN2 = 0x6F, 0x79, 0x6C, 0x6D, 0x76, 0x7C
 LSL, LSR, ASR, ROTL, ROTR, COMPLEMENT, SIGN, SIND, ACOSD, POW = (
     0x0B,
     0x0C,
@@ -82,6 +84,10 @@ def text_of(brick, variables, variable):
         (ACOSD, F32, [(0.5, F32)], 60.000003814697266),
         (POW, F32, [(2.5, F32), (3.0, F32)], 15.625),
         (POW, F32, [(-2.0, F32), (0.5, F32)], 0.0),
+        (POW, F32, [(-math.inf, F32), (0.5, F32)], 0.0),
+        (POW, F32, [(-2.0, F32), (math.nan, F32)], 0.0),
+        (CEIL, F32, [(-math.inf, F32)], -math.inf),
+        (SINH, F32, [(-1000.0, F32)], -math.inf),
         (POW, S32, [(2, S32), (10, S32)], 0),
         (MULDIV, S32, [(100000, S32), (100000, S32), (7, S32)], 1428571428),
         (MULDIV, S32, [(-7, S32), (3, S32), (2, S32)], 2147483637),
@@ -91,6 +97,22 @@ def text_of(brick, variables, variable):
 )
 def test_numbers_are_calculated_as_by_firmware_1_32(opcode, kind, operands, expected):
     assert result(opcode, kind, *operands) == expected
+
+
+@pytest.mark.parametrize(
+    ("opcode", "operands", "sign"),
+    [
+        (ACOS, [(2.0, F32)], 1),
+        (ACOS, [(-math.nan, F32)], 1),
+        (ASIN, [(2.0, F32)], -1),
+        (LOG, [(-1.0, F32)], -1),
+        (ATAN2, [(1.0, F32), (-math.nan, F32)], -1),
+    ],
+)
+def test_where_there_is_no_result_its_sign_is_that_of_the_bench(opcode, operands, sign):
+    number = result(opcode, F32, *operands)
+    assert math.isnan(number)
+    assert math.copysign(1, number) == sign
 
 
 @pytest.mark.parametrize(("kind", "expected"), [(S32, -16), (U32, 65520), (S16, -16)])
@@ -134,6 +156,39 @@ def test_arrays_are_summarized(operation, expected):
     target, array = variables.number(), variables.array([5, -3, 9, 2], S32)
     code = [0xE000 | SUMMARY, 14, operation, target, array, NONE, NONE]
     assert value(started(variables, [code, FOREVER]), variables, target) == expected
+
+
+@pytest.mark.parametrize(
+    ("operation", "values", "of", "kind", "expected"),
+    [
+        (0, [-1.5, 3.25, 77.125, 1000000.5, -0.001, 3.25], F32, S32, 1000082),
+        (2, [-1.5, 3.25, 77.125, 1000000.5, -0.001, 3.25], F32, S32, -725374016),
+        (0, [4000000000, 3, 77, 4294967295], U32, S32, -294967217),
+        (1, [-2000000000, 3, 77, 2147483647, -2147483648, 3], S32, S32, -333333312),
+        (3, [-2000000000, 3, 77, 2147483647, -2147483648, 3], S32, S32, 1584721152),
+        (4, [4000000000, 3, 77], U32, S32, -294967296),
+        (4, [-5, 3, 77], S32, U32, 3),
+        (1, [2.5, 2.5, 3.5], F32, F32, 2.8333332538604736),
+        (3, [7], S16, S32, -(1 << 31)),
+        (4, [], S16, S32, 2147483647),
+        (5, [], S16, S32, -(1 << 31)),
+        (5, [], S16, U32, 0),
+        (1, [], S16, S32, 0),
+        (1, [], S16, U32, 1 << 31),
+    ],
+)
+def test_summaries_are_calculated_as_the_type_of_the_result(operation, values, of, kind, expected):
+    variables = Variables()
+    target, array = variables.number(9, kind), variables.array(values, of)
+    code = [0xE000 | SUMMARY, 14, operation, target, array, NONE, NONE]
+    assert value(started(variables, [code, FOREVER]), variables, target) == expected
+
+
+def test_a_part_behind_an_array_has_the_summary_0():
+    variables = Variables()
+    target, array, start = variables.number(9), variables.array([5, 7], S32), variables.number(3)
+    code = [0xE000 | SUMMARY, 14, 4, target, array, start, NONE]
+    assert value(started(variables, [code, FOREVER]), variables, target) == 0
 
 
 def test_a_clump_is_started_once_halted_and_gets_longer_turns():

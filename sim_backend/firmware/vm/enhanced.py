@@ -87,7 +87,7 @@ def _summarize(machine: Machine, instruction: Instruction) -> Translation:
         values = [data.get(part.entry, part.offset) for part in chosen]
         if operation != _SORT:
             if data.kind(target) != Type.ARRAY:
-                data.put(target, summary(operation, values))
+                data.put(target, summary(operation, values, data.kind(target)) if start <= len(parts) else 0)
         elif data.kind(target) == Type.ARRAY:
             data.resize(Place(target), len(values))
             for part, value in zip(data.parts(Place(target)), sorted(values), strict=True):

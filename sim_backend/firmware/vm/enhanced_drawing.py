@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from firmware_protocol.status import Status
-from sim_backend.firmware.cint import s16
+from sim_backend.firmware.cint import divide, s16
+from sim_backend.firmware.display import FILL
 from sim_backend.firmware.font import CELL_WIDTH, glyph
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.data import Place
@@ -32,8 +33,26 @@ def _polygon(call: Call) -> None:
     for corner in data.parts(Place(call.members[1])):
         values = [int(data.get(part.entry, part.offset)) for part in data.parts(corner)]
         corners.append((s16(values[0]), s16(values[1])))
+    if call.number(2) & FILL:
+        for x, y in _inside(corners):
+            display.point(x, y)
+        return
     for start, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
         display.line(*start, *end)
+        display.combine_part(call.number(2))
+
+
+def _inside(corners: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Pixels of a polygon that is filled: of each row between its lowest and its highest one, from edge to edge."""
+    heights = [y for _, y in corners]
+    for y in range(max(min(heights, default=0) + 1, 0), min(max(heights, default=0), DISPLAY_HEIGHT)):
+        crossings = sorted(
+            x + divide((y - start) * (end_x - x), end - start)
+            for (x, start), (end_x, end) in zip(corners, [*corners[-1:], *corners[:-1]], strict=True)
+            if min(start, end) < y <= max(start, end)
+        )
+        for left, right in zip(crossings[::2], crossings[1::2], strict=False):
+            yield from ((x, y) for x in range(max(left, 0), min(right + 1, DISPLAY_WIDTH)))
 
 
 def _ellipse(call: Call) -> None:
@@ -111,7 +130,7 @@ def _character(call: Call, x: int, top: int, character: int, *, inverted: bool) 
 DRAWING: Mapping[int, Function] = {
     80: _display_function,
     92: drawing(_picture_of_bytes, 4, combines=False),
-    93: drawing(_polygon, 2, fills=True),
+    93: drawing(_polygon, 2),
     94: drawing(_ellipse, 4, fills=True),
 }
 """Number of each call to its function."""

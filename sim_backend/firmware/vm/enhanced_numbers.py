@@ -7,11 +7,19 @@ from collections.abc import Callable, Mapping, Sequence
 
 from sim_backend.firmware.cint import s32
 from sim_backend.firmware.vm.aggregates import Binary, Unary
+from sim_backend.firmware.vm.data import rounded
 from sim_backend.firmware.vm.numbers import SIGNED, Number, single
 from sim_backend.firmware.vm.rxe import SIZES, Type
 
 _BITS = 32
 _U32 = (1 << _BITS) - 1
+_SIGNED_RANGE, _UNSIGNED_RANGE = (-(1 << _BITS - 1), (1 << _BITS - 1) - 1), (0, _U32)
+_GREATEST = float.fromhex("0x1.fffffep127")
+_RANGES: Mapping[int, tuple[Number, Number]] = {
+    **dict.fromkeys(SIGNED, _SIGNED_RANGE),
+    Type.FLOAT: (-_GREATEST, _GREATEST),
+}
+"""Type to the least and the greatest number that are calculated with."""
 _DEGREES, _RADIANS = single(57.29578), single(0.017453)
 """The firmware's factors from radians to degrees and back."""
 
@@ -67,6 +75,8 @@ def _shift(opcode: int) -> Binary:
 
 def _power(base: float, exponent: float) -> float:
     """A power; 0 where it is not defined."""
+    if base < 0 and (math.isnan(exponent) or (math.isfinite(exponent) and exponent % 1)):
+        return 0.0
     try:
         return math.pow(base, exponent)
     except OverflowError:
@@ -88,6 +98,12 @@ _OF_TWO: Mapping[int, Callable[[float, float], float]] = {
     0x7D: _power,
     0x88: lambda y, x: single(math.atan2(y, x)) * _DEGREES,
 }
+
+_SIGNED_INFINITY = (0x6F, 0x71, 0x79, 0x7A, 0x87)
+"""Functions that are infinite with the sign of their argument."""
+
+_POSITIVE_NAN = (0x6C, 0x7F)
+"""Functions whose result has no sign where they are not defined; on the bench, that of others is negative."""
 
 _OF_ONE: Mapping[int, Callable[[float], float]] = {
     0x6C: math.acos,
@@ -122,7 +138,10 @@ def _of_two(opcode: int) -> Binary:
     function = _OF_TWO[opcode]
 
     def run(target: int, left: Number, left_kind: int, right: Number, right_kind: int) -> Number:
-        return single(function(single(left), single(right))) if Type.FLOAT in (target, left_kind, right_kind) else 0
+        if Type.FLOAT not in (target, left_kind, right_kind):
+            return 0
+        result = single(function(single(left), single(right)))
+        return (left if math.isnan(left) else right) if math.isnan(result) else result
 
     return run
 
@@ -133,12 +152,14 @@ def _of_one(opcode: int) -> Unary:
     def run(target: int, value: Number, kind: int) -> Number:
         if Type.FLOAT not in (target, kind):
             return 0
+        number = single(value)
         try:
-            return single(function(single(value)))
+            result = single(function(number))
         except OverflowError:
-            return math.inf
+            return math.copysign(math.inf, number) if opcode in _SIGNED_INFINITY else math.inf
         except ValueError:
-            return math.nan
+            result = -math.nan
+        return math.nan if math.isnan(result) and opcode in _POSITIVE_NAN else result
 
     return run
 
@@ -173,22 +194,53 @@ def multiply_divide(factor: int, other: int, divisor: int) -> int:
     return (factor & _U32) * (other & _U32) // divisor if divisor else 0
 
 
-def summary(operation: int, values: Sequence[Number]) -> float:
-    """Sum, mean, sum of squares, standard deviation, least or greatest of an array's elements; 0 of none."""
-    if not values:
-        return 0
-    total = math.fsum(values)
+def summary(operation: int, values: Sequence[Number], kind: int) -> Number:
+    """Sum, mean, sum of squares, standard deviation, least or greatest of an array's elements.
+
+    They are calculated in single precision for a float, else with 32 bits that have a sign if the type `kind` of the
+    result has one.
+    """
+    exact = _exact(kind)
+    numbers = [exact(value) for value in values]
     match operation:
         case 0:
-            return total
+            return _sum(numbers, exact)
         case 1:
-            return total / len(values)
+            return _mean(numbers, exact) if numbers or kind not in SIGNED else 0
         case 2:
-            return math.fsum(value * value for value in values)
+            return _sum([exact(value * value) for value in numbers], exact)
         case 3:
-            mean = total / len(values)
-            return math.sqrt(math.fsum((value - mean) ** 2 for value in values) / max(len(values) - 1, 1))
+            return _deviation(numbers, _mean(numbers, exact))
         case 4:
-            return min(values)
+            return min(numbers, default=_RANGES.get(kind, _UNSIGNED_RANGE)[1])
         case _:
-            return max(values)
+            return max(numbers, default=_RANGES.get(kind, _UNSIGNED_RANGE)[0])
+
+
+def _exact(kind: int) -> Callable[[Number], Number]:
+    """What makes a number one that can be calculated with for a result of a type."""
+    if kind == Type.FLOAT:
+        return single
+    mask = s32 if kind in SIGNED else _U32.__and__
+    return lambda value: mask(rounded(value) if isinstance(value, float) else value)
+
+
+def _sum(numbers: Sequence[Number], exact: Callable[[Number], Number]) -> Number:
+    total: Number = 0
+    for number in numbers:
+        total = exact(total + number)
+    return total
+
+
+def _mean(numbers: Sequence[Number], exact: Callable[[Number], Number]) -> float:
+    return single(single(_sum(numbers, exact)) / len(numbers)) if numbers else -math.nan
+
+
+def _deviation(numbers: Sequence[Number], mean: float) -> float:
+    if len(numbers) <= 1:
+        return -math.nan if numbers else -0.0
+    total = 0.0
+    for number in numbers:
+        difference = single(single(number) - mean)
+        total = single(total + single(difference * difference))
+    return single(math.sqrt(single(total / (len(numbers) - 1))))

@@ -36,6 +36,7 @@ _MINUTE_MS = 60_000
 _NO_PORT = 0xDF
 _NO_BUTTON = 0xF0
 _NOT_CONNECTED = 0x9500
+_LOG_WRAPS = 0x10
 _LAST_CALL = 47
 """The last of LEGO's calls."""
 _COLOR_TYPES, _COLORS = range(13, 18), 4
@@ -240,8 +241,7 @@ def _log(call: Call) -> None:
         call.put(0, Status.ILLEGAL_SIZE)
         return
     try:
-        call.devices.mailboxes.write(LOG, record)
-        call.put(0, Status.OK)
+        call.put(0, _LOG_WRAPS if call.devices.mailboxes.write(LOG, record) else Status.OK)
     except OutOfMemory:
         call.put(0, Status.OUT_OF_MEMORY)
 
