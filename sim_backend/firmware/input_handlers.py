@@ -92,7 +92,7 @@ class InputHandlers:
         ready = channel.ready
         if status in (Status.OK, Status.PENDING):
             return reply_with(direct.LSData(ready, channel.fetch()), Status.OK if ready else status)
-        return HandlerResult(status, bytes([ready]) + bytes(direct.LS_LIMIT - ready))
+        return HandlerResult(status, bytes([ready]) + bytes(max(direct.LS_LIMIT - ready, 0)))
 
     def _exists(self, port: int) -> bool:
         return port < len(self._input.ports)

@@ -107,7 +107,7 @@ class Channel:
         waiting = self.rx_in - self.rx_out
         waiting += RING if waiting < 0 else 0
         full = not waiting and self.rx_size == RING and self.state == ChannelState.IDLE
-        return RING if full and self._counts_full_ring else waiting
+        return RING if full and self._counts_full_ring else waiting & 0xFF
 
     def start(self, data: bytes, rx_size: int) -> None:
         """Accept a message."""
@@ -129,7 +129,7 @@ class Channel:
         """Take the bytes waiting."""
         first, count = self.rx_out, self.ready
         self.rx_out = self.rx_in
-        return bytes(self.rx[(first + i) % RING] for i in range(count))
+        return bytes(self.rx[(first + i) % RING] for i in range(min(count, RING)))  # the map may tell of more
 
     def _account(self) -> None:
         self.sent = self.tx_size

@@ -286,3 +286,12 @@ def test_a_reset_of_the_ports_drops_transfers_errors_and_bytes_waiting(firmware)
     assert bus.status() == "020edd00"
     bus.bench.brick.low_speed.reset()
     assert bus.status() == "020e0000"
+
+
+@pytest.mark.parametrize("sensor_type", [SensorType.LOW_SPEED_9V, SensorType.SWITCH])
+@pytest.mark.parametrize(("put", "taken", "count"), [(27, 222, 77), (200, 3, 197), (0, 255, 17), (3, 9, 10)])
+def test_pointers_outside_the_ring_are_counted_in_a_byte(put, taken, count, sensor_type):
+    bus = Bus(sensor_type=sensor_type)
+    bus.put(InPtr=put, OutPtr=taken)
+    assert bytes.fromhex(bus.status())[3] == count
+    assert bytes.fromhex(bus.read())[3] == count

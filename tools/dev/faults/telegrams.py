@@ -147,6 +147,8 @@ def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
         return f"violated: the reply is {reply.hex()}"
     if command is None or command.since > rig.firmware:
         return "unknown opcode"  # such a reply is longer than the request, also beyond the limit
+    if rig.bluetooth and command is Read and len(reply) > limit:
+        return "in pieces"  # docs/firmware.md section 2
     if not REPLY_HEADER <= len(reply) <= limit:
         return f"violated: the reply is {reply.hex()}"
     if reply[2] not in command.success:
