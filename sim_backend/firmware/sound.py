@@ -132,9 +132,9 @@ class SoundModule:
 
     def click(self, volume: int) -> None:
         """Play the sound of a key in the next pass, if its file exists."""
-        self.volume = volume
-        self.play_file(unpack_name(self.name), loop=False)
-        self.name = _CLICK + self.name[len(_CLICK) :]
+        self.volume, before = volume, self.name
+        self.play_file(unpack_name(before), loop=False)
+        self.name = _CLICK + before[len(_CLICK) :]
 
     def run(self, now_ms: int) -> None:
         """Start, continue, stop or end a sound."""

@@ -112,11 +112,17 @@ class UiModule(Supply):
             self._keys.read(self.buttons, self._clock.now_ms)
             for number, key in KEYS[::-1]:
                 if buttons >> number & 1:
-                    disabled = self._disabled(key)
-                    self._answered |= self.state == UiState.LOW_BATTERY and not disabled
-                    if not disabled:
+                    self._answered |= self.state == UiState.LOW_BATTERY and not self._disabled(key)
+                    if self._clicks(key):
                         self._sound.click(self.volume)
         self.wake()
+
+    def _clicks(self, key: int) -> bool:
+        """Whether a button clicks: not while a file is opened, and while a program runs only exit, disabled or not."""
+        if self.runs_file and self._run is Run.PROGRAM:
+            return key == Key.EXIT
+        opens = self.runs_file and self._run in (Run.TONE, Run.RELEASE, Run.TO_OPEN)
+        return not (opens or self.state == UiState.OPENING or self._disabled(key))
 
     def _skip_message(self) -> None:
         """Stop the program, and show no message about its end, or not any longer."""
