@@ -96,9 +96,13 @@ class ModuleHandlers:
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapWritten(command.module_id, 0), status)
-        self._channel.outbox[_ID] = struct.pack("<I", command.module_id)
-        live.write(command.offset, bytes(inbox[_WRITE_DATA : _WRITE_DATA + size]).ljust(size, b"\0"))
-        return reply_with(system.IOMapWritten(command.module_id, size))
+        outbox = self._channel.outbox
+        outbox[_ID] = struct.pack("<I", command.module_id)
+        step = 1 if live.layout is COMM else max(size, 1)  # byte by byte, as its buffers may overlap
+        for at in range(0, size, step):
+            live.write(command.offset + at, bytes(inbox[_WRITE_DATA + at :][:step]).ljust(step, b"\0"))
+        module_id = int.from_bytes(outbox[_ID], "little")  # what was written may have overwritten it
+        return reply_with(system.IOMapWritten(module_id, size))
 
     def _locate(self, module_id: int, offset: int, size: int) -> tuple[LiveMap | None, Status]:
         live = self._by_id.get(module_id)

@@ -380,7 +380,8 @@ class UiModule(Supply):
             due = min(due, now_ms + 1)
         if self._off_ms != NEVER and not self._reads_keys:
             due = min(due, self._off_ms + times.DEAF_MS)
-        unread = self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
+        undrawn = self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK
+        unread = undrawn or self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
         due = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
 

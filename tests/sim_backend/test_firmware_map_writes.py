@@ -200,6 +200,21 @@ CONVERSATIONS = [
         "02940001000500010005",
     ),
     ("the cable's state cannot", "1.29", ["0195010005006607010005", "01940100050066070100"], "02940001000500010001"),
+    ("a write into the send buffer changes the reply", "1.29", ["019501000500dc0602000908"], "029500090805000200"),
+    (
+        "data that overlap their target are copied byte by byte",
+        "1.29",
+        [
+            "019501000500b80636000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f202122232425262728292a2b2c2d2e2f30313233343536"
+        ],
+        "0295000c0d0e0f3600",
+    ),
+    (
+        "the status bar is drawn again when the menu shows it",
+        "1.29",
+        ["019501000c001a0002000804", "!tick 5", "019401000c001a000200"],
+        "02940001000c0002008007",
+    ),
 ]
 
 
