@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from behaviors.adaptive.follow_path import N as PATH
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.world_model import TargetEstimate
+from behaviors.adaptive.target_memory import TargetEstimate, TargetMemory
 from behaviors.angles import wrapped_deg
 from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
 from behaviors.mission import AdaptiveParameters
@@ -70,8 +70,8 @@ class WorldView(Protocol):
         ...
 
     @property
-    def known(self) -> Mapping[str, TargetEstimate]:
-        """The targets that were seen, by name."""
+    def targets(self) -> TargetMemory:
+        """What is known of the targets."""
         ...
 
     @property
@@ -81,14 +81,6 @@ class WorldView(Protocol):
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Whether the robot could drive straight from `start` to `standoff_mm` before `end`."""
-        ...
-
-    def chance_from(self, target: str, place: Point) -> float:
-        """Probability that one look round from a place finds the target."""
-        ...
-
-    def novelty(self, target: str, place: Point) -> float:
-        """How much of a look from there is not a repetition of an earlier one, 0..1."""
         ...
 
     def tried(self, target: str, destination: Point) -> bool:
@@ -114,7 +106,7 @@ class CandidateGenerator:
 
     def detour(self, target: str) -> Detour | None:
         """Return the quickest path to a place from which the straight path to a target that was seen is free."""
-        known = self._world.known.get(target)
+        known = self._world.targets.known.get(target)
         end = known and self._detour_end(target, known)
         if not known or not end:
             return None
@@ -124,7 +116,7 @@ class CandidateGenerator:
 
     def here(self, target: str) -> Viewpoint:
         """Return another look round from here."""
-        return Viewpoint(0.0, N.rescan_s, self._world.chance_from(target, self._world.here))
+        return Viewpoint(0.0, N.rescan_s, self._world.targets.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """Return the places from which a look round is most worth its time."""
@@ -141,7 +133,7 @@ class CandidateGenerator:
         found = []
         for i in order:
             place = float(places[i, 0]), float(places[i, 1])
-            chance = world.chance_from(target, place) * world.novelty(target, place)
+            chance = world.targets.chance_from(target, place) * world.targets.novelty(target, place)
             found.append((chance, float(travel_s[i]), place))
         # from elsewhere an approach would lead past where one failed lately
         found = [each for each in found if world.new_approach(target, each[2])] or found
@@ -154,7 +146,7 @@ class CandidateGenerator:
         """Return those of other targets that were seen and to which a path leads."""
         found = []
         for target in targets:
-            known = self._world.known.get(target)
+            known = self._world.targets.known.get(target)
             travel_s = math.inf if known is None else self._seconds_to(target, known)
             if known is not None and math.isfinite(travel_s):
                 age_s = now_s - known.time_s

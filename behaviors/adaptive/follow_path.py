@@ -92,7 +92,7 @@ class FollowPathSkill:
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
         self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
-        self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(self._paths())
+        self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(perception.world.paths_from_here())
         while self._route:
             fact = self._back_off() if self._retreat else self._drive()
             if fact is not None:
@@ -152,7 +152,7 @@ class FollowPathSkill:
     def _seen(self, observation: Observation) -> Fact | None:
         """Return a fact when the target came into view and can be driven to."""
         world = self._perception.world
-        known = world.known.get(self._perception.target)
+        known = world.targets.known.get(self._perception.target)
         if observation.sighting is None or known is None:
             return None
         if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
@@ -184,7 +184,8 @@ class FollowPathSkill:
 
     def _replan(self, observation: Observation, reason: Reason) -> Fact | None:
         """Take the best path from here, by what is known now."""
-        world, paths = self._perception.world, self._paths()
+        world = self._perception.world
+        paths = world.paths_from_here()
         left_s = self._seconds(paths)
         if not paths.reaches(self._goal) or observation.time_s + left_s > self._promised_s:
             return self._no_path(observation)
@@ -195,11 +196,6 @@ class FollowPathSkill:
         route = [[round(x_mm), round(y_mm)] for x_mm, y_mm in self._route]
         self._perception.context.report(Fact(Event.REPLANNED, reason, {"route": route}))
         return None
-
-    def _paths(self) -> PathPlanner:
-        """Return all paths from here, by what is known now."""
-        world = self._perception.world
-        return PathPlanner(world.floor, world.here, self._perception.profile.travel_mm_s)
 
     def _seconds(self, paths: PathPlanner) -> float:
         """Return the time to the destination, infinity if no path leads there."""

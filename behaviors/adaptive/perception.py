@@ -129,7 +129,7 @@ class Perception:
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
-        seen += [self.world.look(looked_for, each, range_mm) for each in further]
+        seen += [self.world.targets.look(looked_for, each, range_mm) for each in further]
         sightings = [each.get(self.target) for each in seen]
         newest = next(filter(None, reversed(sightings)), None)
         note_look(context, pose, range_mm, newest)

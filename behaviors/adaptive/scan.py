@@ -75,28 +75,28 @@ class ScanSkill:
     def _look_where_known(self) -> Fact | None:
         """Look where the target is remembered, if it can be seen from here."""
         perception = self._perception
-        known = perception.world.known.get(perception.target)
+        known = perception.world.targets.known.get(perception.target)
         if known is None:
             return None
         bearing_deg, distance_mm = perception.world.polar_to(known.place)
-        if distance_mm > N.remembered_share * perception.world.detection_range_mm[perception.target]:
+        if distance_mm > N.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
             return None
         fact = self._face(bearing_deg - perception.world.camera.yaw_deg)
         fact = fact or self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
         if fact is None:
-            perception.world.reconsider(perception.target)
+            perception.world.targets.reconsider(perception.target)
         return fact
 
     def _look_round(self) -> Fact | None:
         """Look along the most promising arc, if any is worth it."""
         perception = self._perception
         world = perception.world
-        world.settle()
-        belief = world.beliefs[perception.target]
+        world.targets.settle()
+        belief = world.targets.beliefs[perception.target]
         if belief.chance_from(*world.here, world.floor) < N.worth_a_turn:
             return None
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.profile.scan_deg_s)
-        margin_deg = world.half_view_deg / 2
+        margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
         if end_deg - begin_deg >= N.full_deg - 2 * margin_deg:
             return self._sweep(N.full_deg)

@@ -81,13 +81,13 @@ class WaitSkill:
 
     def _blocked(self, observation: Observation) -> bool:
         world = self._perception.world
-        known = world.known.get(self._perception.target)
+        known = world.targets.known.get(self._perception.target)
         limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.polar_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
         """Whether the target was seen a moment ago."""
-        known = self._perception.world.known.get(self._perception.target)
+        known = self._perception.world.targets.known.get(self._perception.target)
         return known is not None and self._perception.now() - known.time_s < N.in_view_s
 
 
@@ -107,7 +107,7 @@ class RescanSkill:
         body = perception.context.body
         body.stop()
         begun_s = perception.now()
-        known = perception.world.known.get(perception.target)
+        known = perception.world.targets.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
         bearing_deg, _ = perception.world.polar_to(known.place)

@@ -1,4 +1,4 @@
-"""The world model: where the robot was, what is on the floor, where targets were seen and may be."""
+"""The world model: where the robot was, what is on the floor, what was tried, and what is known of the targets."""
 
 from __future__ import annotations
 
@@ -7,24 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from behaviors.adaptive.attempts import Attempts
-from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
-from behaviors.adaptive.camera_scale import CameraScale
-from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
-from behaviors.adaptive.slant import Slant
+from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.adaptive.trail import Trail
-from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
-from behaviors.failures import Blocker, Failure, TargetFinding
+from behaviors.failures import Blocker, Failure
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
-
-RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0, "onnx": 12.0}
-OTHER_RANGE_HEIGHTS = 12.0
-"""A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,72 +23,17 @@ class WorldNumbers:
     """The numbers of what is remembered.
 
     Attributes:
-        farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
-            1.2, from the front.
-        half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        fills_share: A target that takes this share of the frame's height fills it; frames are 4:3.
-        renew_every_s: Beliefs age in steps of this time.
-        new_look_s: A sighting this long after the last one is new evidence, not the same look again.
-        settles: Weight of a new sighting in the estimate of a target's place, 0..1.
-        turns: Weight of a new direction among those from which it was seen, 0..1.
-        held: A remembered place is kept as long as the belief in it is stronger.
-        jump_mm: A sighting this far from the last one is of something that moved, or of something else;
-        jump_share: or this share of its distance, if that is more.
-        step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
-            belief together.
-        step_mm: See `step_deg`.
-        new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
         same_blocker_mm: And no farther away than this.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
     """
 
-    farthest_mm: float = 4500.0
-    half_view_share: float = 0.42
-    fills_share: float = 0.85
-    renew_every_s: float = 5.0
-    new_look_s: float = 1.0
-    settles: float = 0.4
-    turns: float = 0.03
-    held: float = 0.25
-    jump_mm: float = 500.0
-    jump_share: float = 0.3
-    step_deg: float = 6.0
-    step_mm: float = 120.0
-    new_mm: float = 500.0
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
     marked_mm: float = 600.0
 
 
 N = WorldNumbers()
-
-
-@dataclass(slots=True)
-class TargetEstimate:
-    """A target that was seen.
-
-    Attributes:
-        place: Where it is believed to be.
-        seen_from: Where the robot was when it saw it last.
-        seen_deg: Mean direction, from the target, from which it was seen so far, degrees clockwise.
-        time_s: When it was seen last.
-        distance_mm: Its distance then, by its apparent size.
-    """
-
-    place: Point
-    seen_from: Point
-    seen_deg: float
-    time_s: float
-    distance_mm: float
-
-
-@dataclass(slots=True)
-class _Unseen:
-    """Looks without a sighting that have not updated the belief yet."""
-
-    pose: Pose
-    frames: int
 
 
 class WorldModel:
@@ -112,19 +48,10 @@ class WorldModel:
         trail: Recent poses.
         echoes: Recent echoes.
         attempts: What was tried where, and what failed.
-        look_alikes: What is not taken for a target.
-        scale: How wrong distances by apparent size are.
-        slant: Which targets are seen from far aside.
+        targets: Where targets were seen and may be.
         pose: Where the robot is.
-        known: The targets that were seen, by name, until there is a reason to forget them.
-        beliefs: Where each target may be, by name.
-        mismatched: Targets at which an arrival failed because the sonar contradicted their size; from then on an
-            arrival there needs an echo that agrees.
         blocker: What was in the way at the last failure, if anything.
         paths: All paths from where the robot was at the last failure.
-        half_view_deg: Half the angle of view in which a target is wholly in the frame.
-        fills_mm: From how near each target fills the frame, by its size as it is believed.
-        detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -132,30 +59,13 @@ class WorldModel:
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
-        self.look_alikes = LookAlikes()
-        self.scale = CameraScale(mission.sonar_ahead_mm, mission.guessed_heights)
-        self.slant = Slant()
+        self.targets = TargetMemory(mission, self.floor, self.trail)
         self.pose = Pose()
         self._now_s = 0.0
-        self.known: dict[str, TargetEstimate] = {}
-        self.mismatched: set[str] = set()
         self.blocker: Blocker | None = None
-        self.half_view_deg = mission.camera.hfov_deg * N.half_view_share
-        self.detection_range_mm = {
-            name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
-            for name, target in mission.target.items()
-        }
-        slope = N.fills_share * 3 / 4 * math.tan(math.radians(mission.camera.hfov_deg) / 2)
-        self.fills_mm = {name: target.height_mm / 2 / slope for name, target in mission.target.items()}
-        self.beliefs = {
-            name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
-        }
         self._travel_mm_s = mission.adaptive.travel_mm_s
-        self.paths = self._plan()
+        self.paths = self.paths_from_here()
         self._blocked: tuple[Point, float, float] | None = None
-        self._unseen: dict[str, _Unseen] = {}
-        self._renewed_s: float | None = None
-        self._looked_from: list[tuple[str, Point]] = []
 
     @property
     def here(self) -> Point:
@@ -189,7 +99,7 @@ class WorldModel:
         self._now_s = now_s
         self.trail.add(now_s, pose)
         self.echoes.add(now_s, pose, range_mm)
-        self._renew(now_s)
+        self.targets.renew(now_s)
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
         self.floor.unheard = not hears
@@ -197,20 +107,7 @@ class WorldModel:
             self.floor.echo(pose, range_mm)
         elif hears:
             self.floor.no_echo(pose)
-        return self.look(looked_for, glance, range_mm)
-
-    def look(self, looked_for: Sequence[str], glance: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
-        """Update with a further frame, taken no later than the last echo and pose; returns as `perceive` does."""
-        seen = {name: self._estimated(sighting, range_mm) for name, sighting in glance.seen.items()}
-        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
-        for target in looked_for:
-            if target in believed:
-                self._see(target, believed[target])
-                if not self.slant.oblique(believed[target]):
-                    self.scale.learn(glance.seen[target], self.trail.at(glance.time_s), range_mm)
-            else:
-                self._miss(target, self.camera.view_at(self.trail.at(glance.time_s)))
-        return believed
+        return self.targets.look(looked_for, glance, range_mm)
 
     def learn(self, target: str, failure: Failure, now_s: float, turn: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
@@ -223,40 +120,26 @@ class WorldModel:
         """
         self._now_s = now_s
         self.attempts.failed(target, turn, failure.reason, self.here)
-        known = self.known.get(target)
+        known = self.targets.known.get(target)
         may_leave = failure.blocker is not None and failure.blocker.hides
         if failure.event is Event.ARRIVE_FAILED and not may_leave and known is not None:
             self.attempts.approach_failed(target, self.here, known.place, now_s)
         if failure.reason is Reason.RANGE_MISMATCH:
-            self.mismatched.add(target)
-        match failure.finding:
-            case TargetFinding.NOT_HERE:
-                self._looked_from.append((target, self.here))
-                place = self.look_alikes.looked_round(target, self.here)
-                if place is not None:
-                    self.settle()
-                    self.beliefs[target].see(place, self.here)
-            case TargetFinding.MOVED:
-                self.settle()
-                self.beliefs[target].scatter()
-            case TargetFinding.NOT_THERE:
-                self._forget(target)
-            case TargetFinding.UNCERTAIN:
-                self._reject(target, doubtful=True)
-            case TargetFinding.LOOK_ALIKE:
-                self._reject(target)
-        self.settle()
+            self.targets.mismatched.add(target)
+        self.targets.learn(target, failure.finding, self.here)
+        self.targets.settle()
         self.blocker = self._place_blocker(failure, now_s)
         self.plan()
 
     def plan(self) -> None:
         """Plan paths from here; a map on which the robot is walled in is wrong, and its obstacles are forgotten."""
-        self.paths = self._plan()
+        self.paths = self.paths_from_here()
         if self.paths.walled_in:
             self.floor.forget_obstacles()
-            self.paths = self._plan()
+            self.paths = self.paths_from_here()
 
-    def _plan(self) -> PathPlanner:
+    def paths_from_here(self) -> PathPlanner:
+        """Return all paths from here, by what is known now."""
         return PathPlanner(self.floor, self.here, self._travel_mm_s)
 
     def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
@@ -274,47 +157,6 @@ class WorldModel:
         self._blocked = (place, since_s, now_s)
         return replace(blocker, age_s=now_s - since_s)
 
-    def settle(self) -> None:
-        """Update the beliefs with all looks that are still held back; called before a decision."""
-        for target, unseen in self._unseen.items():
-            self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
-        self._unseen.clear()
-
-    def reconsider(self, target: str) -> None:
-        """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
-        self.settle()
-        known = self.known.get(target)
-        if known is not None and self.beliefs[target].held_at(known.place) < N.held:
-            del self.known[target]
-
-    def _forget(self, target: str) -> None:
-        """Update with a target that is not where it is remembered."""
-        known = self.known.pop(target, None)
-        if known is not None:
-            self.beliefs[target].refute(known.place)
-
-    def _reject(self, target: str, *, doubtful: bool = False) -> None:
-        """Update with a look-alike: for some time it is not taken for the target again."""
-        known = self.known.pop(target, None)
-        if known is not None:
-            self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
-            self.beliefs[target].refute(known.place)
-
-    def _believes(self, sighting: Sighting) -> bool:
-        """Whether a sighting is neither of a known look-alike nor in two places at once."""
-        place = self.camera.lens_at(self.trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
-        self.look_alikes.seen(sighting, place)
-        return not (
-            self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
-        )
-
-    def _elsewhere(self, sighting: Sighting, place: Point) -> bool:
-        """Whether a target is seen a moment after it was seen elsewhere, which then counts on for a while."""
-        known = self.known.get(sighting.target)
-        if known is None or sighting.time_s - known.time_s > N.new_look_s:
-            return False
-        return math.dist(known.place, place) > max(N.jump_mm, N.jump_share * sighting.distance_mm)
-
     def polar_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
         return self.pose.polar_to(point)
@@ -323,20 +165,9 @@ class WorldModel:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
         return self.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
 
-    def chance_from(self, target: str, place: Point) -> float:
-        """Return the probability that one look round from a place finds the target."""
-        return self.beliefs[target].chance_from(*place, self.floor)
-
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
         return self.floor.clear_between(start, end, standoff_mm, clearance_mm)
-
-    def novelty(self, target: str, place: Point) -> float:
-        """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
-        nearest_mm = min(
-            (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
-        )
-        return 1.0 - math.exp(-nearest_mm / N.new_mm)
 
     def tried(self, target: str, destination: Point) -> bool:
         """Whether the robot set off for that destination from here before."""
@@ -344,56 +175,5 @@ class WorldModel:
 
     def new_approach(self, target: str, start: Point) -> bool:
         """Whether no approach to a target failed lately on the straight path from `start`."""
-        known = self.known.get(target)
+        known = self.targets.known.get(target)
         return known is None or self.attempts.new_approach(target, start, known.place, self._now_s)
-
-    def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
-        """Return a sighting with the distance and the bearing that are to be believed."""
-        lens, known = self.camera.lens_at(self.trail.at(sighting.time_s)), self.known.get(sighting.target)
-        heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
-        remembered = None if known is None else lens.polar_to(known.place)
-        corrected = self.scale.corrected(sighting)
-        if self.scale.unknown(sighting.target):
-            corrected = no_farther_than_heard(corrected, heard_mm)
-        return estimated(corrected, heard_mm, remembered)
-
-    def _see(self, target: str, sighting: Sighting) -> None:
-        self._unseen.pop(target, None)
-        pose = self.camera.lens_at(self.trail.at(sighting.time_s))
-        place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
-        self.floor.seen_past(here, place)
-        before = self.known.get(target)
-        if before is not None and math.dist(before.place, place) > N.jump_mm:
-            before = None
-        if before is not None:
-            place = (
-                before.place[0] + N.settles * (place[0] - before.place[0]),
-                before.place[1] + N.settles * (place[1] - before.place[1]),
-            )
-        if before is None or sighting.time_s - before.time_s > N.new_look_s:
-            self.beliefs[target].see(place, here, oblique=self.slant.oblique(sighting))
-        towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
-        if before is not None:
-            towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
-        self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
-
-    def _miss(self, target: str, pose: Pose) -> None:
-        unseen = self._unseen.get(target)
-        if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg
-            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > N.step_mm
-        ):
-            self.beliefs[target].look(unseen.pose, self.floor, unseen.frames)
-            unseen = None
-        if unseen is None:
-            self._unseen[target] = _Unseen(pose, 1)
-        else:
-            unseen.frames += 1
-
-    def _renew(self, now_s: float) -> None:
-        if self._renewed_s is None:
-            self._renewed_s = now_s
-        elif now_s - self._renewed_s >= N.renew_every_s:
-            for belief in self.beliefs.values():
-                belief.renew(now_s - self._renewed_s)
-            self._renewed_s = now_s

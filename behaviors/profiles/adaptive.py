@@ -183,6 +183,6 @@ class AdaptiveProfile:
             self._pursuit, self._pursued_s = pursuit, self._perception.now()
 
     def _spent_s(self, target: str) -> float:
-        known = self.world.known.get(target)
+        known = self.world.targets.known.get(target)
         since_s = self._pursued_s if known is None else max(self._pursued_s, known.time_s)
         return self._perception.context.active_s(since_s)

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from behaviors.adaptive.approach import N as APPROACH
+from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.plausibility import TOLERANCE_MM, contradicts
@@ -135,7 +135,7 @@ class RunReview:
             sighting is None
             or sighting.get("bound")
             or range_mm is None
-            or abs(sighting["bearing_deg"]) > APPROACH.ahead_deg
+            or abs(sighting["bearing_deg"]) > ARRIVAL.ahead_deg
         ):
             return None
         distance_mm = sighting["distance_mm"]

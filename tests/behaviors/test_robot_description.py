@@ -151,8 +151,8 @@ def test_the_place_of_a_target_is_measured_from_the_lens():
     world.perceive(0.0, heading, None, ["a"], Glimpse(0.0, {"a": seen}))
     # heading 90: forward is along y, right is along -x
     ahead, right = 1000 * math.cos(math.radians(10)) + 80, 1000 * math.sin(math.radians(10)) - 30
-    assert world.known["a"].place == pytest.approx((-right, ahead))
-    bearing_deg, distance_mm = world.sight_to(world.known["a"].place)
+    assert world.targets.known["a"].place == pytest.approx((-right, ahead))
+    bearing_deg, distance_mm = world.sight_to(world.targets.known["a"].place)
     assert distance_mm == pytest.approx(1000.0)
     assert bearing_deg == pytest.approx(math.degrees(math.atan2(right, ahead)))
 

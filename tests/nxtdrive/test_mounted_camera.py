@@ -55,7 +55,7 @@ def _place(tmp_path, camera, believed):
             world.perceive(brick.now(), body.pose(), None, ["lena"], seen)
             if body.pose().heading_deg > 10.0:
                 break
-        return world.known["lena"].place
+        return world.targets.known["lena"].place
 
 
 def test_a_known_mounting_and_latency_place_the_target(tmp_path):

@@ -81,7 +81,7 @@ def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
 
 
 def test_an_oblique_view_that_flickers_does_not_make_the_target_gone(bench):
-    belief = bench.world.beliefs[bench.queue.target]
+    belief = bench.world.targets.beliefs[bench.queue.target]
     belief.see((1000.0, 0.0), (0.0, 0.0))
     before = belief.held_at((1000.0, 0.0))
     bench.evidence(Failure(Event.ARRIVE_FAILED, Reason.TARGET_LOST))
@@ -111,8 +111,8 @@ def test_evidence_is_gathered_without_changing_what_is_known(bench):
     basis = Evidence(target, blocked.reason, seen_since_search=True, researches=0)
     assert bench.profile.evidence(basis) == first
     assert np.array_equal(world.floor.evidence, before.floor.evidence)
-    assert world.known == before.known
-    assert world.beliefs[target].held_at((2000.0, 0.0)) == before.beliefs[target].held_at((2000.0, 0.0))
+    assert world.targets.known == before.targets.known
+    assert world.targets.beliefs[target].held_at((2000.0, 0.0)) == before.targets.beliefs[target].held_at((2000.0, 0.0))
 
 
 def test_a_blocker_that_is_met_again_at_the_same_place_grows_older(bench):
@@ -148,17 +148,17 @@ def test_a_look_alike_is_not_taken_for_the_target_again_for_some_time(bench):
 
     assert seen(1.0)
     world.learn(target, Failure(Event.ARRIVE_FAILED, Reason.WRONG_TARGET, finding=TargetFinding.LOOK_ALIKE), 1.0)
-    assert target not in world.known
+    assert target not in world.targets.known
     assert not seen(5.0)
     assert seen(100.0)
 
 
 def test_a_look_round_from_here_makes_the_next_one_from_here_no_news(bench):
     world, target = bench.world, bench.queue.target
-    assert world.novelty(target, (0.0, 0.0)) == 1.0
+    assert world.targets.novelty(target, (0.0, 0.0)) == 1.0
     world.learn(target, Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
-    assert world.novelty(target, (0.0, 0.0)) == 0.0
-    assert 0.9 < world.novelty(target, (3000.0, 0.0)) < 1.0
+    assert world.targets.novelty(target, (0.0, 0.0)) == 0.0
+    assert 0.9 < world.targets.novelty(target, (3000.0, 0.0)) < 1.0
 
 
 def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_path_elsewhere(bench):

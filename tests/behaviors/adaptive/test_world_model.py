@@ -88,7 +88,7 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(world, rate_deg_s):
         then_s = max(0.0, now_s - LAG_S)
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
         world.perceive(now_s, pose, None, ["door"], Glimpse(then_s, {"door": _sighting(place, then, then_s)}))
-    assert math.dist(world.known["door"].place, place) < 20.0
+    assert math.dist(world.targets.known["door"].place, place) < 20.0
     bearing_deg, distance_mm = world.polar_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
     assert bearing_deg == pytest.approx((expected_deg + 180.0) % 360.0 - 180.0)
@@ -101,7 +101,7 @@ def test_the_estimate_settles_among_noisy_sightings(world):
     errors = []
     for i, each in enumerate(noisy):
         _see(world, each, i * 0.1)
-        errors.append(math.dist(world.known["door"].place, place))
+        errors.append(math.dist(world.targets.known["door"].place, place))
     single = sum(math.dist(each, place) for each in noisy[10:]) / 50
     assert sum(errors[10:]) / 50 < 0.7 * single
 
@@ -109,20 +109,20 @@ def test_the_estimate_settles_among_noisy_sightings(world):
 def test_a_target_that_moves_a_little_is_followed(world):
     for i in range(30):
         _see(world, (1500.0, -400.0 + 5.0 * i), i * 0.1)
-    assert math.dist(world.known["door"].place, (1500.0, -255.0)) < 30.0
+    assert math.dist(world.targets.known["door"].place, (1500.0, -255.0)) < 30.0
 
 
 def test_a_target_that_is_seen_only_elsewhere_for_a_while_is_there(world):
     for i in range(10):
         _see(world, (1500.0, -400.0), i * 0.1)
     _see(world, (900.0, 700.0), 2.0)
-    assert world.known["door"].place == pytest.approx((900.0, 700.0))
+    assert world.targets.known["door"].place == pytest.approx((900.0, 700.0))
 
 
 def test_a_target_that_is_seen_in_two_places_at_once_stays_where_it_was_seen_first(world):
     for i in range(20):
         _see(world, ((1500.0, -400.0), (900.0, 700.0))[i % 2], i * 0.1)
-    assert world.known["door"].place == pytest.approx((1500.0, -400.0))
+    assert world.targets.known["door"].place == pytest.approx((1500.0, -400.0))
 
 
 def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_better_one(world):
@@ -130,59 +130,59 @@ def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_
     _see(world, (900.0, 900.0), 0.0)
     _see(world, place, 2.0)
     world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
-    assert "door" not in world.known
-    assert not world.look_alikes.compared("door", place)
-    doubted = world.beliefs["door"].held_at(place)
+    assert "door" not in world.targets.known
+    assert not world.targets.look_alikes.compared("door", place)
+    doubted = world.targets.beliefs["door"].held_at(place)
     for here in ((0.0, 0.0), (700.0, 500.0)):
         _stand_at(world, here)
         world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
-    assert world.look_alikes.compared("door", place)
-    assert world.beliefs["door"].held_at(place) > 5 * doubted
+    assert world.targets.look_alikes.compared("door", place)
+    assert world.targets.beliefs["door"].held_at(place) > 5 * doubted
 
 
 def test_what_is_doubtful_is_looked_for_elsewhere_though_nothing_else_was_taken_for_the_target(world):
     place = (1500.0, -400.0)
     _see(world, place, 0.0)
-    likely = world.beliefs["door"].held_at(place)
+    likely = world.targets.beliefs["door"].held_at(place)
     world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
-    assert world.beliefs["door"].held_at(place) < 0.2 * likely, "a look round would show nothing but this place"
+    assert world.targets.beliefs["door"].held_at(place) < 0.2 * likely, "a look round would show nothing but this place"
 
 
 def test_what_is_known_tells_from_where_and_when_it_was_seen(world):
     _see(world, (1500.0, 0.0), 4.0, pose=Pose(300.0, 100.0))
-    known = world.known["door"]
+    known = world.targets.known["door"]
     assert known.seen_from == (300.0, 100.0)
     assert known.time_s == 4.0
     assert known.distance_mm == pytest.approx(math.dist((300.0, 100.0), (1500.0, 0.0)))
-    assert "window" not in world.known
+    assert "window" not in world.targets.known
 
 
 def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
     place = (1200.0, 0.0)
     _see(world, place, 0.0)
-    seen = world.beliefs["door"].chance_from(0.0, 0.0, world.floor)
+    seen = world.targets.beliefs["door"].chance_from(0.0, 0.0, world.floor)
     not_there = Failure(Event.RECOVERY_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_THERE)
     world.learn("door", not_there, 1.0)
     world.learn("window", not_there, 1.0)
-    assert not world.known
-    assert world.beliefs["door"].chance_from(0.0, 0.0, world.floor) < 0.5 * seen
+    assert not world.targets.known
+    assert world.targets.beliefs["door"].chance_from(0.0, 0.0, world.floor) < 0.5 * seen
 
 
 def _look_in_vain(world: WorldModel, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
         world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glimpse(i * 0.1, {}))
-    world.settle()
+    world.targets.settle()
 
 
 def test_looks_in_vain_count_for_those_that_were_looked_for(world):
     _look_in_vain(world, ["door"], 0.0)
-    door, window = (world.beliefs[name].chance_from(0.0, 0.0, world.floor) for name in ("door", "window"))
+    door, window = (world.targets.beliefs[name].chance_from(0.0, 0.0, world.floor) for name in ("door", "window"))
     assert door < window
 
 
 def test_looks_in_one_direction_leave_the_others_as_they_are(world):
     _look_in_vain(world, ["door"], 90.0)
-    begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
+    begin_deg, end_deg = world.targets.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (90.0 - begin_deg) % 360.0 > end_deg - begin_deg
 
 
@@ -191,8 +191,8 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
         now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
         pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
         world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glimpse(min(now_s, 1.0), {}))
-    world.settle()
-    begin_deg, end_deg = world.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
+    world.targets.settle()
+    begin_deg, end_deg = world.targets.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
     assert (90.0 - begin_deg) % 360.0 < end_deg - begin_deg
 

@@ -1,0 +1,216 @@
+"""Whether the robot has arrived, and at its target: by its size, by echoes, and by how steadily it is found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from behaviors.adaptive.perception import Observation, Perception
+from behaviors.adaptive.target_memory import TargetEstimate
+from behaviors.adaptive.target_verifier import TargetVerifier, Verdict
+from behaviors.events import Event, Fact, Reason
+from behaviors.failures import Blocker, Failure, TargetFinding
+from behaviors.plausibility import contradicts, passes_over
+from behaviors.ports import Sighting
+from behaviors.skills import sighted
+
+
+@dataclass(frozen=True, slots=True)
+class ArrivalNumbers:
+    """The numbers of an arrival.
+
+    Attributes:
+        in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
+        ahead_deg: A target within this bearing is straight ahead, where the sonar points.
+        decide_s: The robot stands this long before a doubtful target; afterwards even odds will do, and after twice
+            this time it gives up.
+        contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
+            something that passes behind.
+        size_share: Where the sonar hears something farther away, a distance by size of this share of what it should be
+            is believed.
+        hysteresis: Once the robot stands, a target this many times farther away is still near enough.
+        checks: An arrival is believed after this many frames at rest, each with an echo.
+        echo_s: Without an echo in a frame, the last one counts for this time; single echoes drop out.
+    """
+
+    in_view_share: float = 0.9
+    ahead_deg: float = 10.0
+    decide_s: float = 5.0
+    contradictions: int = 4
+    size_share: float = 0.75
+    hysteresis: float = 1.04
+    checks: int = 3
+    echo_s: float = 1.0
+
+
+N = ArrivalNumbers()
+
+
+class Arrival:
+    """The evidence that an approach has come to its target.
+
+    Args:
+        perception: What to work with.
+        stands: Whether the robot stands before what may be the target.
+
+    Attributes:
+        stands: The same, now.
+        rested: Frames in a row that were taken at rest before it.
+    """
+
+    def __init__(self, perception: Perception, *, stands: bool) -> None:
+        self._perception = perception
+        self._targets = perception.world.targets
+        self.stands = stands
+        self.rested = 0
+        self._stood_s: float | None = None
+        self._verifier = TargetVerifier()
+        self._oblique = False
+        self._echo: tuple[float, float] | None = None
+        self._heard, self._low = True, False
+        self._contradictions = 0
+
+    @property
+    def odds(self) -> float:
+        """Log odds that it is the target."""
+        return self._verifier.odds
+
+    @property
+    def near_mm(self) -> float:
+        """From how near a stop counts as far as the camera is known, or from where the target leaves the frame."""
+        target, arrive_mm, scale = self._perception.target, self._perception.profile.arrive_mm, self._targets.scale
+        fills_mm = arrive_mm if self._low else min(arrive_mm, scale.factor(target) * self._targets.fills_mm[target])
+        assured_mm = max(fills_mm, scale.assured_mm(target, arrive_mm, heard=self._heard))
+        return N.hysteresis * assured_mm if self.stands else assured_mm
+
+    def restart(self) -> None:
+        """Begin anew with something else."""
+        self._verifier = TargetVerifier()
+
+    def weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> bool:
+        """Update with an observation; return whether the target should have been found where it is remembered."""
+        if observation.sighting is not None:
+            self._oblique = self._targets.slant.oblique(observation.sighting)
+        if self._should_be_seen(bearing_deg, distance_mm):
+            for hit in observation.frames:
+                self._verifier.frame(hit=hit)
+            return True
+        if observation.sighting is None:
+            self._verifier.forget_misses()
+        return False
+
+    def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
+        """Whether the target's place is well within the camera's view and the detector's range."""
+        return (
+            abs(bearing_deg - self._perception.world.camera.yaw_deg) <= N.in_view_share * self._targets.half_view_deg
+            and distance_mm <= N.in_view_share * self._targets.detection_range_mm[self._perception.target]
+        )
+
+    def judge(self, observation: Observation, known: TargetEstimate) -> Fact | None:
+        """Return a fact when the robot has arrived, or when this is not the target at all."""
+        sighting = observation.sighting
+        if observation.range_mm is not None:
+            self._echo = (observation.time_s, observation.range_mm)
+        if sighting is not None:
+            echo_mm = self._echo_of(sighting, observation.time_s)
+            self._heard, self._low = echo_mm is not None, self._passes_over(sighting)
+        if self._verifier.verdict is Verdict.MISTAKEN:
+            return self._mistaken(observation)
+        sure = self._verifier.clear or self._targets.look_alikes.compared(self._perception.target, known.place)
+        if self._verifier.unclear and not sure:
+            return self._uncertain(observation)
+        if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.near_mm:
+            return None
+        decide = self._stood_for(observation, N.decide_s) and self._verifier.odds > 0
+        if not decide and not (sure and self._verifier.verdict is Verdict.REAL):
+            return None
+        if not sure:
+            return self._uncertain(observation)
+        if self.rested < N.checks:
+            return None
+        if self._contradicted(sighting, echo_mm):
+            return self._mismatch(sighting, echo_mm)
+        self._targets.look_alikes.arrived(steady=self._verifier.clear)
+        scale = round(self._targets.scale.factor(self._perception.target), 3)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
+        measured |= {"passes_over": True} if self._low else {}
+        return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
+
+    def stand(self, observation: Observation) -> Failure | None:
+        """Note that the robot stands before it; give up when it has stood for long."""
+        if self._stood_s is None:
+            self._stood_s = observation.time_s
+        return self._mistaken(observation) if self._stood_for(observation, 2 * N.decide_s) else None
+
+    def _stood_for(self, observation: Observation, time_s: float) -> bool:
+        return self._stood_s is not None and observation.time_s - self._stood_s >= time_s
+
+    def farthest_mm(self, sighting: Sighting, now_s: float) -> float:
+        """Return how far away the target is at most, by its size and by the sonar.
+
+        An echo from farther away than the target looks may be of what is behind it; but then the size says enough from
+        a little nearer. So may an echo from a slanted print, which throws most of the sound aside.
+        """
+        echo_mm = self._echo_ahead(sighting, now_s)
+        if echo_mm is None or self._contradicted(sighting, echo_mm):
+            return sighting.distance_mm
+        heard_mm = echo_mm + self._targets.scale.sonar_ahead_mm
+        return max(sighting.distance_mm, min(heard_mm, sighting.distance_mm / N.size_share))
+
+    def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
+        """Whether the sonar contradicts the target's size; after it once did, an echo that agrees is needed."""
+        if echo_mm is None:
+            return self._perception.target in self._targets.mismatched
+        return contradicts(echo_mm, sighting.distance_mm, self._perception.profile.sonar_tolerance_mm)
+
+    def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
+        """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""
+        # a slanted print throws hardly any echo back
+        return None if self._oblique else self._echo_ahead(sighting, now_s)
+
+    def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
+        """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
+        if self._echo is None or now_s - self._echo[0] > N.echo_s or abs(sighting.bearing_deg) > N.ahead_deg:
+            return None
+        return None if self._passes_over(sighting) else self._echo[1]
+
+    def _passes_over(self, sighting: Sighting) -> bool:
+        world = self._perception.world
+        heard_mm = self._targets.scale.sonar_ahead_mm + (self._echo[1] if self._echo else -math.inf)
+        lens_mm, sonar_mm = world.camera.height_mm, world.floor.sonar_height_mm
+        return passes_over(heard_mm, sighting.distance_mm, sighting.edges_mm, lens_mm, sonar_mm)
+
+    def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
+        """Stand and listen again before the arrival fails: what is there has another size than the target."""
+        self._contradictions += 1
+        if self._contradictions < N.contradictions:
+            return None
+        measured = {"distance_mm": round(sighting.distance_mm, 1), "range_mm": echo_mm}
+        return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)
+
+    def _mistaken(self, observation: Observation) -> Failure:
+        """It is a look-alike."""
+        return self._not_it(observation, Reason.WRONG_TARGET, TargetFinding.LOOK_ALIKE)
+
+    def _uncertain(self, observation: Observation) -> Failure:
+        """It may be the target in poor light, or a look-alike: look for a better one first."""
+        return self._not_it(observation, Reason.UNCERTAIN, TargetFinding.UNCERTAIN, clarity=self._verifier.clarity)
+
+    def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:
+        if self._oblique:
+            # from far aside the real one flickers, too; it has to be seen from elsewhere first
+            return arrive_failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
+        measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, **measured}
+        return Failure(Event.MISTAKEN, reason, measured, finding=finding)
+
+
+def arrive_failed(
+    reason: Reason,
+    observation: Observation,
+    blocker: Blocker | None = None,
+    finding: TargetFinding | None = None,
+    **measured: object,
+) -> Failure:
+    """Return the failure of an approach, with what was measured."""
+    measured = {"range_mm": observation.range_mm, **measured}
+    return Failure(Event.ARRIVE_FAILED, reason, measured, blocker, finding=finding)
