@@ -29,7 +29,7 @@ class Battery:
 
     def __init__(self) -> None:
         self.raw = FRESH_BATTERY
-        self._started_ms = self._low_samples = 0
+        self._started_ms = self._low_samples = self._empty_samples = 0
         self.bars = len(_LEVELS_MV)
         self.sample()
 
@@ -51,6 +51,7 @@ class Battery:
         Two are left before then: icons depend on the number of samples, and what is drawn on the icons before.
         """
         left_out = (until_ms - due_ms) // SAMPLE_MS - 2
+        left_out -= left_out % 2  # the icon of an empty battery alternates
         if left_out <= 0 or self.since_sample_ms(due_ms) or not self.settled:
             return due_ms
         return due_ms + left_out * SAMPLE_MS
@@ -58,6 +59,11 @@ class Battery:
     def samples(self, now_ms: int) -> int:
         """Number of samples since the start."""
         return (now_ms - self._started_ms) // SAMPLE_MS
+
+    @property
+    def shown_bars(self) -> int:
+        """Bars of the icon: that of an empty battery has one bar after every other sample, from the first one on."""
+        return self.bars or self._empty_samples % 2
 
     @property
     def low(self) -> bool:
@@ -76,6 +82,7 @@ class Battery:
         self.millivolts, self.rechargeable = self._now_mv, bool(self.raw & RECHARGEABLE)
         self.bars = self._bars_at(self.millivolts)
         self._low_samples = self._low_samples + 1 if self.millivolts < self._threshold_mv else 0
+        self._empty_samples = 0 if self.bars else self._empty_samples + 1
 
     @property
     def _now_mv(self) -> int:

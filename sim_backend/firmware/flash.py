@@ -80,12 +80,13 @@ class Flash:
         self.files: list[File] = []
         self._total, self._settings = sectors, settings
         self._used: set[int] = set()
+        self._overcounted = 0
         self.power_up()
 
     @property
     def free(self) -> int:
         """Free bytes, as the firmware reports them."""
-        return free_bytes(self._total - len(self._used))
+        return free_bytes(self._total - len(self._used) - self._overcounted)
 
     def names_ending(self, extension: str) -> list[str]:
         """The files whose names end like that, in the order of the directory."""
@@ -140,18 +141,22 @@ class Flash:
     def count(self) -> None:
         """Find the used sectors from the directory, which lacks downloads, as after each deletion.
 
-        A file whose header just fits counts one sector too many.
+        A file whose header just fits counts one sector too many, although none is kept for it.
         """
         self._used = {sector for file in self.files for sector in file.sectors}
-        for file in filter(lambda each: each.sectors, self.files):
-            header = _header(file)
-            if len(file.sectors) * SECTOR - header - header % _ALIGNMENT < file.size:
-                self._used.add(file.sectors[-1] + 1)
+        self._overcounted = sum(map(_overflows, self.files))
 
     def erase(self) -> None:
         """Delete all files, including the settings."""
         self.files.clear()
         self._used.clear()
+        self._overcounted = 0
+
+
+def _overflows(file: File) -> bool:
+    """Whether a file with its header rounded up exceeds its sectors."""
+    header = _header(file)
+    return bool(file.sectors) and len(file.sectors) * SECTOR - header - header % _ALIGNMENT < file.size
 
 
 def _header(file: File) -> int:

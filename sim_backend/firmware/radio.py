@@ -6,6 +6,7 @@ Source: docs/firmware.md section 10. The durations are those of the recordings' 
 from __future__ import annotations
 
 from enum import IntEnum
+from math import inf
 from typing import NamedTuple
 
 from sim_backend.firmware.module import Clock
@@ -18,6 +19,9 @@ DEFAULT_NAME = b"NXT"
 _NAME_AT_BOOT = 8
 """Characters of the radio's name that the firmware takes over when the radio has started."""
 
+_STREAM_ENDS_MS = 102
+"""From a command in stream mode to the radio's earliest answer."""
+
 
 class _Change(NamedTuple):
     """A change of an attribute at a later time."""
@@ -25,6 +29,24 @@ class _Change(NamedTuple):
     at_ms: int
     attribute: str
     value: int | bytes
+
+
+class _Operation(NamedTuple):
+    """An operation of the radio, as it goes without stream mode. Times count from the command.
+
+    Attributes:
+        began_ms: When the command came.
+        answer_ms: The radio's first answer.
+        late_ms: How much later the firmware sees it if the radio leaves stream mode after `_STREAM_ENDS_MS`.
+        duration_ms: How long the radio is busy.
+        changes: What the answers change.
+    """
+
+    began_ms: int
+    answer_ms: int
+    late_ms: int
+    duration_ms: int
+    changes: tuple[tuple[int, str, int | bytes], ...]
 
 
 class RadioState(IntEnum):
@@ -49,8 +71,25 @@ class Radio:
         self._name = self._stored_name = _padded(name)
         self._on, self._resetting = True, 0
         self._state: int = RadioState.ON
-        self._busy_until_ms = 0
+        self._busy_until_ms = 0.0
         self._changes: list[_Change] = []
+        self._is_streaming = self._waited = False
+        self._operation: _Operation | None = None
+
+    @property
+    def streaming(self) -> bool:
+        """Whether the radio is in stream mode; a command then waits until it is not."""
+        return self._is_streaming
+
+    @streaming.setter
+    def streaming(self, streaming: bool) -> None:
+        self._settle()
+        self._is_streaming = streaming
+        operation = self._operation
+        if operation and not streaming and self._busy_until_ms == inf:
+            self._answer(operation)
+        elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
+            self._hold()
 
     @property
     def name(self) -> bytes:
@@ -105,7 +144,7 @@ class Radio:
         """Change the name; at most 15 characters count."""
         self.name = _padded(name)
         duration = 4 if self._on else 158
-        self._occupy(duration, (duration, "_stored_name", self._name))
+        self._occupy(duration, (duration, "_stored_name", self._name), late_ms=1)
 
     def switch(self, on: bool) -> bool:
         """Switch the radio on or off; False if it is busy, or on already."""
@@ -116,7 +155,8 @@ class Radio:
             start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
             self._occupy(163, (161, "_on", True), start, on_at)
         else:
-            self._occupy(5 if self._on else 606, (5, "_on", False), (5, "_state", RadioState.OFF))
+            off = (5, "_on", False), (5, "_state", RadioState.OFF)
+            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1)
         return True
 
     def reset(self) -> None:
@@ -134,12 +174,35 @@ class Radio:
             (167 + wait, "_on", True),
             (167 + wait, "_state", RadioState.STARTING),
             (167 + wait + starting, "_state", RadioState.ON),
+            answer_ms=5,
         )
 
-    def _occupy(self, duration_ms: int, *changes: tuple[int, str, int | bytes]) -> None:
-        now_ms = self._clock.now_ms
-        self._busy_until_ms = now_ms + duration_ms
-        changed = [_Change(now_ms + delay, attribute, value) for delay, attribute, value in changes]
+    def _occupy(
+        self, duration_ms: int, *changes: tuple[int, str, int | bytes], answer_ms: int = 4, late_ms: int = 0
+    ) -> None:
+        self._operation = operation = _Operation(self._clock.now_ms, answer_ms, late_ms, duration_ms, changes)
+        self._waited = self._is_streaming
+        if self._is_streaming:
+            self._hold()
+        else:
+            self._schedule(operation, 0, 0)
+
+    def _hold(self) -> None:
+        self._changes, self._busy_until_ms = [], inf
+
+    def _answer(self, operation: _Operation) -> None:
+        """Go on with an operation as the radio leaves stream mode."""
+        passed_ms = self._clock.now_ms - operation.began_ms
+        late_ms = operation.late_ms if passed_ms >= _STREAM_ENDS_MS else 0
+        self._schedule(operation, max(_STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)
+
+    def _schedule(self, operation: _Operation, shift_ms: int, late_ms: int) -> None:
+        began_ms = operation.began_ms + shift_ms
+        self._busy_until_ms = began_ms + operation.duration_ms + late_ms
+        changed = [
+            _Change(began_ms + delay + (0 if attribute == "_stored_name" else late_ms), attribute, value)
+            for delay, attribute, value in operation.changes
+        ]
         self._changes = sorted(changed, key=lambda change: change.at_ms)
 
     def _settle(self) -> None:

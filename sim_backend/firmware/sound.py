@@ -88,10 +88,12 @@ class SoundModule:
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
         self.from_file = False
-        self._ends_ms = self._piece_ends_ms = 0
+        self._ends_ms: int = 0
         self._piece_ms = 0.0
+        self._handed: list[float] = []
+        self._pieces = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._samples_end_ms = self._rounds_ms = 0.0
+        self._sample_ms = 0.0
         self._unfinished = False
         self._queue: list[float] = []
         self._notes: list[tuple[int, int]] = []
@@ -149,22 +151,7 @@ class SoundModule:
                 self._silence()
             elif now_ms >= self._ends_ms:
                 self._continue(now_ms)
-            elif now_ms >= self._piece_ends_ms and self._file_is_lost:
-                self._silence()
-        self.due_ms = self._next_step_ms(now_ms) if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
-
-    @property
-    def _file_is_lost(self) -> bool:
-        """Whether the handle of the file that plays was closed by a telegram."""
-        return self._handle is not None and not self._loader.is_reading(self._handle)
-
-    def _next_step_ms(self, now_ms: int) -> int:
-        """When a wave, a sound or a piece of a file has been handed over."""
-        if self.state == SoundState.TONE or not self.from_file or self._ends_ms == NEVER:
-            return self._ends_ms
-        pieces = int((self._ends_ms - now_ms - 1) / self._piece_ms)
-        self._piece_ends_ms = ceil(self._samples_end_ms - pieces * self._piece_ms)
-        return max(now_ms + 1, self._piece_ends_ms)
+        self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
 
     def _update(self, now_ms: int) -> None:
         self.flags &= ~int(SoundFlag.UPDATE)
@@ -214,21 +201,43 @@ class SoundModule:
         buffer_ms = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1) * sample_ms
         queue = [] if self._unfinished else [end_ms for end_ms in self._queue if end_ms > now_ms]
         places = _QUEUED - self._unfinished
-        handed_ms = float(now_ms)
+        handed = [float(now_ms)]
         for _ in range(buffers):
-            handed_ms = handed_ms if len(queue) < places else queue[-places]
-            queue.append(max(handed_ms, queue[-1] if queue else now_ms) + buffer_ms)
-        if handed_ms <= now_ms and not self._unfinished and self.mode != SoundMode.LOOP and buffers < _QUEUED:
+            handed.append(handed[-1] if len(queue) < places else queue[-places])
+            queue.append(max(handed[-1], queue[-1] if queue else now_ms) + buffer_ms)
+        del handed[0]
+        if handed[-1] <= now_ms and not self._unfinished and self.mode != SoundMode.LOOP and buffers < _QUEUED:
             return
         self._begin(SoundState.FILE)
-        self.from_file, self._piece_ms = True, buffer_ms
+        self.from_file, self._piece_ms, self._sample_ms = True, buffer_ms, sample_ms
         if kind not in (_SOUND, _COMPRESSED):
             self._ends_ms = NEVER
             return
         self._queue, self._unfinished = queue[-_QUEUED:], True
-        self._rounds_ms = buffers * buffer_ms
-        self._samples_end_ms = handed_ms - _QUEUED * sample_ms
-        self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
+        self._handed, self._pieces = handed, 0
+        self._read_piece()
+        more = self._next_piece_ms > now_ms or self._read_piece()
+        self._ends_ms = max(now_ms + 1, self._next_piece_ms) if more else now_ms + 1
+
+    @property
+    def _next_piece_ms(self) -> int:
+        """When the next piece is read: as the last one but one is handed over."""
+        late = max(self._pieces - len(self._handed), 0)
+        handed_ms = self._handed[self._pieces - late - 1] + late * self._piece_ms
+        return ceil(handed_ms - _QUEUED * self._sample_ms)
+
+    def _read_piece(self) -> bool:
+        """Read the next piece of the file; at its end, or if its handle was closed, a loop opens it again."""
+        self._pieces += 1
+        if self._handle is None or not self._loader.read(self._handle, _BUFFER)[0]:
+            return self._handle is not None
+        if self.mode != SoundMode.LOOP:
+            return False
+        self._loader.close(self._handle)
+        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
+        self._handle = None if status else handle
+        self._loader.read(handle, _HEADER.size + _BUFFER)
+        return True
 
     def _continue(self, now_ms: int) -> None:
         """The last buffer was handed over: play the next note or the sound anew, or end."""
@@ -239,9 +248,8 @@ class SoundModule:
                 self._silence()
         elif self._notes and (self._next_note < len(self._notes) or self.mode == SoundMode.LOOP):
             self._play_note(now_ms)
-        elif self.mode == SoundMode.LOOP:
-            self._samples_end_ms += self._rounds_ms
-            self._ends_ms = max(now_ms + 1, ceil(self._samples_end_ms))
+        elif not self._notes and self._read_piece():
+            self._ends_ms = max(now_ms + 1, self._next_piece_ms)
         else:
             self._silence()
             self._unfinished = False

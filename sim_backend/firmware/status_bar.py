@@ -56,7 +56,7 @@ class StatusBar:
     def _now(self) -> bytes:
         ui, battery = self._ui, self._ui.battery
         running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
-        charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.bars
+        charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.shown_bars
         radio = self._radio.state & _RADIO_STATES
         bluetooth = _BLUETOOTH + radio if radio < _RADIO_ICONS else self.icons[0]
         icons = (bluetooth, _USB + ui.usb_state, 1 + running, charge)

@@ -308,7 +308,7 @@ class UiModule(Supply):
     def _continue(self, now_ms: int) -> None:
         """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
         match self._run:
-            case Run.TONE if self._sound.state == SoundState.TONE:
+            case Run.TONE if self._sound.state in (SoundState.TONE, SoundState.FILE):
                 self._next_step_ms = now_ms + 1
             case Run.TONE:
                 self.flags |= int(UiFlag.BUSY)

@@ -154,6 +154,15 @@ def test_the_status_bar_shows_the_bars_of_the_battery(raw, icon):
     assert bench.telegram(_STATUS_ICONS)[24:] == icon
 
 
+def test_the_icon_of_an_empty_battery_alternates():
+    bench, icons = Bench(SimBrick()), []
+    bench.control("!battery 430")
+    for _ in range(6):
+        bench.control("!tick 166")
+        icons.append(bench.telegram(_STATUS_ICONS)[24:])
+    assert icons == ["0e", "0d"] * 3
+
+
 def test_a_running_sign_that_is_off_stands_still():
     bench = Bench(SimBrick())
     bench.telegram("019501000c001d00010000")

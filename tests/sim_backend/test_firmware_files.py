@@ -102,3 +102,18 @@ def test_unplugging_drops_what_was_incomplete():
 )
 def test_patterns(pattern, name, matches):
     assert matcher(pattern)(name) is matches
+
+
+@pytest.mark.parametrize(("sizes", "deleted", "used"), [
+    ([474, 1], 1, 3), ([474, 474, 474, 1], 3, 9), ([474, 474, 474], 0, 6), ([1, 474, 1], 0, 4), ([728, 1], 1, 3),
+])  # fmt: skip
+def test_each_file_whose_header_just_fits_counts_a_sector_more_after_a_deletion(sizes, deleted, used):
+    brick = SimBrick()
+    fresh = next(count for count in range(600) if free_bytes(count) == brick.loader.free_flash)
+    for number, size in enumerate(sizes):
+        download(brick, f"{number}.bin", bytes(size))
+    assert fresh - sum(map(sectors_for, sizes)) == next(
+        n for n in range(600) if free_bytes(n) == brick.loader.free_flash
+    )
+    ask(brick, system.Delete(f"{deleted}.bin"))
+    assert brick.loader.free_flash == free_bytes(fresh - used)

@@ -129,3 +129,35 @@ def test_a_written_address_lasts_until_the_power_cycle(bench):
     assert ask(bench, system.GetDeviceInfo())[1][15:21].hex() == "aabbccddeeff"
     bench.control("!reboot")
     assert ask(bench, system.GetDeviceInfo())[1][15:21].hex() == "001653010203"
+
+
+@pytest.mark.parametrize(
+    ("operation", "left", "passes"),
+    [
+        (RENAME, 0, 101), (RENAME, 101, 102), (RENAME, 300, 301),
+        (OFF, 0, 101), (OFF, 300, 301),
+        (RESET, 0, 266), (RESET, 101, 266), (RESET, 102, 267), (RESET, 300, 465),
+    ],
+)  # fmt: skip
+def test_in_stream_mode_a_command_waits_until_the_radio_has_left_it(bench, operation, left, passes):
+    bench.control("!btmode 1")
+    ask(bench, operation)
+    bench.brick.tick(left)
+    bench.control("!btmode 0")
+    bench.brick.tick(passes - left - 1)
+    assert ask(bench, system.SetBrickName("x"))[0] == Status.BLUETOOTH_BUSY
+    assert ask(bench, system.SetBrickName("x"))[0] == Status.OK
+
+
+def test_a_radio_that_is_back_in_stream_mode_before_the_command_stays_busy(bench):
+    bench.control("!btmode 1")
+    ask(bench, RENAME)
+    for mode in (0, 1):
+        bench.brick.tick(40)
+        bench.control(f"!btmode {mode}")
+    bench.brick.tick(1000)
+    assert ask(bench, RENAME)[0] == Status.BLUETOOTH_BUSY
+    assert stored_name(bench) == "NXT"
+    bench.control("!btmode 0")
+    bench.brick.tick(1)
+    assert stored_name(bench) == "A long name 345"

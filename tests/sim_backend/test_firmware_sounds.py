@@ -4,12 +4,14 @@ import struct
 
 import pytest
 
-from firmware_protocol.direct import PlaySoundFile, PlayTone, StopSoundPlayback
-from firmware_protocol.iomap import SOUND
-from firmware_protocol.system import Close
+from firmware_protocol.direct import PlaySoundFile, PlayTone, StartProgram, StopSoundPlayback
+from firmware_protocol.iomap import COMMAND, SOUND
+from firmware_protocol.system import Close, Read
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble
 from sim_backend.firmware.brick import SimBrick
 
+FOREVER = [0x4025, 0]
 SAMPLES, ADPCM, MELODY = 0x0100, 0x0101, 0x0600
 IDLE, FILE, TONE = 0, 2, 3
 
@@ -236,3 +238,53 @@ def test_a_file_whose_handle_is_closed_ends_with_its_piece(wait, passes):
     speaker.bench.control(f"!tick {wait}")
     speaker.send(Close(0))
     assert speaker.passes_until_idle() == passes
+
+
+def read_positions(loop, size, passes):
+    """Where a Read by the file's handle goes on, after these numbers of passes; None at its end."""
+    content, found = bytes(number * 7 % 251 for number in range(size)), []
+    for wait in passes:
+        speaker = Loudspeaker()
+        speaker.store("a.rso", SAMPLES, content)
+        speaker.play("a.rso", loop=loop)
+        speaker.bench.brick.tick(wait)
+        reply = bytes.fromhex(speaker.bench.telegram(Read(0, 4).encode().hex()))
+        found.append(content.index(reply[6:10]) if not reply[2] else None)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("loop", "size", "positions"),
+    [
+        (False, 240, {0: 128, 1: 192, 7: 192, 8: None}),
+        (True, 240, {0: 128, 1: 192, 7: 192, 8: 64, 16: 64, 17: 128, 25: 192, 33: 64}),
+        (True, 100, {0: 64, 5: 64, 100: 64}),
+    ],
+)
+def test_a_sound_reads_its_file_two_pieces_ahead(loop, size, positions):
+    assert read_positions(loop, size, positions) == list(positions.values())
+
+
+def test_a_loop_whose_handle_is_closed_opens_its_file_again():
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(900))
+    speaker.play("a.rso", loop=True)
+    speaker.send(Close(0))
+    speaker.bench.brick.tick(20)
+    assert speaker.field("State") == FILE
+    assert speaker.bench.brick.loader.is_reading(0)
+
+
+@pytest.mark.parametrize(("loop", "status"), [(True, "00"), (False, "02")])
+def test_a_program_waits_for_the_end_of_a_sound_file(loop, status):
+    """Its start closes handle 0, which is the end of a file that is played once."""
+    speaker = Loudspeaker()
+    loader = speaker.bench.brick.loader
+    program = assemble(Variables(), [FOREVER])
+    loader.write(loader.create("p.rxe", len(program))[1], program)
+    loader.close_all()
+    speaker.store("a.rso", SAMPLES, bytes(6400))
+    speaker.play("a.rso", loop=loop)
+    speaker.send(StartProgram("p.rxe"))
+    speaker.bench.brick.tick(20)
+    assert speaker.bench.telegram(COMMAND.field("ProgStatus").read().encode().hex())[18:] == status

@@ -67,6 +67,7 @@ class RadioStream:
         self._position += len(self.waiting)
         self.waiting = self._taken = b""
         now_ms, self._is_stream = self._brick.now_ms, stream
+        self._brick.radio.streaming = stream
         if not stream:
             self._left_ms = now_ms
         elif self._end_ms is not None and self._left_ms < now_ms >= self._end_ms + _RECOVERY:
