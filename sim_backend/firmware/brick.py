@@ -117,9 +117,9 @@ class SimBrick:
             on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
-        self.ui.programs, self.ui.buttons = self.command, self.button.buttons
+        self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
         self._calibrations: dict[bytes, tuple[int, int]] = {}
-        self.high_speed = HighSpeed()
+        self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed)
         ui, screen = self.ui, self._screen
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
         channel = Channel()

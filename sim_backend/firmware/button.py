@@ -93,6 +93,8 @@ class ButtonModule:
 
     def wake(self) -> None:
         """Sample the buttons at the next time."""
+        if any(button.state & ButtonState.NEW_PRESS for button in self.buttons):
+            self.due_ms = self._clock.now_ms
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
     def forget_releases(self) -> None:

@@ -5,22 +5,62 @@ Source: docs/firmware.md section 5 (0xA1, 0xA2) and 5.2 (Comm map).
 
 from __future__ import annotations
 
+from enum import IntEnum
+
+from sim_backend.firmware.module import NEVER, Clock
+
 _UPDATE = 1
-_INITIALISE = 1
 _CAPACITY = 128
+_OPENING_MS = 2
+"""From the pass that opens the receiver to the first bytes that it takes."""
+
+
+class HighSpeedState(IntEnum):
+    """State byte of the Comm map; another one does nothing."""
+
+    INITIALISE = 1
+    RECEIVE = 2
+    EXIT = 4
+    DONE = 6
 
 
 class HighSpeed:
-    """Bytes that arrived on port 4 and were not fetched yet.
+    """Bytes that arrived on port 4 and were not fetched yet."""
 
-    Attributes:
-        flags: As in the comm map; bit 0 makes the firmware check `state`.
-        state: As in the comm map; 1 opens the receiver.
-    """
+    def __init__(self, clock: Clock, *, ends_done: bool) -> None:
+        """Make the port.
 
-    def __init__(self) -> None:
-        self.flags = self.state = 0
+        Args:
+            clock: The brick's time.
+            ends_done: Whether the state becomes `DONE` as a request is carried out.
+        """
+        self._clock, self._ends_done = clock, ends_done
+        self._flags = self._state = 0
+        self._next_ms = clock.now_ms
+        self._opened_ms = NEVER
         self._waiting = b""
+
+    @property
+    def flags(self) -> int:
+        """As in the map; bit 0 requests what the state says, and is cleared when it is done."""
+        self._settle()
+        return self._flags
+
+    @flags.setter
+    def flags(self, flags: int) -> None:
+        self._settle()
+        self._flags, self._next_ms = flags, self._clock.now_ms
+
+    @property
+    def state(self) -> int:
+        """As in the map, see `HighSpeedState`."""
+        self._settle()
+        return self._state
+
+    @state.setter
+    def state(self, state: int) -> None:
+        self._settle()
+        self._state, self._next_ms = state, self._clock.now_ms
 
     @property
     def waiting(self) -> int:
@@ -29,10 +69,29 @@ class HighSpeed:
 
     def arrive(self, data: bytes) -> None:
         """Receive bytes; they are lost while the receiver is closed or the buffer is full."""
-        if self.flags & _UPDATE and self.state == _INITIALISE:
+        self._settle()
+        if self._clock.now_ms >= self._opened_ms + _OPENING_MS:
             self._waiting = (self._waiting + data)[:_CAPACITY]
 
     def fetch(self, size: int) -> bytes:
         """Remove and return up to `size` bytes."""
         data, self._waiting = self._waiting[:size], self._waiting[size:]
         return data
+
+    def _settle(self) -> None:
+        """Carry out requests in the passes since then: initialising takes one, and asks for receiving in the next."""
+        while self._flags & _UPDATE and self._next_ms < self._clock.now_ms:
+            if self._state == HighSpeedState.INITIALISE:
+                self._state = int(HighSpeedState.RECEIVE)
+            else:
+                self._carry_out()
+            self._next_ms += 1
+
+    def _carry_out(self) -> None:
+        self._flags &= ~_UPDATE
+        if self._state == HighSpeedState.RECEIVE:
+            self._opened_ms = min(self._opened_ms, self._next_ms)
+        elif self._state == HighSpeedState.EXIT:
+            self._opened_ms = NEVER
+        if self._ends_done:
+            self._state = int(HighSpeedState.DONE)

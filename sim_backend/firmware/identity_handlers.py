@@ -11,7 +11,6 @@ from sim_backend.firmware.io_control import BOOT, IoControl
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.names import unpack_name
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.versions import Version
 
@@ -19,7 +18,6 @@ _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
 _NAME_SIZE = 17
 _KNOWN = 0x02
-_NO_LINKS = bytes(4)
 
 
 class IdentityHandlers:
@@ -79,9 +77,12 @@ class IdentityHandlers:
 
     @handles(system.GetDeviceInfo)
     def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:
-        """Name, address and free flash."""
-        radio = self._radio
-        return reply_with(system.DeviceInfo(unpack_name(radio.name), radio.address, _NO_LINKS, self._loader.free_flash))
+        """Name, with what follows its end, address, quality of the connections, and free flash."""
+        radio, fields = self._radio, (COMM.field("ConnectionQuality", index) for index in range(_CONNECTIONS))
+        links = b"".join(self._comm_map.read(field.offset, 1) for field in fields)
+        info = system.DeviceInfo("", radio.address, links, self._loader.free_flash)
+        name = radio.name[:-1]
+        return HandlerResult(payload=name + reply_with(info).payload[len(name) :])
 
     @handles(system.SetBrickName)
     def set_brick_name(self, command: system.SetBrickName) -> HandlerResult:

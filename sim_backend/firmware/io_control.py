@@ -16,13 +16,17 @@ class IoControl:
     """
 
     def __init__(self) -> None:
-        self.power_word = 0
+        self.power_word = self._sent = 0
         self.display_on = True
 
     @property
     def power_command(self) -> int:
         """Last command to the second processor: 0x00 none, 0x5A power off, 0xA5 boot loader."""
-        return self.power_word >> 8 if self.power_word in (POWER_DOWN, BOOT) else 0
+        return (self.power_word if self.power_word in (POWER_DOWN, BOOT) else self._sent) >> 8
+
+    def take_back(self) -> None:
+        """Clear the command in the map, as the firmware does when the brick is still on after it."""
+        self._sent, self.power_word = self.power_command << 8, 0
 
     def shut_down(self, word: int) -> None:
         """Switch the display off, then the brick."""

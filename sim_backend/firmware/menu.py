@@ -50,6 +50,16 @@ _PAGE_ITEMS = 3
 _EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
 """Files of the items of the first menu."""
 
+_LIST_LEVEL = 2
+_LIST_MS, _LIST_FILE_MS, _RETURN_MS, _MOVE_MS = 10, 2, 6, 4
+"""Passes to draw a list of files: on entering it, more for each file; on leaving a page, on choosing another file."""
+
+_PAIR_MS = {1: 7, -1: 6}
+"""The same for a list of two files, by the direction to the other one."""
+
+_PAGE_MS, _LOG_PAGE_MS = 4, 2
+"""Passes to draw a file's page."""
+
 
 def _nothing() -> None: ...
 
@@ -188,12 +198,24 @@ class Menu:
             self._set = partial(self._set_volume, self._place[-1])
         if menu in (_VOLUME, _SLEEP):
             self._draw_last(marks.BAR, NOTHING)
+        if self._is_list(menu) and (files := self._items(menu)):
+            self._take(_PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1])
 
     def _items(self, menu: tuple[int, ...]) -> int:
         """Number of items of a menu, 0 if it is not known."""
-        if menu == _PROGRAMS:
-            return len(self._files(_EXTENSIONS[0]))
+        if self._is_list(menu):
+            return len(self._listed(menu))
         return _PAGE_ITEMS if self._is_page(menu) else _ITEMS.get(menu, 0)
+
+    def _is_list(self, menu: tuple[int, ...]) -> bool:
+        return len(menu) == _LIST_LEVEL and menu[: len(_MY_FILES)] == _MY_FILES
+
+    def _listed(self, menu: tuple[int, ...]) -> Sequence[str]:
+        return self._files(_EXTENSIONS[menu[-1]])
+
+    def _take(self, passes: int) -> None:
+        """Show the last state for so many passes, and draw in the last one."""
+        self._draw_last(*[NOTHING] * (passes - 1), marks.MENU)
 
     def _is_page(self, menu: tuple[int, ...]) -> bool:
         return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] == _PROGRAMS
@@ -207,6 +229,9 @@ class Menu:
             self._show(UiState.EXIT)
             self._place.pop()
         self._place.pop()
+        menu = tuple(self._place[:-1])
+        if self._is_list(menu):
+            self._take(_RETURN_MS + self._items(menu))
 
     def _set_volume(self, volume: int) -> None:
         self._settings.volume = volume
@@ -246,6 +271,10 @@ class Menu:
         elif place == _SLEEP and self._settings.sleep_minutes in _SLEEP_MINUTES:
             first = _SLEEP_MINUTES.index(self._settings.sleep_minutes)
         self._place.append(first)
+        if self._is_list(place):
+            self._take(_LIST_MS + _LIST_FILE_MS * self._items(place))
+        elif self._is_list(place[:-1]):
+            self._draw_last(*[NOTHING] * (_PAGE_MS if place[1] < len(_EXTENSIONS) - 1 else _LOG_PAGE_MS))
         if place in (_VOLUME, _SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif place[0] in _SLOW:

@@ -50,11 +50,13 @@ class _Operation(NamedTuple):
 
 
 class RadioState(IntEnum):
-    """State of the radio as the user interface shows it."""
+    """State of the radio as the user interface shows it, and what it asks the user interface to show."""
 
     STARTING = 0
     ON = 1
     OFF = 4
+    REPORTING = 8
+    ASKING = 0x40
 
 
 class Radio:

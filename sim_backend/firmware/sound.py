@@ -31,7 +31,9 @@ _BUFFER = 64
 _QUEUED = 2
 """Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
 
-_CLICK = b"! Click.rso\0"
+CLICK, ATTENTION = b"! Click.rso\0", b"! Attention.rso\0"
+"""Sounds of the user interface."""
+
 _HEADER = struct.Struct(">HHHH")
 _NOTE = struct.Struct(">HH")
 _SOUND, _COMPRESSED, _MELODY = 0x0100, 0x0101, 0x0600
@@ -132,11 +134,11 @@ class SoundModule:
         self.flags |= SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
-    def click(self, volume: int) -> None:
-        """Play the sound of a key in the next pass, if its file exists."""
+    def play_own(self, name: bytes, volume: int) -> None:
+        """Play a sound of the user interface in the next pass, if its file exists."""
         self.volume, before = volume, self.name
         self.play_file(unpack_name(before), loop=False)
-        self.name = _CLICK + before[len(_CLICK) :]
+        self.name = name + before[len(name) :]
 
     def run(self, now_ms: int) -> None:
         """Start, continue, stop or end a sound."""

@@ -7,7 +7,9 @@ from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
+from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sleep_timer import SleepTimer
 from sim_backend.firmware.ui_states import Programs, UiState
@@ -19,12 +21,15 @@ class Supply(SleepTimer):
     Attributes:
         battery: The supply.
         programs: The command module; set by the brick.
+        radio: The radio; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         force_off: Nonzero to switch the brick off.
     """
 
     programs: Programs
+    radio: Radio
+    _menu: Menu
 
     def __init__(self, clock: Clock, io_control: IoControl, screen: ScreenRefresh) -> None:
         super().__init__(clock)
@@ -46,16 +51,43 @@ class Supply(SleepTimer):
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
-            self._off_ms, self.force_off = now_ms, 0
-            if self.state in states.IN_MENU:
+            self._off_ms = now_ms
+            if self.state not in states.NOT_LEFT_WHEN_OFF:
                 self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
             if self.programs.active:
                 self.programs.stop()
+        self.force_off = 0
         if now_ms >= self._off_ms + times.DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
             self._io_control.display_on = self._screen.on = False
-        if now_ms >= self._off_ms + times.POWER_OFF_MS:
+        if now_ms == self._off_ms + times.DEAF_MS:
+            self._io_control.take_back()
+        elif self._off_ms + times.POWER_OFF_MS <= now_ms < self._off_ms + times.DEAF_MS:
             self._io_control.power_word = POWER_DOWN
+
+    def watch_radio(self) -> None:
+        """Show in the menu what the radio asks for: a question, or a message."""
+        if self.state in states.RADIO_SHOWN:
+            self.flags |= int(UiFlag.BUSY)
+        if self.state == UiState.REPORT and self._clock.now_ms >= self._next_step_ms:
+            self._end_report()
+        if self._off_ms != NEVER or self._from_menu or self.state not in states.MENU_SHOWN:
+            return
+        if self.radio.state & RadioState.ASKING:
+            self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
+        elif self.radio.state & RadioState.REPORTING:
+            self.state, self._next_step_ms = int(UiState.REPORT), self._clock.now_ms + times.REPORT_MS
+        else:
+            return
+        self.flags |= int(UiFlag.BUSY)
+        self._menu.interrupt()
 
     @property
     def _warns(self) -> bool:
         return self.battery.low and not self._warned and self.state in states.IN_MENU and not self._from_menu
+
+    def _end_report(self) -> None:
+        """Draw the menu again, unless a file was requested meanwhile."""
+        self.radio.state &= ~int(RadioState.REPORTING)
+        self.flags &= ~int(UiFlag.BUSY)
+        self.state, self._next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
+        self._menu.go_on_from(self.state)

@@ -20,7 +20,7 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sleep_timer import SLEEP_MINUTES
-from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
+from sim_backend.firmware.sound import ATTENTION, CLICK, MAX_VOLUME, SoundModule
 from sim_backend.firmware.supply import Supply
 from sim_backend.firmware.ui_states import STARTING, DrawStatus, Run, UiState
 
@@ -60,7 +60,7 @@ class UiModule(Supply):
         self.run_state, self.usb_state, self._run, self._file = 1, 2, Run.TONE, bytes(NAME_SIZE)
         self._event_ms = NEVER
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
-        self._exit_pressed = self._starting = self._answered = False
+        self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
         self._menu, self._keys = Menu(self, loader.flash.names_ending, screen, data_log=data_log), Keys()
         self.due_ms = 0
@@ -114,7 +114,7 @@ class UiModule(Supply):
                 if buttons >> number & 1:
                     self._answered |= self.state == UiState.LOW_BATTERY and not self._disabled(key)
                     if self._clicks(key):
-                        self._sound.click(self.volume)
+                        self._sound.play_own(CLICK, self.volume)
         self.wake()
 
     def _clicks(self, key: int) -> bool:
@@ -122,11 +122,10 @@ class UiModule(Supply):
         if self.runs_file and self._run is Run.PROGRAM:
             return key == Key.EXIT
         opens = self.runs_file and self._run in (Run.TONE, Run.RELEASE, Run.TO_OPEN)
-        return not (opens or self.state == UiState.OPENING or self._disabled(key))
+        return not (opens or self.state in (UiState.OPENING, UiState.REPORT) or self._disabled(key))
 
     def _skip_message(self) -> None:
         """Stop the program, and show no message about its end, or not any longer."""
-        self._exit_pressed = True
         if self.programs.active:
             self.programs.stop()
         elif self._run == Run.MESSAGE:
@@ -134,8 +133,8 @@ class UiModule(Supply):
 
     @property
     def _skips_message(self) -> bool:
-        """Whether a button is held, or exit was pressed while the program ran."""
-        return self._exit_pressed or any(button.pressed for button in self.buttons)
+        """Whether a button is held, after a file that was not started from its page."""
+        return not self._from_menu and any(button.pressed for button in self.buttons)
 
     def _disabled(self, key: int) -> bool:
         return bool(self.flags & (UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
@@ -180,6 +179,7 @@ class UiModule(Supply):
             self._read_keys(now_ms)
         elif self._answered or (self._takes_keys and self.button):
             self._take_key()
+        self.watch_radio()
         self._step(now_ms)
         self.watch_supply()
         self._schedule()
@@ -207,7 +207,7 @@ class UiModule(Supply):
             return
         if from_map:
             self.button = 0
-        self._sound.click(self.volume)
+        self._sound.play_own(CLICK, self.volume)
         self._timer_started_ms = now_ms
         if self._off_ms == NEVER:
             self._menu.press(key)
@@ -227,7 +227,7 @@ class UiModule(Supply):
 
     def _take_key(self) -> None:
         if not self._answered:
-            self._sound.click(self.volume)
+            self._sound.play_own(CLICK, self.volume)
             self.button = 0
         self._answered = False
         self._timer_started_ms = self._clock.now_ms
@@ -253,7 +253,7 @@ class UiModule(Supply):
     def _run_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""
         self.flags |= int(UiFlag.BUSY)
-        self._from_menu, self._run, self._exit_pressed = True, Run.TONE, False
+        self._from_menu, self._run = True, Run.TONE
         self._file, self._next_step_ms = pack_name(self._menu.runs), self._clock.now_ms + 1
 
     def _step(self, now_ms: int) -> None:
@@ -279,13 +279,15 @@ class UiModule(Supply):
         elif self._menu.shows_key:
             self._show_key()
         elif self.state == UiState.OPENING:
-            self.state, self._run, self._exit_pressed = int(UiState.RUNNING), Run.TONE, False
+            self.state, self._run = int(UiState.RUNNING), Run.TONE
             self._screen.mark(marks.OPENING)
             self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
         elif self.runs_file:
             self._continue(now_ms)
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
+        elif self.state == UiState.QUESTION:
+            self._sound.play_own(ATTENTION, self.volume)
 
     def _start(self, now_ms: int) -> None:
         """Start again after the brick was switched off: as at power-on, but the other modules go on."""
@@ -378,7 +380,7 @@ class UiModule(Supply):
             due = min(due, self._keys.repeat_ms)
         if self._off_ms != NEVER and now_ms < self._off_ms + times.POWER_OFF_MS:
             due = min(due, now_ms + 1)
-        if self._off_ms != NEVER and not self._reads_keys:
+        if self._off_ms != NEVER and now_ms < self._off_ms + times.DEAF_MS:
             due = min(due, self._off_ms + times.DEAF_MS)
         undrawn = self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK
         unread = undrawn or self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))

@@ -22,9 +22,11 @@ class UiState(IntEnum):
     RIGHT = 9
     ENTER = 10
     EXIT = 11
+    QUESTION = 12
     OPENING = 13
     RUNNING = 14
     LOW_BATTERY = 15
+    REPORT = 16
 
 
 IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
@@ -33,6 +35,14 @@ MENU_STATES = (
     *(UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING),
     *(UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT),
 )
+MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
+"""States in which a message of the radio is shown."""
+
+RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
+
+NOT_LEFT_WHEN_OFF = (UiState.START, UiState.OPENING, UiState.RUNNING, UiState.LOW_BATTERY)
+"""States that stay when the brick is switched off."""
+
 GONE_ON_FROM = (UiState.START, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
 """States that the menus go on from if they are written to the map, and all such states."""
 

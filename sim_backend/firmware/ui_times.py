@@ -29,3 +29,6 @@ WARNING_MS = 2
 
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
+
+REPORT_MS = 2631
+"""How long the display shows a message of the radio."""

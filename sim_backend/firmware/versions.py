@@ -37,6 +37,7 @@ class Version:
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
+        ends_high_speed: Whether the state of the high speed port becomes 6 when a request was carried out.
         end_pauses_screen: Whether the refresh of the screen rests in the pass after the end of a program.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
@@ -73,6 +74,7 @@ class Version:
     resends_messages: bool
     counts_full_ring: bool
     write_options: bool
+    ends_high_speed: bool
     end_pauses_screen: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
@@ -111,6 +113,7 @@ _V1_29 = Version(
     resends_messages=False,
     counts_full_ring=False,
     write_options=False,
+    ends_high_speed=False,
     end_pauses_screen=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
@@ -179,6 +182,7 @@ _V1_32 = replace(
     windup_by_gain=False,
     regulates_position=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
+    ends_high_speed=True,
     end_pauses_screen=True,
     stops_all_synchronised=False,
     resends_messages=True,

@@ -5,6 +5,7 @@ import pytest
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import SOUND, UI
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, store
 from sim_backend.firmware.brick import SimBrick
 
 BUTTONS = {"x": 1, "r": 2, "l": 4, "e": 8}
@@ -202,3 +203,34 @@ def test_the_samples_of_the_battery_begin_anew_with_a_start_by_enter():
     assert [battery.bars, keypad.bench.control("!tick 165")[:2], battery.bars] == [0, "ok", 0]
     keypad.bench.control("!tick 1")
     assert battery.bars == 4
+
+
+@pytest.mark.parametrize(
+    ("files", "keys", "passes"),
+    [
+        (1, "ee", 12), (4, "ee", 18), (1, "eer", 5), (3, "eer", 8), (3, "eerr", 9), (3, "eerrr", 7), (3, "eel", 9),
+        (2, "eer", 7), (2, "eel", 6), (4, "eee", 4), (4, "eex", 1), (4, "eeex", 10), (3, "eerex", 9),
+    ],
+)  # fmt: skip
+def test_a_list_of_files_is_drawn_in_passes_of_state_6(files, keys, passes):
+    keypad = Keypad(*(f"{number}.rxe" for number in range(files)))
+    for key in keys[:-1]:
+        keypad.hold(BUTTONS[key], 40)
+        keypad.hold(0, 10)
+    assert keypad.hold(BUTTONS[keys[-1]], 40).count("6") == passes
+
+
+@pytest.mark.parametrize(("held", "shown"), [(2, 750), (40, 1)])
+def test_exit_ends_the_message_if_it_is_held_when_that_is_shown(held, shown):
+    bench = Bench(SimBrick())
+    store(bench.brick, "a.rxe", assemble(Variables(), [[0x4025, 0]]))
+    bench.telegram(direct.StartProgram("a.rxe").encode().hex())
+    bench.control("!tick 30")
+    bench.control("!button 1")
+    bench.control(f"!tick {held}")
+    bench.control("!button 0")
+    passes = 0
+    while bench.brick.ui.state == 14:
+        bench.control("!tick 1")
+        passes += 1
+    assert shown - 1 <= passes <= shown + 2 if shown > 1 else passes == 0

@@ -146,6 +146,7 @@ def test_bytes_on_port_4_wait_to_be_fetched():
     brick.high_speed.arrive(b"lost")
     put(brick, COMM, "HsState", 1)
     put(brick, COMM, "HsFlags", 1)
+    brick.tick(2)
     brick.high_speed.arrive(bytes(range(50)))
     assert ask(brick, system.PollLength(1))[1].size == 50
     assert ask(brick, system.Poll(1, 59))[1] == system.PollData(1, 50, bytes(range(50)) + bytes(9))
