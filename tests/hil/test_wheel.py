@@ -9,8 +9,9 @@ import pytest
 
 from tests.hil.conftest import MISSION_S, ROOT
 
-VERSIONS = ["the distribution's", "3.12", "3.13", "3.14"]
-"""Newer ones where this computer has them, among those that pyenv has built or by name."""
+DISTRIBUTION, NEWEST = "the distribution's", "the newest"
+NEWER = ["3.14", "3.13", "3.12"]
+"""Newer ones, of which the first is taken that this computer has, built by pyenv or by name."""
 
 NEW_FILES = "echo 2 > /proc/sys/vm/drop_caches"
 """Makes the guest forget which files its host does not have."""
@@ -28,16 +29,25 @@ def pip(*arguments):
         pytest.skip(f"pip cannot get the packages: {done.stderr[-300:]}")
 
 
-@pytest.fixture(params=VERSIONS)
+def works(name):
+    """Whether there is such a Python."""
+    with contextlib.suppress(OSError, subprocess.CalledProcessError):
+        subprocess.run([name, "-c", "import venv"], check=True, capture_output=True)
+        return True
+    return False
+
+
+def candidates(version):
+    """Return the names under which a Python may be found."""
+    return [*map(str, sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python3"))), f"python{version}"]
+
+
+@pytest.fixture(params=[DISTRIBUTION, NEWEST])
 def python(request):
     """A Python of this computer, and so of the guest."""
-    built = sorted(Path.home().glob(f".pyenv/versions/{request.param}.*/bin/python3"))
-    names = ["/usr/bin/python3"] if request.param == VERSIONS[0] else [*map(str, built), f"python{request.param}"]
-    for name in names:
-        with contextlib.suppress(OSError, subprocess.CalledProcessError):
-            subprocess.run([name, "-c", "import venv"], check=True, capture_output=True)
-            return name
-    return pytest.skip(f"no Python {request.param} here")
+    newer = [name for version in NEWER for name in candidates(version)]
+    names = ["/usr/bin/python3"] if request.param == DISTRIBUTION else newer
+    return next(filter(works, names), None) or pytest.skip(f"no Python here of {names}")
 
 
 def test_pip_installs_the_wheel_and_the_command_reaches_the_brick(bench, python, tmp_path_factory):
