@@ -26,6 +26,7 @@ class ScanNumbers:
         held_s: A turn that comes no farther than `held_deg` in this time is held by something.
         held_deg: See `held_s`.
         longest_step_s: What takes longer is a pause, as on a slow link.
+        beyond_mm: A target may be this far behind what gives the echo at the side of the sonar's cone.
         aim_deg: Where an arc begins need not be met more exactly.
         worth_a_turn: With less of a chance a look round is not worth its time.
         frames_at_rest: Frames that are looked at before a turn begins; a detection is believed when a second frame
@@ -41,6 +42,7 @@ class ScanNumbers:
     held_s: float = 3.0
     held_deg: float = 6.0
     longest_step_s: float = 0.6
+    beyond_mm: float = 500.0
     aim_deg: float = 8.0
     worth_a_turn: float = 0.015
     frames_at_rest: int = 3
@@ -59,6 +61,7 @@ class ScanSkill:
     def __init__(self, perception: Perception) -> None:
         self._perception = perception
         self._rate_deg_s = perception.profile.scan_deg_s
+        self._range_mm: float | None = None
 
     def call(self) -> Fact:
         """Look round until the target is seen or nothing is left to look at; the robot is at rest afterwards."""
@@ -148,7 +151,7 @@ class ScanSkill:
             # on a slow link steps take longer: turn slower
             step_deg = N.burst_step_deg if perception.frames > 1 else N.step_deg
             self._rate_deg_s = max(
-                N.slowest_deg_s, min(perception.profile.scan_deg_s, step_deg / max(0.01, now_s - then_s))
+                N.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s))
             )
             then_s = now_s
         return None
@@ -156,4 +159,14 @@ class ScanSkill:
     def _see(self) -> Fact | None:
         """Look at one frame."""
         observation = self._perception.step()
+        self._range_mm = observation.range_mm
         return sighted(observation.sighting) if observation.sighting else None
+
+    def _unblurred_deg_s(self) -> float:
+        """How fast the robot may turn: nearer things are larger and bear more blur than one at the detector's full range."""
+        perception = self._perception
+        slow_deg_s = perception.profile.scan_deg_s
+        if self._range_mm is None:
+            return slow_deg_s
+        farthest_mm = perception.world.targets.detection_range_mm[perception.target]
+        return slow_deg_s * max(1.0, farthest_mm / (self._range_mm + N.beyond_mm))
