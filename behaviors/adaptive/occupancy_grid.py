@@ -41,6 +41,7 @@ class GridNumbers:
         free_silent: Silence lowers it by this.
         freest: The least evidence that echoes leave.
         freest_silent: The least evidence that silence leaves.
+        glancing_deg: A surface that gave an echo may deflect a beam that differs by more than this from that one.
         hit_near: A near echo raises the evidence of its arc by this.
         hit_far: A farther one raises it by this.
         arc_cells: Half the width of an echo's arc, in cells.
@@ -69,6 +70,7 @@ class GridNumbers:
     free_silent: float = 0.1
     freest: float = -2.0
     freest_silent: float = -0.5
+    glancing_deg: float = 50.0
     hit_near: float = 1.0
     hit_far: float = 0.5
     arc_cells: float = 0.75
@@ -117,6 +119,7 @@ class OccupancyGrid:
         self.forgotten = 0
         self.unheard = False
         self.weight = 1.0
+        self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
 
@@ -135,7 +138,7 @@ class OccupancyGrid:
         reach_mm = min(range_mm, N.far_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
-        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg)
+        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg) & self._would_echo(window, pose.heading_deg)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
         if range_mm >= N.far_mm or repeated:
             return
@@ -146,6 +149,7 @@ class OccupancyGrid:
             elsewhere = hit & (cells > -N.passed)
             hit = elsewhere if elsewhere.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
+        self._heard_deg[window][hit] = pose.heading_deg
 
     def no_echo(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
@@ -155,8 +159,13 @@ class OccupancyGrid:
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
         cells = self.evidence[window]
-        free = (along < N.silent_mm) & (off_deg <= self._beam_deg)
+        free = (along < N.silent_mm) & (off_deg <= self._beam_deg) & self._would_echo(window, pose.heading_deg)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
+
+    def _would_echo(self, window: Window, heading_deg: float) -> Mask:
+        """Which cells would be heard: a surface that echoed another way deflects a beam that strikes it at a glance."""
+        glancing = np.abs(np.cos(np.radians(self._heard_deg[window] - heading_deg))) < math.cos(math.radians(N.glancing_deg))
+        return ~(glancing & (self.evidence[window] > 0.0))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
