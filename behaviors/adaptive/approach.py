@@ -142,11 +142,13 @@ class ApproachSkill:
         return self._stuck(observation, known)
 
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
-        """The target went out of view: something stepped in between, or it moved."""
+        """The target went out of view: something hides it, it moved, or it is seen from too far aside here."""
         range_mm = observation.range_mm
         if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
             return arrive_failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
-        return arrive_failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED, unseen_s=unseen_s)
+        turned_away = self._perception.world.targets.slant.was_oblique(self._perception.target)
+        finding = None if turned_away else TargetFinding.MOVED
+        return arrive_failed(Reason.TARGET_LOST, observation, finding=finding, unseen_s=unseen_s)
 
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
         """Return how far ahead of the sonar the map blocks the next stretch; None where it is free.

@@ -41,7 +41,8 @@ class BeliefNumbers:
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
         likely_mm: Standard deviation of the prior around the start: rooms end.
-        oblique_deg: What looks narrow is seen at least this obliquely, give or take the grid of facings.
+        slant_sd_deg: Standard deviation of how far aside a picture is seen by its width; half the grid of facings.
+        turned: How likely it faces another way than was believed, against 1 for all.
         steepest_deg: What is seen at all is seen no more obliquely than this.
         scatters: Probability that a target that vanished has moved.
         spike_mm: A target seen at a place is at one of the grid's places this near to it.
@@ -70,7 +71,8 @@ class BeliefNumbers:
     empty: float = 0.1
     unknown: float = 0.5
     likely_mm: float = 2500.0
-    oblique_deg: float = 35.0
+    slant_sd_deg: float = 22.5
+    turned: float = 0.05
     steepest_deg: float = half_slant_deg + 8.0
     scatters: float = 0.7
     spike_mm: float = 350.0
@@ -117,7 +119,12 @@ def _seen_from(x_mm: float, y_mm: float) -> tuple[Array, Array, Array]:
     dx, dy = _X_MM - x_mm, _Y_MM - y_mm
     bearing_deg = np.degrees(np.arctan2(dy, dx))
     slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
-    return np.hypot(dx, dy), bearing_deg, 1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg))
+    return np.hypot(dx, dy), bearing_deg, _found_at(slant_deg)
+
+
+def _found_at(slant_deg: Array) -> Array:
+    """Return the share of looks that find a picture seen so far aside."""
+    return np.asarray(1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg)))
 
 
 @dataclass(slots=True)
@@ -172,17 +179,31 @@ class Belief:
         stand.left = left
         self._mass /= self._mass.sum()
 
-    def see(self, place: Point, seen_from: Point, *, oblique: bool = False) -> None:
-        """Update with a sighting at a place, from another; `oblique` when it looked narrow."""
+    def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
+        """Update with a sighting at a place, from another, so far aside as its width tells."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
-        back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
-        slant_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
-        facing = (slant_deg <= N.steepest_deg) & ((slant_deg >= N.oblique_deg) | (not oblique))
-        spike = near[:, None] & facing[None, :]
-        if spike.any():  # odometry may have drifted beyond the places that are considered
+        if near.any():  # odometry may have drifted beyond the places that are considered
+            back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
+            off_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
+            likely = np.where(off_deg <= N.steepest_deg, 1.0, 0.0)
+            if slant_deg is not None:
+                likely = likely * np.exp(-(((off_deg - slant_deg) / N.slant_sd_deg) ** 2) / 2)
+            likely = likely * (self._facings_at(near) + N.turned)
             self._mass *= 1.0 - N.trust
-            self._mass[spike] += N.trust / int(spike.sum())
+            self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
         self._stand = None  # what can be seen now is not hidden: missing it from now on is new evidence
+
+    def _facings_at(self, near: NDArray[np.bool_]) -> Array:
+        """Return which way it faces if it is at one of these places, as a probability for each facing."""
+        held = self._mass[near].sum(axis=0) + 1e-9
+        return np.asarray(held / held.sum())
+
+    def faces(self, place: Point, viewpoints: Array) -> Array:
+        """Return the probability that a target at `place` faces each of the viewpoints (n, 2) enough to be found."""
+        near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
+        back_deg = np.degrees(np.arctan2(viewpoints[:, 1] - place[1], viewpoints[:, 0] - place[0]))
+        off_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - back_deg[:, None]))
+        return np.asarray(_found_at(off_deg) @ self._facings_at(near))
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, whatever was seen there."""

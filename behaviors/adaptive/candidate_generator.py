@@ -12,7 +12,6 @@ import numpy as np
 from behaviors.adaptive.follow_path import N as PATH
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.target_memory import TargetEstimate, TargetMemory
-from behaviors.angles import wrapped_deg
 from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Point
@@ -37,7 +36,7 @@ class CandidateNumbers:
             they are, hence the last one.
         nearest_end_mm: A detour ends no nearer to the target, which itself echoes.
         farthest_end_mm: And no farther away.
-        slant_deg: A picture is seen up to this far from its normal. Source: docs/vision.md section 1.3, the fitted law.
+        least_visible: No end of a detour is less likely to show the target than this.
         news_s: Another target is still where it was seen, in one case out of e, after this time.
     """
 
@@ -54,7 +53,7 @@ class CandidateNumbers:
     clearances_mm: tuple[float, ...] = (PATH.clearance_mm, 0.0, -60.0)
     nearest_end_mm: float = 330.0
     farthest_end_mm: float = 1000.0
-    slant_deg: float = 57.0
+    least_visible: float = 0.1
     news_s: float = 60.0
 
 
@@ -169,12 +168,10 @@ class CandidateGenerator:
         places = paths.places(N.end_spacing_mm, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
-        slant_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - known.seen_deg))
-        useful = (away_mm >= N.nearest_end_mm) & (away_mm <= N.farthest_end_mm) & (slant_deg <= N.slant_deg)
-        places, away_mm, slant_deg = places[useful], away_mm[useful], slant_deg[useful]
+        visible = world.targets.faces(target, known.place, places)
+        useful = (away_mm >= N.nearest_end_mm) & (away_mm <= N.farthest_end_mm) & (visible >= N.least_visible)
+        places, away_mm, visible = places[useful], away_mm[useful], visible[useful]
         seconds = paths.seconds_to(places) + away_mm / self._profile.cruise_mm_s
-        # it may face in any direction from which it was seen so far
-        visible = 1.0 - slant_deg / (2 * N.slant_deg)
         order = [i for i in np.argsort((seconds + N.turn_s) / visible) if math.isfinite(seconds[i])]
         for clearance_mm in N.clearances_mm:
             for i in order:

@@ -138,7 +138,7 @@ class OccupancyGrid:
         reach_mm = min(range_mm, N.far_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
         cells = self.evidence[window]
-        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg) & self._would_echo(window, pose.heading_deg)
+        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg) & self._heard_so(window, pose.heading_deg)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
         if range_mm >= N.far_mm or repeated:
             return
@@ -159,13 +159,13 @@ class OccupancyGrid:
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
         cells = self.evidence[window]
-        free = (along < N.silent_mm) & (off_deg <= self._beam_deg) & self._would_echo(window, pose.heading_deg)
+        free = (along < N.silent_mm) & (off_deg <= self._beam_deg) & self._heard_so(window, pose.heading_deg)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
-    def _would_echo(self, window: Window, heading_deg: float) -> Mask:
-        """Which cells would be heard: a surface that echoed another way deflects a beam that strikes it at a glance."""
-        glancing = np.abs(np.cos(np.radians(self._heard_deg[window] - heading_deg))) < math.cos(math.radians(N.glancing_deg))
-        return ~(glancing & (self.evidence[window] > 0.0))
+    def _heard_so(self, window: Window, heading_deg: float) -> Mask:
+        """Which cells would be heard by a beam in this direction: a surface deflects what strikes it at a glance."""
+        along = np.abs(np.cos(np.radians(self._heard_deg[window] - heading_deg)))
+        return np.asarray(~((along < math.cos(math.radians(N.glancing_deg))) & (self.evidence[window] > 0.0)))
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""

@@ -150,9 +150,7 @@ class ScanSkill:
                 return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=unheard_blocker())
             # on a slow link steps take longer: turn slower
             step_deg = N.burst_step_deg if perception.frames > 1 else N.step_deg
-            self._rate_deg_s = max(
-                N.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s))
-            )
+            self._rate_deg_s = max(N.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s)))
             then_s = now_s
         return None
 
@@ -163,7 +161,7 @@ class ScanSkill:
         return sighted(observation.sighting) if observation.sighting else None
 
     def _unblurred_deg_s(self) -> float:
-        """How fast the robot may turn: nearer things are larger and bear more blur than one at the detector's full range."""
+        """How fast the robot may turn: what is nearer than the detector's full range is larger and bears more blur."""
         perception = self._perception
         slow_deg_s = perception.profile.scan_deg_s
         if self._range_mm is None:

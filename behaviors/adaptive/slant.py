@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from behaviors.ports import Sighting
 
 UPRIGHT = 0.7
@@ -17,11 +19,27 @@ class Slant:
         self._widest: dict[str, float] = {}
         self._oblique: dict[str, bool] = {}
 
+    def degrees(self, sighting: Sighting) -> float | None:
+        """Return how far aside a sighting is from, by how narrow it looks, 0..90; None if it is cut off."""
+        if sighting.cut:
+            return None
+        widest = max(self._widest.get(sighting.target, UPRIGHT), _aspect(sighting))
+        return math.degrees(math.acos(_aspect(sighting) / widest))
+
     def oblique(self, sighting: Sighting) -> bool:
         """Whether this sighting, or the last whole one, is from far aside."""
         if not sighting.cut:
-            _, _, width, height = sighting.box
-            aspect = width / max(1, height)
+            aspect = _aspect(sighting)
             widest = self._widest[sighting.target] = max(self._widest.get(sighting.target, UPRIGHT), aspect)
             self._oblique[sighting.target] = aspect < NARROW * widest
-        return self._oblique.get(sighting.target, False)
+        return self.was_oblique(sighting.target)
+
+    def was_oblique(self, target: str) -> bool:
+        """Whether the last whole sighting was from far aside."""
+        return self._oblique.get(target, False)
+
+
+def _aspect(sighting: Sighting) -> float:
+    """Return width over height."""
+    _, _, width, height = sighting.box
+    return width / max(1, height)

@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from behaviors.adaptive.belief import Belief
 from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
@@ -13,7 +16,6 @@ from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.slant import Slant
 from behaviors.adaptive.trail import Trail
-from behaviors.angles import wrapped_deg
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
@@ -35,7 +37,6 @@ class TargetNumbers:
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
-        turns: Weight of a new direction among those from which it was seen, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
         jump_mm: A sighting this far from the last one is of something that moved, or of something else;
         jump_share: or this share of its distance, if that is more.
@@ -51,7 +52,6 @@ class TargetNumbers:
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
-    turns: float = 0.03
     held: float = 0.25
     jump_mm: float = 500.0
     jump_share: float = 0.3
@@ -70,14 +70,12 @@ class TargetEstimate:
     Attributes:
         place: Where it is believed to be.
         seen_from: Where the robot was when it saw it last.
-        seen_deg: Mean direction, from the target, from which it was seen so far, degrees clockwise.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
     """
 
     place: Point
     seen_from: Point
-    seen_deg: float
     time_s: float
     distance_mm: float
 
@@ -199,6 +197,10 @@ class TargetMemory:
         """Return the probability that one look round from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self._floor)
 
+    def faces(self, target: str, place: Point, viewpoints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the probability that a target at `place` can be recognised from each of the viewpoints (n, 2)."""
+        return self.beliefs[target].faces(place, viewpoints)
+
     def novelty(self, target: str, place: Point) -> float:
         """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
         nearest_mm = min(
@@ -258,11 +260,8 @@ class TargetMemory:
                 before.place[1] + N.settles * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > N.new_look_s:
-            self.beliefs[target].see(place, here, oblique=self.slant.oblique(sighting))
-        towards_deg = math.degrees(math.atan2(here[1] - place[1], here[0] - place[0]))
-        if before is not None:
-            towards_deg = before.seen_deg + N.turns * wrapped_deg(towards_deg - before.seen_deg)
-        self.known[target] = TargetEstimate(place, here, towards_deg, sighting.time_s, sighting.distance_mm)
+            self.beliefs[target].see(place, here, self.slant.degrees(sighting))
+        self.known[target] = TargetEstimate(place, here, sighting.time_s, sighting.distance_mm)
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
