@@ -92,7 +92,7 @@ class AdaptiveParameters(Table):
     Attributes:
         cruise_mm_s: Speed of an approach, and along a path where something may be near.
         travel_share: Along a path it drives at this many times that speed while the sonar hears nothing near.
-        scan_deg_s: Turn rate while looking round; faster blurs distant pictures.
+        scan_deg_s: Turn rate while looking round where distant things may be in view; faster blurs them.
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.

@@ -134,6 +134,17 @@ def test_a_sighting_tells_from_which_side_it_can_be_seen():
     assert belief.chance_from(100.0, 0.0, floor) > 2 * belief.chance_from(1900.0, 0.0, floor)
 
 
+def test_a_narrow_sighting_leaves_two_ways_it_may_face_until_it_is_seen_from_elsewhere():
+    belief, place = _belief(), (1000.0, 0.0)
+    aside = np.array([(1000.0, 800.0), (1000.0, -800.0)])
+    belief.see(place, (0.0, 0.0), slant_deg=50.0)
+    right, left = belief.faces(place, aside)
+    assert right == pytest.approx(left, abs=0.05)
+    belief.see(place, (400.0, 500.0), slant_deg=10.0)
+    right, left = belief.faces(place, aside)
+    assert right > 2 * left
+
+
 def test_looks_from_several_places_refute_a_sighting():
     belief, place = _belief(), (1200.0, 0.0)
     belief.see(place, (0.0, 0.0))

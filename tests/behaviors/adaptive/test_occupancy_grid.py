@@ -94,6 +94,20 @@ def test_a_free_beam_clears_what_has_left():
     assert floor.evidence.max() < GRID.hint
 
 
+@pytest.mark.parametrize(
+    ("turned_deg", "stays"), [(0.0, False), (30.0, False), (70.0, True), (110.0, True), (180.0, False)]
+)
+def test_a_beam_that_strikes_a_wall_at_a_glance_does_not_clear_it(turned_deg, stays):
+    """It is deflected, and the echo comes from farther away."""
+    floor = OccupancyGrid()
+    wall = _listen(floor, 500.0)
+    for beside_mm in (0.0, 40.0, -40.0) * 8:
+        heading_deg = turned_deg + beside_mm / 40.0
+        towards = Pose(*wall, heading_deg + 180.0).ahead(500.0)
+        floor.echo(Pose(*towards, heading_deg), FARTHEST_ECHO_MM)
+    assert (_evidence_at(floor, *wall) > GRID.solid) is stays
+
+
 def test_an_echo_from_too_far_marks_nothing():
     floor = OccupancyGrid()
     _listen(floor, FARTHEST_ECHO_MM)

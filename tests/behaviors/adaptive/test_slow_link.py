@@ -67,6 +67,19 @@ def test_on_a_slow_link_each_step_looks_at_several_frames(perceive, latency_ms, 
     assert perception.world.floor.weight == frames
 
 
+def test_where_echoes_show_that_nothing_distant_is_in_view_a_look_round_is_faster(perceive):
+    """What is near is larger, and bears more blur."""
+    took_s = []
+    for farthest_mm in (1.0, 4500.0):
+        perception = perceive[0](2.0)
+        targets = perception.world.targets
+        targets.detection_range_mm = dict.fromkeys(targets.detection_range_mm, farthest_mm)
+        begun_s = perception.now()
+        assert ScanSkill(perception).call().event is Event.SEARCH_FAILED
+        took_s.append(perception.now() - begun_s)
+    assert took_s[1] < 0.85 * took_s[0]
+
+
 def test_a_look_round_over_a_slow_link_takes_less_than_twice_as_long(perceive):
     took_s = []
     for latency_ms in (2.0, SLOW_MS):
