@@ -28,3 +28,10 @@ def test_a_brick_that_fails_over_a_telegram_is_found_and_the_trial_is_reproducib
 @pytest.mark.parametrize("seed", [1, 2])
 def test_equal_seeds_give_equal_tallies(seed):
     assert CAMPAIGN.run(seed, range(100)) == CAMPAIGN.run(seed, range(100))
+
+
+@pytest.mark.parametrize("number", [20162, 49293])
+def test_a_telegram_longer_than_the_bluetooth_buffer_has_a_reply_for_each_piece(number):
+    tally = CAMPAIGN.run(41, batch_of(CAMPAIGN, number))
+    assert tally.violations == []
+    assert tally.outcomes["split"] == 1

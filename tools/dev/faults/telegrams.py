@@ -7,8 +7,16 @@ from typing import Any, Protocol
 
 from firmware_protocol.direct import GetBatteryLevel, LSRead
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE, USB_TELEGRAM_LIMIT, FrameReader, frame, usb_packets
-from firmware_protocol.system import Read
+from firmware_protocol.framing import (
+    BLUETOOTH_TELEGRAM_LIMIT,
+    LENGTH_LIMIT,
+    LENGTH_SIZE,
+    USB_TELEGRAM_LIMIT,
+    FrameReader,
+    frame,
+    usb_packets,
+)
+from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command, Kind
 from sim_backend.devices.analog import AnalogInput
 from sim_backend.devices.digital import GenericI2CDevice
@@ -33,7 +41,7 @@ WORLDS = 0.1
 """Share of the bricks that drive a robot in a world; the others have motors and sensors on a bench."""
 
 SPLIT = 256
-"""Length of a Bluetooth telegram that the firmware takes for two. Source: docs/firmware.md section 1, fact 20."""
+"""Length of a Write over Bluetooth that the firmware takes for two telegrams. Source: docs/firmware.md section 1, fact 20."""
 
 CHECK, GOOD = GetBatteryLevel().encode(), GetBatteryLevel.encode_reply()
 """A plain request, sent after one telegram in ten, and the head of its reply."""
@@ -134,8 +142,8 @@ def _pieces(rng: Random, telegram: bytes) -> list[bytes]:
 
 def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
     """Return the outcome that a reply stands for."""
-    if len(request) == SPLIT and rig.bluetooth:
-        return "split in two"
+    if rig.bluetooth and len(request) > BLUETOOTH_TELEGRAM_LIMIT and (len(request) == SPLIT or not _is_write(request)):
+        return _judge_pieces(request, reply)
     limit = USB_TELEGRAM_LIMIT
     if rig.bluetooth:
         announced, reply, limit = int.from_bytes(reply[:LENGTH_SIZE], "little"), reply[LENGTH_SIZE:], LENGTH_LIMIT
@@ -156,6 +164,21 @@ def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
         bare = len(reply) == REPLY_HEADER or command is LSRead
         return "refused" if bare else _decoded(command, reply, "refused")
     return _decoded(command, reply, "carried out")
+
+
+def _is_write(request: bytes) -> bool:
+    return (request[0] & ~NO_REPLY, request[1]) == (Kind.SYSTEM, Write.opcode)
+
+
+def _judge_pieces(request: bytes, reply: bytes) -> str:
+    """Return the outcome of a telegram longer than the buffer: each piece of that size is a telegram of its own."""
+    pieces, replies, rest = -(-len(request) // BLUETOOTH_TELEGRAM_LIMIT), 0, reply
+    while rest and rest[LENGTH_SIZE + 1 : LENGTH_SIZE + 2] != bytes([Read.opcode]):  # long reads are cut short
+        end = LENGTH_SIZE + int.from_bytes(rest[:LENGTH_SIZE], "little")
+        if len(rest) < end or replies == pieces:
+            return f"violated: a telegram of {pieces} pieces is answered with {reply.hex()}"
+        replies, rest = replies + 1, rest[end:]
+    return "split"
 
 
 def _decoded(command: type[Command[Any]], reply: bytes, outcome: str) -> str:
