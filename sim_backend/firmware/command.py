@@ -14,6 +14,7 @@ from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
+from sim_backend.firmware.vm.clump_records import ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
@@ -82,6 +83,7 @@ class CommandModule:
         self._phase = _Phase.IDLE
         self._memory: Memory | None = None
         self._machine: Machine | None = None
+        self._records: ClumpRecords | None = None
         self._handle: int | None = None
         self._state = int(InterpreterState.IDLE)
         self.breakpoints: list[list[tuple[int, int]]] = []
@@ -133,6 +135,7 @@ class CommandModule:
     @property
     def pool(self) -> bytes:
         """The memory pool; it keeps its content after a program."""
+        self._show_clumps()
         return bytes(self._pool[:POOL_SIZE])
 
     @pool.setter
@@ -234,11 +237,18 @@ class CommandModule:
                 self._phase = _Phase.WAITING
             return
         self.mailboxes = Mailboxes(memory)
+        address = self._loader.address_of(self._handle)
+        self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program, address)
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
         self.breakpoints = [[(0, 0)] * BREAKPOINTS for _ in program.clumps]
         self._reset_devices()
         self.due_ms = now_ms + 1
+
+    def _show_clumps(self) -> None:
+        """Write into the pool where the clumps of the program are."""
+        if self._machine and self._records:
+            self._records.show(self._machine.tasks, self._machine.sleeping, self.breakpoints)
 
     def _refuse(self, fault: Fault) -> None:
         if self._handle is None:
@@ -276,6 +286,7 @@ class CommandModule:
             self._machine.close_files()
         if self._handle is not None:
             self._loader.close(self._handle)
+        self._show_clumps()
         self._handle = self._machine = self.mailboxes = None
         self.breakpoints = []
         self._phase = _Phase.WAITING

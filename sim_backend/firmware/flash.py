@@ -62,6 +62,12 @@ class File:
     overlaid_by: File | None = None
 
     @property
+    def content_at(self) -> int:
+        """Where its content begins, in bytes from the first sector; the header is rounded up."""
+        header = _header(self)
+        return self.sectors[0] * SECTOR + header + header % _ALIGNMENT
+
+    @property
     def seen(self) -> File:
         """The file that a directory entry of this one shows."""
         return self if self.overlaid_by is None else self.overlaid_by.seen

@@ -84,6 +84,11 @@ class Loader:
             return None, b""
         return number, bytes(file.content)
 
+    def address_of(self, number: int | None) -> int:
+        """Where the content of the file of a handle begins in the processor's memory."""
+        file = None if number is None else self._handles[number].file
+        return self._version.flash_start + (file.content_at if file else 0)
+
     def linear_content(self, name: str) -> tuple[Status, bytes]:
         """The content of a file that was created as one block, if it can be opened."""
         status, number, _ = self.open_read(name)

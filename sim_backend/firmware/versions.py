@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from firmware_protocol import iomap
+from sim_backend.firmware.vm.clump_records import WITH_POINTS, WORDS
 from sim_backend.firmware.vm.dialect import ENHANCED, Dialect, Timing
 from sim_backend.firmware.vm.memory import Layout
 from sim_backend.firmware.vm.rxe import Type
@@ -50,6 +51,7 @@ class Version:
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
         sectors: Flash sectors for files.
+        flash_start: Address of the first of these.
         directory_size: Maximum number of files.
         settings: Content of the settings file.
         pool: Layout of the memory pool of programs.
@@ -84,6 +86,7 @@ class Version:
     strict_data_names: bool
     writing_prevents_deletion: bool
     deletion_spares_found: bool
+    flash_start: int
     sectors: int
     directory_size: int
     settings: bytes
@@ -123,6 +126,7 @@ _V1_29 = Version(
     strict_data_names=True,
     writing_prevents_deletion=True,
     deletion_spares_found=True,
+    flash_start=0x122100,
     sectors=477,
     directory_size=127,
     settings=bytes.fromhex("780104030000"),
@@ -152,6 +156,7 @@ _V1_05 = replace(
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,
+    flash_start=0x121400,
     sectors=491,
     directory_size=63,
     settings=bytes.fromhex("cb"),
@@ -167,6 +172,7 @@ _V1_05 = replace(
         forgives_comparisons=True,
         checks_short_forms=True,
         runs_past_end=True,
+        records=WORDS,
         abort_stops_tick=False,
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
@@ -188,10 +194,12 @@ _V1_32 = replace(
     resends_messages=True,
     counts_full_ring=True,
     write_options=True,
+    flash_start=0x126400,
     sectors=410,
     pool=_V1_29.pool._replace(clump=48),
     dialect=_V1_29.dialect._replace(
         missing=frozenset(),
+        records=WITH_POINTS,
         tells_faults=True,
         keeps_offsets=False,
         decimals=4,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from sim_backend.firmware.vm.clump_records import ADDRESSES, RecordFormat
 from sim_backend.firmware.vm.rxe import Type
 
 ENHANCED = frozenset({*range(0x0A, 0x11), *range(0x64, 0x8A)})
@@ -52,6 +53,7 @@ class Dialect(NamedTuple):
         map_limit: Most bytes of an IO map that one call reads or writes.
         misses_jumps: Whether a conditional jump that compares, in a clump that compares arrays or clusters, leads to a
             wrong place if it is not made.
+        records: How the records of clumps are laid out.
         abort_stops_tick: Whether the Tick of the Command map leaves out the pass in which a program is aborted.
     """
 
@@ -77,4 +79,5 @@ class Dialect(NamedTuple):
     scans_integers: bool = False
     map_limit: int = 64
     misses_jumps: bool = False
+    records: RecordFormat = ADDRESSES
     abort_stops_tick: bool = True

@@ -267,6 +267,11 @@ class Machine:
         return self.tasks[number].wake_ms if self._exists(number) else NEVER
 
     @property
+    def sleeping(self) -> set[int]:
+        """Numbers of the clumps that sleep."""
+        return set(self._sleeping)
+
+    @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
         if self.runs and not (self._spins and self._all_spin):

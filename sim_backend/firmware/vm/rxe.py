@@ -119,12 +119,14 @@ class Clump(NamedTuple):
         start: Index of its first word of code.
         end: Index of the word after its last one.
         list_at: Where the numbers of the clumps it may fire are in the file.
+        dependents: How many these are.
     """
 
     fire_count: int
     start: int
     end: int
     list_at: int = 0
+    dependents: int = 0
 
 
 class _Header(NamedTuple):
@@ -297,7 +299,7 @@ def _clumps(content: bytes, at: int, header: _Header) -> tuple[tuple[Clump, ...]
     ends = [start for _, _, start in records[1:]] + [header.words]
     clumps = []
     for (fire_count, dependents, start), end in zip(records, ends, strict=True):
-        clumps.append(Clump(fire_count, start, end, lists))
+        clumps.append(Clump(fire_count, start, end, lists, dependents))
         lists += dependents
     return tuple(clumps), _even(lists)
 

@@ -41,7 +41,7 @@ WORLDS = 0.1
 """Share of the bricks that drive a robot in a world; the others have motors and sensors on a bench."""
 
 SPLIT = 256
-"""Length of a Write over Bluetooth that the firmware takes for two telegrams. Source: docs/firmware.md section 1, fact 20."""
+"""Length of a Write over Bluetooth that the firmware takes for two. Source: docs/firmware.md section 1, fact 20."""
 
 CHECK, GOOD = GetBatteryLevel().encode(), GetBatteryLevel.encode_reply()
 """A plain request, sent after one telegram in ten, and the head of its reply."""

@@ -1,0 +1,110 @@
+"""The records of the clumps at the beginning of the memory pool, as the Command map shows them.
+
+The interpreter keeps the fire counts and the links there itself; the rest is only shown. Source: docs/firmware.md
+section 8.1.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Sequence
+from typing import NamedTuple, Protocol
+
+from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.vm.clump_queue import NO_CLUMP
+from sim_backend.firmware.vm.memory import Layout
+from sim_backend.firmware.vm.rxe import Program
+
+_WORD = 2
+_ADDRESS_MASK, _WORD_MASK = 0xFFFF_FFFF, 0xFFFF
+_POINT = 4
+"""Bytes of a breakpoint in a record."""
+
+
+class RecordFormat(NamedTuple):
+    """Places in a record; the initial fire count is in front of the fire count, the link behind it.
+
+    Attributes:
+        numbers: Format of start, last word and place in the code: addresses, or words, of which the place counts from
+            the start.
+        addresses: Whether they are addresses.
+        tail: The byte behind the link.
+        dependents: Address of the dependents in the file, 0 without any.
+        number_of: Number of the dependents.
+        wake: Tick at which it wakes, 0 after that; None without such an instruction.
+        points: Breakpoints, behind a byte without one; None if there are none.
+    """
+
+    numbers: struct.Struct
+    addresses: bool
+    tail: int
+    dependents: int
+    number_of: int
+    wake: int | None = None
+    points: int | None = None
+
+
+ADDRESSES = RecordFormat(struct.Struct("<3I"), addresses=True, tail=0xDF, dependents=16, wake=20, number_of=24)
+WORDS = RecordFormat(struct.Struct("<3H"), addresses=False, tail=20, dependents=12, number_of=16)
+WITH_POINTS = ADDRESSES._replace(tail=20, dependents=20, wake=24, number_of=28, points=30)
+
+
+class ShownTask(Protocol):
+    """A clump that the interpreter carries out.
+
+    Attributes:
+        number: Number of the clump.
+        pc: Index of the word that it goes on at.
+        wake_ms: Pass in which it continues if it sleeps, `NEVER` if it never slept.
+    """
+
+    number: int
+    pc: int
+    wake_ms: int
+
+
+class ClumpRecords:
+    """The records of one program."""
+
+    def __init__(self, pool: bytearray, layout: Layout, record: RecordFormat, program: Program, address: int) -> None:
+        """Write what does not change.
+
+        Args:
+            pool: The memory pool.
+            layout: Its layout.
+            record: The format of the records.
+            program: The program.
+            address: Where the content of its file begins in the flash memory.
+        """
+        self._pool, self._layout, self._format, self._program = pool, layout, record, program
+        self._code = address + len(program.content) - _WORD * len(program.code)
+        for number, clump in enumerate(program.clumps):
+            at = number * layout.clump
+            pool[at + layout.fire_count - 1] = clump.fire_count
+            pool[at + layout.fire_count + 1 : at + layout.fire_count + 3] = bytes((NO_CLUMP, record.tail))
+            struct.pack_into("<I", pool, at + record.dependents, address + clump.list_at if clump.dependents else 0)
+            pool[at + record.number_of] = clump.dependents
+
+    def show(
+        self, tasks: Sequence[ShownTask], sleeping: Collection[int], points: Sequence[Sequence[tuple[int, int]]]
+    ) -> None:
+        """Write where the clumps are, when they wake, and their breakpoints."""
+        record = self._format
+        for task, clump in zip(tasks, self._program.clumps, strict=True):
+            at = task.number * self._layout.clump
+            places = [clump.start, clump.end - 1, task.pc - (0 if record.addresses else clump.start)]
+            if record.addresses:
+                places = [self._code + _WORD * place for place in places]
+            mask = _ADDRESS_MASK if record.addresses else _WORD_MASK
+            record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
+            if record.wake is not None and task.wake_ms != NEVER:
+                wakes = task.wake_ms - 1 if task.number in sleeping else 0
+                struct.pack_into("<I", self._pool, at + record.wake, wakes)
+        if record.points is not None:
+            for number, each in enumerate(points):
+                self._show_points(number * self._layout.clump + record.points, each)
+
+    def _show_points(self, at: int, points: Sequence[tuple[int, int]]) -> None:
+        self._pool[at - 1] = NO_CLUMP
+        for number, (enabled, offset) in enumerate(points):
+            struct.pack_into("<HB", self._pool, at + number * _POINT, offset, enabled)
