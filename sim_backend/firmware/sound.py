@@ -8,6 +8,7 @@ from math import ceil
 from typing import NamedTuple
 
 from firmware_protocol.iomap import SoundState
+from firmware_protocol.status import Status
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import pack_name, unpack_name
@@ -27,6 +28,9 @@ _SLOWEST, _FASTEST = 2000, 16_000
 
 _BUFFER = 64
 """Bytes of a file that are read at once; a rest of fewer is not played."""
+
+_BUFFERS = 3
+"""Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
 _QUEUED = 2
 """Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
@@ -91,15 +95,12 @@ class SoundModule:
         self.tone: Tone | None = None
         self.from_file = False
         self._ends_ms: int = 0
-        self._piece_ms = 0.0
-        self._handed: list[float] = []
-        self._pieces = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._sample_ms = 0.0
-        self._unfinished = False
+        self._byte_ms = self._lead_ms = 0.0
         self._queue: list[float] = []
+        self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
+        self._is_melody = self._plays_buffer = False
         self._notes: list[tuple[int, int]] = []
-        self._next_note = 0
 
     def play_tone(self, frequency_hz: int, duration_ms: int, *, loop: bool = False) -> None:
         """Start a tone in the next pass; it replaces the current sound."""
@@ -145,7 +146,8 @@ class SoundModule:
         if self.flags & SoundFlag.UPDATE:
             self._update(now_ms)
         if self.state == SoundState.STOP:
-            self.tone, self.from_file, self._unfinished, self._queue = None, False, False, []
+            self.tone, self.from_file, self._queue = None, False, []
+            self._read = self._played = 0
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
@@ -157,7 +159,9 @@ class SoundModule:
 
     def _update(self, now_ms: int) -> None:
         self.flags &= ~int(SoundFlag.UPDATE)
+        interrupts = bool(self.state)
         if self.mode & SoundMode.TONE:
+            self._queue = []
             self._silence()
             self._begin(SoundState.TONE)
             self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
@@ -168,6 +172,7 @@ class SoundModule:
             self._loader.close(handle)
             self._close_file()
             _, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
+            self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
             self._start_file(handle, size - _HEADER.size, now_ms)
 
     def _begin(self, state: SoundState) -> None:
@@ -176,89 +181,85 @@ class SoundModule:
     def _start_file(self, handle: int, size: int, now_ms: int) -> None:
         """Play an open file; one that is not a sound file stays silent.
 
-        A file that was replaced before its end leaves a buffer: the next file is one longer, a melody never ends.
+        Buffers of a file that was replaced are still to be played first, as far as the ring tells.
         """
         self._silence()
-        self._handle, self._notes = handle, []
+        self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
-        rate, self.sample_rate = self.sample_rate or rate, 0
-        if kind == _MELODY:
-            notes = self._loader.read(handle, max(size, 0))[1]
-            self._notes = list(_NOTE.iter_unpack(notes[: len(notes) // _NOTE.size * _NOTE.size]))
-        if self._notes:
-            self._begin(SoundState.FILE)
-            self.tone, self.from_file, self._next_note = None, False, 0
-            self._play_note(now_ms)
-            if self._unfinished:
-                self._ends_ms, self._unfinished = NEVER, False
-        elif kind >> 8 == _SOUND >> 8 and size > 0:
-            self._play_samples(kind, rate, size, now_ms)
-        if not self.state:
+        self._is_melody, self._plays_buffer, self._notes = kind == _MELODY, False, []
+        if size <= 0 or not (self._is_melody or kind >> 8 == _SOUND >> 8):
             self._silence()
-
-    def _play_samples(self, kind: int, rate: int, size: int, now_ms: int) -> None:
-        """Queue the buffers of a file; the firmware takes the hand-over of the last one for the end."""
+            return
+        if not self._is_melody:
+            rate, self.sample_rate = self.sample_rate or rate, 0
         sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
-        buffers = max(size // _BUFFER, 1)
-        buffer_ms = min(size, _BUFFER) * (2 if kind == _COMPRESSED else 1) * sample_ms
-        queue = [] if self._unfinished else [end_ms for end_ms in self._queue if end_ms > now_ms]
-        places = _QUEUED - self._unfinished
-        handed = [float(now_ms)]
-        for _ in range(buffers):
-            handed.append(handed[-1] if len(queue) < places else queue[-places])
-            queue.append(max(handed[-1], queue[-1] if queue else now_ms) + buffer_ms)
-        del handed[0]
-        if handed[-1] <= now_ms and not self._unfinished and self.mode != SoundMode.LOOP and buffers < _QUEUED:
-            return
+        self._byte_ms, self._lead_ms = sample_ms * (2 if kind == _COMPRESSED else 1), _QUEUED * sample_ms
         self._begin(SoundState.FILE)
-        self.from_file, self._piece_ms, self._sample_ms = True, buffer_ms, sample_ms
-        if kind not in (_SOUND, _COMPRESSED):
-            self._ends_ms = NEVER
-            return
-        self._queue, self._unfinished = queue[-_QUEUED:], True
-        self._handed, self._pieces = handed, 0
-        self._read_piece()
-        more = self._next_piece_ms > now_ms or self._read_piece()
-        self._ends_ms = max(now_ms + 1, self._next_piece_ms) if more else now_ms + 1
-
-    @property
-    def _next_piece_ms(self) -> int:
-        """When the next piece is read: as the last one but one is handed over."""
-        late = max(self._pieces - len(self._handed), 0)
-        handed_ms = self._handed[self._pieces - late - 1] + late * self._piece_ms
-        return ceil(handed_ms - _QUEUED * self._sample_ms)
-
-    def _read_piece(self) -> bool:
-        """Read the next piece of the file; at its end, or if its handle was closed, a loop opens it again."""
-        self._pieces += 1
-        if self._handle is None or not self._loader.read(self._handle, _BUFFER)[0]:
-            return self._handle is not None
-        if self.mode != SoundMode.LOOP:
-            return False
-        self._loader.close(self._handle)
-        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
-        self._handle = None if status else handle
-        self._loader.read(handle, _HEADER.size + _BUFFER)
-        return True
+        self.from_file = not self._is_melody
+        self.tone = None if self._is_melody else self.tone
+        self._store(self._loader.read(handle, _BUFFER)[1])
+        self._ends_ms = now_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
 
     def _continue(self, now_ms: int) -> None:
-        """The last buffer was handed over: play the next note or the sound anew, or end."""
+        """Go on with a tone or a file: play the next note or buffer, and read another one, or end."""
         if self.state == SoundState.TONE:
             if self.mode & SoundMode.LOOP:
                 self._ends_ms = NEVER
             else:
                 self._silence()
-        elif self._notes and (self._next_note < len(self._notes) or self.mode == SoundMode.LOOP):
+        elif self._is_melody:
             self._play_note(now_ms)
-        elif not self._notes and self._read_piece():
-            self._ends_ms = max(now_ms + 1, self._next_piece_ms)
         else:
+            self._hand_over(now_ms)
+
+    def _hand_over(self, now_ms: int) -> None:
+        """Queue a buffer, if there is one and a place for it, and read another one if none is left."""
+        if self._read != self._played and now_ms >= self._place_ms:
+            data = self._buffers[self._played]
+            self._queue = [*self._queue, max([now_ms, *self._queue]) + len(data) * self._byte_ms][-_QUEUED:]
+            self._played = (self._played + 1) % _BUFFERS
+        if self._read == self._played and not self._read_buffer():
             self._silence()
-            self._unfinished = False
+            return
+        self._ends_ms = max(now_ms + 1, ceil(self._place_ms))
+
+    @property
+    def _place_ms(self) -> float:
+        """When the queue has a place."""
+        return self._queue[0] - self._lead_ms if len(self._queue) == _QUEUED else 0.0
+
+    def _read_buffer(self) -> bool:
+        """Fill a buffer of the ring; at the end of the file, or if its handle was closed, a loop opens it again."""
+        if self._handle is None:
+            return False
+        status, data = self._loader.read(self._handle, _BUFFER)
+        if status and self.mode == SoundMode.LOOP:
+            self._loader.close(self._handle)
+            failed, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
+            self._handle = None if failed else handle
+            self._loader.read(handle, _HEADER.size)
+            data = self._loader.read(handle, _BUFFER)[1]
+            status = Status.OK
+        if status:
+            return False
+        self._store(data)
+        return True
+
+    def _store(self, data: bytes) -> None:
+        self._buffers[self._read] = data
+        self._read = (self._read + 1) % _BUFFERS
 
     def _play_note(self, now_ms: int) -> None:
-        frequency_hz, duration_ms = self._notes[self._next_note % len(self._notes)]
-        self._next_note = self._next_note % len(self._notes) + 1
+        """Play the next note of a melody; its buffer stays in the ring until its last note has ended."""
+        if not self._notes:
+            if self._plays_buffer:
+                self._played = (self._played + 1) % _BUFFERS
+            if self._read == self._played and not self._read_buffer():
+                self._silence()
+                return
+            self._plays_buffer, data = True, self._buffers[self._played]
+            self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
+        frequency_hz, duration_ms = self._notes.pop(0)
         self._play_waves(frequency_hz, duration_ms, now_ms)
 
     def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int) -> None:
@@ -278,7 +279,7 @@ class SoundModule:
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""
-        if self.state in (SoundState.STOP, SoundState.FILE) and not self._notes:
+        if self.state in (SoundState.STOP, SoundState.FILE) and not self._is_melody:
             self._waves_end_ms = 0.0
         self.flags, self.state, self._ends_ms = self.flags & ~int(SoundFlag.RUNNING), 0, 0
         self._close_file()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from firmware_protocol.iomap import ProgramStatus, SoundState, UiFlag
+from firmware_protocol.iomap import ProgramStatus, UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
@@ -310,7 +310,7 @@ class UiModule(Supply):
     def _continue(self, now_ms: int) -> None:
         """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
         match self._run:
-            case Run.TONE if self._sound.state in (SoundState.TONE, SoundState.FILE):
+            case Run.TONE if self._sound.state:
                 self._next_step_ms = now_ms + 1
             case Run.TONE:
                 self.flags |= int(UiFlag.BUSY)
