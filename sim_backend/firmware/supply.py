@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
+from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import POWER_DOWN, IoControl
+from sim_backend.firmware.keys import Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.radio import Radio, RadioState
@@ -29,7 +33,10 @@ class Supply(SleepTimer):
 
     programs: Programs
     radio: Radio
+    buttons: Sequence[Button]
     _menu: Menu
+    _keys: Keys
+    _answered: bool
 
     def __init__(self, clock: Clock, io_control: IoControl, screen: ScreenRefresh) -> None:
         super().__init__(clock)
@@ -39,6 +46,7 @@ class Supply(SleepTimer):
         self._next_step_ms = self._off_ms = NEVER
         self._warned = self._from_menu = False
         self._warned_in = UiState.START
+        self._warned_ms = 0
 
     def watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
@@ -48,6 +56,7 @@ class Supply(SleepTimer):
             self._warned, self._warned_in = True, UiState.WAITING
             self.flags |= int(UiFlag.BUSY)
             self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
+            self._warned_ms = now_ms
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
@@ -91,3 +100,13 @@ class Supply(SleepTimer):
         self.flags &= ~int(UiFlag.BUSY)
         self.state, self._next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
         self._menu.go_on_from(self.state)
+
+    def _answers(self, now_ms: int) -> bool:
+        """Whether a button closes the warning: one pressed since then, or left or right when it counts again."""
+        if self.state != UiState.LOW_BATTERY or now_ms < self._warned_ms + times.WARNING_DEAF_MS:
+            return False
+        key = self._keys.read(self.buttons, now_ms)
+        return self._answered or (key is not None and not self._disabled(key))
+
+    def _disabled(self, key: int) -> bool:
+        return bool(self.flags & (UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER))

@@ -136,9 +136,6 @@ class UiModule(Supply):
         """Whether a button is held, after a file that was not started from its page."""
         return not self._from_menu and any(button.pressed for button in self.buttons)
 
-    def _disabled(self, key: int) -> bool:
-        return bool(self.flags & (UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER))
-
     def switch_off(self) -> None:
         """Switch the brick off."""
         self.force_off = int(self._off_ms == NEVER)
@@ -177,7 +174,7 @@ class UiModule(Supply):
             self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
         if self._in_menu or self._off_ms != NEVER:
             self._read_keys(now_ms)
-        elif self._answered or (self._takes_keys and self.button):
+        elif self._answers(now_ms) or (self._takes_keys and self.button):
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
@@ -383,7 +380,13 @@ class UiModule(Supply):
         if self._off_ms != NEVER and now_ms < self._off_ms + times.DEAF_MS:
             due = min(due, self._off_ms + times.DEAF_MS)
         undrawn = self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK
-        unread = undrawn or self._warns or self.button or (self._reads_keys and self._keys.changed(self.buttons))
+        unread = (
+            undrawn
+            or self._warns
+            or self.button
+            or self._answered
+            or (self._reads_keys and self._keys.changed(self.buttons))
+        )
         due = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
 

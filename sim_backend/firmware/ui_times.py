@@ -27,6 +27,9 @@ DEAF_MS = 257
 WARNING_MS = 2
 """Time from the sample of a low battery to the warning."""
 
+WARNING_DEAF_MS = 8
+"""How long the warning is shown at least."""
+
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 

@@ -234,3 +234,20 @@ def test_exit_ends_the_message_if_it_is_held_when_that_is_shown(held, shown):
         bench.control("!tick 1")
         passes += 1
     assert shown - 1 <= passes <= shown + 2 if shown > 1 else passes == 0
+
+
+@pytest.mark.parametrize(
+    ("pressed", "shown"),
+    [(500, 453), (848, 8), (860, 13)],
+)
+def test_the_warning_of_a_low_battery_ends_with_a_button_that_counts_again(pressed, shown):
+    """The right button is held; it is not looked at in the first eight passes of the warning."""
+    bench = Bench(SimBrick())
+    bench.control("!battery 33268")
+    passes = 0
+    for number in range(1500):
+        if number == pressed:
+            bench.control("!button 2")
+        bench.control("!tick 1")
+        passes += bench.brick.ui.state == 15
+    assert passes == shown
