@@ -96,7 +96,7 @@ class SoundModule:
         self.from_file = False
         self._ends_ms: int = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._byte_ms = self._lead_ms = 0.0
+        self._byte_ms = self._lead_ms = self._from_ms = 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
         self._is_melody = self._plays_buffer = False
@@ -195,7 +195,7 @@ class SoundModule:
         sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms, self._lead_ms = sample_ms * (2 if kind == _COMPRESSED else 1), _QUEUED * sample_ms
         self._begin(SoundState.FILE)
-        self.from_file = not self._is_melody
+        self.from_file, self._from_ms = not self._is_melody, now_ms + self._rest_of_wave(now_ms)
         self.tone = None if self._is_melody else self.tone
         self._store(self._loader.read(handle, _BUFFER)[1])
         self._ends_ms = now_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
@@ -215,8 +215,9 @@ class SoundModule:
     def _hand_over(self, now_ms: int) -> None:
         """Queue a buffer, if there is one and a place for it, and read another one if none is left."""
         if self._read != self._played and now_ms >= self._place_ms:
-            data = self._buffers[self._played]
-            self._queue = [*self._queue, max([now_ms, *self._queue]) + len(data) * self._byte_ms][-_QUEUED:]
+            begins_ms = max([now_ms, self._from_ms, *self._queue])
+            ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
+            self._queue = [*self._queue, ends_ms][-_QUEUED:]
             self._played = (self._played + 1) % _BUFFERS
         if self._read == self._played and not self._read_buffer():
             self._silence()
@@ -268,14 +269,16 @@ class SoundModule:
         Tones of more than a hundred waves or so are longer than commanded, as the divider of the clock is rounded up.
         """
         hertz = min(max(frequency_hz, _LOWEST_HZ), _HIGHEST_HZ) if frequency_hz else _REST_HZ
-        waits_ms = 0.0
-        if now_ms < self._waves_end_ms:
-            waits_ms = self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms
+        waits_ms = self._rest_of_wave(now_ms)
         waves = hertz * max(duration_ms, _SHORTEST_MS) // 1000 - _QUEUED - _QUEUED * hertz // 1000
         self._wave_ms = _period_ms(_WAVE_CLOCKS, hertz)
         self._waves_begin_ms = now_ms + waits_ms
         self._waves_end_ms = self._waves_begin_ms + (waves + 1) * self._wave_ms
         self._ends_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
+
+    def _rest_of_wave(self, now_ms: int) -> float:
+        """How long the wave that is on the loudspeaker still takes."""
+        return self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms if now_ms < self._waves_end_ms else 0.0
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""

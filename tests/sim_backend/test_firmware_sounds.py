@@ -311,3 +311,15 @@ def test_a_melody_leaves_the_sample_rate_of_the_map():
     speaker.put(SampleRate=4000)
     speaker.play("m.rmd")
     assert speaker.field("SampleRate") == 4000
+
+
+@pytest.mark.parametrize(
+    ("size", "hertz", "wait", "passes"), [(192, 220, 5, 12), (192, 1000, 5, 8), (700, 440, 20, 68)]
+)
+def test_a_file_that_replaces_a_tone_waits_for_the_end_of_its_wave(size, hertz, wait, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(size))
+    speaker.send(PlayTone(hertz, 200))
+    speaker.bench.control(f"!tick {wait}")
+    speaker.play("a.rso")
+    assert speaker.passes_until_idle() == pytest.approx(passes, abs=1)  # the phase of the recordings' timer
