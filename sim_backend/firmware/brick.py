@@ -222,7 +222,7 @@ class SimBrick:
     @property
     def powered_off(self) -> bool:
         """Whether the firmware has switched the brick off; a real one no longer replies."""
-        return bool(self.io_control.power_word)
+        return bool(self.io_control.power_word or self.io_control.power_command)
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram; no time passes.
