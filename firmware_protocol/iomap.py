@@ -276,6 +276,7 @@ DISPLAY = IOMap(
         EraseMask=(4, U32),
         UpdateMask=(8, U32),
         StatusIcons=(108, Annotated[bytes, Block(4)]),
+        StepIcons=(112, Annotated[bytes, Block(5)]),
         Flags=(117, U8),
         TextLinesCenterFlags=(118, U8),
     )

@@ -150,7 +150,7 @@ class SimBrick:
             io_maps.comm_map(self.radio, self.high_speed),
             io_maps.input_map(self.input),
             io_maps.button_map(self.button),
-            io_maps.display_map(self.display, self._screen, status_bar),
+            io_maps.display_map(self.display, self._screen, status_bar, self.ui.program_steps),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),
@@ -187,7 +187,7 @@ class SimBrick:
     def _program_ended(self) -> None:
         self.display.end()
         if self._end_pauses_screen:
-            self._screen.rest()
+            self._screen.rest(self.now_ms + 1)
         self._watch.note_end()
         self.ui.program_ended()
 
@@ -222,7 +222,7 @@ class SimBrick:
     @property
     def powered_off(self) -> bool:
         """Whether the firmware has switched the brick off; a real one no longer replies."""
-        return bool(self.io_control.power_word or self.io_control.power_command)
+        return bool(self.io_control.power_command)
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram; no time passes.

@@ -17,12 +17,18 @@ class IoControl:
 
     def __init__(self) -> None:
         self.power_word = self._sent = 0
+        self._announced = False
         self.display_on = True
 
     @property
     def power_command(self) -> int:
         """Last command to the second processor: 0x00 none, 0x5A power off, 0xA5 boot loader."""
-        return (self.power_word if self.power_word in (POWER_DOWN, BOOT) else self._sent) >> 8
+        sends = self.power_word in (POWER_DOWN, BOOT) and not self._announced
+        return (self.power_word if sends else self._sent) >> 8
+
+    def power_down(self, *, announced: bool) -> None:
+        """Switch the brick off; what is announced stands in the map a pass before it is sent."""
+        self.power_word, self._announced = POWER_DOWN, announced
 
     def take_back(self) -> None:
         """Clear the command in the map, as the firmware does when the brick is still on after it."""

@@ -15,6 +15,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.output import OutputModule
+from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
@@ -206,10 +207,13 @@ def command_map(module: CommandModule) -> LiveMap:
     return live
 
 
-def display_map(module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar) -> LiveMap:
+def display_map(
+    module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar, program_steps: ProgramSteps
+) -> LiveMap:
     """Display with its frame buffer."""
     live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=refresh.wake)
     live.bind(status_bar, StatusIcons="icons")
+    live.bind(program_steps, StepIcons="icons")
     live.bind(
         refresh, EraseMask="erase_mask", UpdateMask="update_mask", Flags="flags", TextLinesCenterFlags="centered_lines"
     )

@@ -44,6 +44,10 @@ class Keys:
         """Whether a key was pressed or all were released since the last reading."""
         return self._held != any(button.pressed for button in buttons)
 
+    def ignore(self, buttons: Sequence[Button]) -> None:
+        """Let the button that is held not count, nor count again."""
+        self._held, self.repeat_ms = self.held(buttons) is not None, NEVER
+
     def read(self, buttons: Sequence[Button], now_ms: int) -> Key | None:
         """The key that counts now."""
         key = self.held(buttons)

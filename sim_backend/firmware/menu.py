@@ -13,6 +13,7 @@ from typing import Protocol
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.keys import Key
+from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import MAX_VOLUME
@@ -25,13 +26,17 @@ _STATES = {
     Key.EXIT: UiState.EXIT,
 }
 
-_MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (1,), (4,), (5,), (6,)
+_MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
 _DATA_LOG, _VIEW = _LISTS = (2,), (3,)
 _SEARCH = (*_BLUETOOTH, 0)
 _VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
-_PROGRAMS = (*_MY_FILES, 0)
+_PROGRAMS, _SOUNDS = (*_MY_FILES, 0), (*_MY_FILES, 2)
 _PAGE = 4
-"""Level of a file's page; its first item runs the file."""
+"""Level of a file's page."""
+_RUN, _SEND, _DELETE = range(3)
+"""Items of a file's page."""
+_NO, _YES = range(2)
+"""Answers to the question whether to delete a file."""
 
 _SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
@@ -46,7 +51,6 @@ _SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 _ITEMS = {(): 7, _MY_FILES: 4, _SETTINGS: 4, _VOLUME: MAX_VOLUME + 1, _SLEEP: len(_SLEEP_MINUTES)}
 """Items of the menus that are known, by their place: the numbers of the items that lead there."""
 
-_PAGE_ITEMS = 3
 _EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
 """Files of the items of the first menu."""
 
@@ -57,8 +61,11 @@ _LIST_MS, _LIST_FILE_MS, _RETURN_MS, _MOVE_MS = 10, 2, 6, 4
 _PAIR_MS = {1: 7, -1: 6}
 """The same for a list of two files, by the direction to the other one."""
 
-_PAGE_MS, _LOG_PAGE_MS = 4, 2
-"""Passes to draw a file's page."""
+_PAGE_MS, _LOG_PAGE_MS, _RUN_MS = 4, 2, 3
+"""Passes to draw a file's page, and that page when its first item is reached."""
+
+_SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
+"""Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
 
 
 def _nothing() -> None: ...
@@ -81,6 +88,7 @@ class Menu:
     Args:
         settings: The user interface.
         files: Lists the files with an extension.
+        delete: Deletes a file.
         screen: Draws the menus.
         data_log: Whether the main menu has an item for the data log.
 
@@ -88,18 +96,27 @@ class Menu:
         shows_key: Whether the states that the last key brings are not over.
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
+        program: The program that is made on the brick.
     """
 
     def __init__(
-        self, settings: Settings, files: Callable[[str], Sequence[str]], screen: ScreenRefresh, *, data_log: bool
+        self,
+        settings: Settings,
+        files: Callable[[str], Sequence[str]],
+        delete: Callable[[str], object],
+        screen: ScreenRefresh,
+        *,
+        data_log: bool,
     ) -> None:
-        self._settings, self._files, self._screen, self._data_log = settings, files, screen, data_log
+        self._settings, self._files, self._delete, self._screen = settings, files, delete, screen
+        self._data_log = data_log
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
+        self.program = ProgramSteps()
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
         self._drawn = NOTHING
-        self._set: Callable[[], None] = _nothing
+        self._set: Callable[[], object] = _nothing
         self.reset()
 
     def reset(self) -> None:
@@ -109,13 +126,18 @@ class Menu:
         self._volume = self._settings.volume
 
     def show_file(self, name: str) -> None:
-        """Go to the page of the file that was started: four levels down."""
-        self._place, self._confirms, self._file = [*_PROGRAMS, 0, 0], None, name
+        """Go to the page of the file that was started, or up from it to the list if the question was shown."""
+        self._place, asked, self._confirms, self._file = [*_PROGRAMS, 0, 0], self._confirms, None, name
+        if asked:
+            self._place.pop()
 
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
         self._steps = [(UiState.DRAWING, drawn) for drawn in (marks.PAGE, marks.FILE_NAME, marks.PAGE)]
+        if self._is_list(tuple(self._place[:-1])):
+            del self._steps[1:]
+            self._draw_last(marks.MENU, *[NOTHING] * (_RETURN_MS - 2 + self._items(_PROGRAMS)), marks.MENU)
 
     def go_on_from(self, state: int) -> None:
         """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
@@ -190,7 +212,13 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        if items := self._items(menu):
+        if self._asks(menu):
+            self._place[-1] = _NO if step > 0 else _YES
+            return
+        items = self._items(menu)
+        if menu == _MY_FILES and not self._data_log:
+            items -= 1
+        if items:
             self._place[-1] %= items
         if self._place == [*_DATA_LOG] and not self._data_log:
             self._place[-1] += step
@@ -198,6 +226,8 @@ class Menu:
             self._set = partial(self._set_volume, self._place[-1])
         if menu in (_VOLUME, _SLEEP):
             self._draw_last(marks.BAR, NOTHING)
+        if self._is_page(menu) and self._place[-1] == _RUN:
+            self._draw_last(*[NOTHING] * (_RUN_MS - 1), self._page)
         if self._is_list(menu) and (files := self._items(menu)):
             self._take(_PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1])
 
@@ -205,7 +235,9 @@ class Menu:
         """Number of items of a menu, 0 if it is not known."""
         if self._is_list(menu):
             return len(self._listed(menu))
-        return _PAGE_ITEMS if self._is_page(menu) else _ITEMS.get(menu, 0)
+        if self._is_page(menu):
+            return len((_RUN, _SEND, _DELETE))
+        return _ITEMS.get(menu, 0) or self.program.items([*menu])
 
     def _is_list(self, menu: tuple[int, ...]) -> bool:
         return len(menu) == _LIST_LEVEL and menu[: len(_MY_FILES)] == _MY_FILES
@@ -218,7 +250,11 @@ class Menu:
         self._draw_last(*[NOTHING] * (passes - 1), marks.MENU)
 
     def _is_page(self, menu: tuple[int, ...]) -> bool:
-        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] == _PROGRAMS
+        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _SOUNDS)
+
+    def _asks(self, menu: tuple[int, ...]) -> bool:
+        """Whether a menu is the question whether to delete a file."""
+        return self._is_page(menu[:-1]) and menu[-1] == _DELETE
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -228,8 +264,14 @@ class Menu:
             self._set = partial(self._set_volume, self._volume)
             self._show(UiState.EXIT)
             self._place.pop()
+        left = [*self._place]
         self._place.pop()
         menu = tuple(self._place[:-1])
+        if self.program.is_step(self._place[:-1]):
+            self.program.leave(left)
+            self._draw_last(NOTHING, NOTHING)
+        elif self.program.is_step(self._place):
+            self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
         if self._is_list(menu):
             self._take(_RETURN_MS + self._items(menu))
 
@@ -245,16 +287,36 @@ class Menu:
         elif menu == _SLEEP:
             self._set = partial(self._settings.set_sleep_minutes, _SLEEP_MINUTES[self._place.pop()])
             self._show(UiState.EXIT)
-        elif menu == _MY_FILES and not self._files(_EXTENSIONS[self._place[-1]]):
+        elif menu == _MY_FILES and not self._listed(place):
             self._find_nothing()
-        elif self._is_page(menu) and not place[-1]:
+        elif self._is_page(menu) and place[-1] == _RUN:
             self.runs = self._file
+        elif self._is_page(menu[:-1]):
+            self._place.pop()
+            self._answer_page(menu[-1], place[-1])
         elif place in (_TRY_ME, _SEARCH):
             self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
             self._find_nothing(marks.MENU if place == _SEARCH else NOTHING)
         else:
             self._open(place)
+
+    def _answer_page(self, item: int, answer: int) -> None:
+        """Send a file, or delete it if that is the answer."""
+        if item == _SEND:
+            self._draw_last(*[NOTHING] * _SENT_MS)
+            self._show(UiState.EXIT)
+        elif answer == _YES:
+            self._place.pop()
+            left = self._items(tuple(self._place[:-1])) - 1
+            self._set = partial(self._delete, self._file)
+            self._draw_last(*[NOTHING] * _DELETED_MS)
+            self._show(UiState.EXIT)
+            self._draw_last(*[NOTHING] * (_RETURN_MS + left if left else _NO_FILE_MS))
+            self._place[-1] = 0
+            if not left:
+                self._place.pop()
+                self._show(UiState.EXIT)
 
     def _find_nothing(self, drawn: Marks = NOTHING) -> None:
         """Leave a list of files that is empty."""
@@ -263,7 +325,7 @@ class Menu:
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
-        names = self._files(_EXTENSIONS[0]) if place[:-1] == _PROGRAMS else ()
+        names = self._listed(place[:-1]) if self._is_list(place[:-1]) else ()
         if names:
             self._file = names[place[-1] % len(names)]
         if place == _VOLUME:
@@ -277,6 +339,10 @@ class Menu:
             self._draw_last(*[NOTHING] * (_PAGE_MS if place[1] < len(_EXTENSIONS) - 1 else _LOG_PAGE_MS))
         if place in (_VOLUME, _SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
+        elif self._is_page(place[:-1]) and place[-1] == _SEND:
+            self._draw_last(NOTHING, NOTHING)
         elif place[0] in _SLOW:
+            if place[0] == PROGRAM:
+                self.program.enter([*place])
             drawn = _OPENED.get(place, (NOTHING, NOTHING))
             self._draw_last(*((marks.PAGE,) if place == _VIEW and not self._data_log else ()), *drawn)

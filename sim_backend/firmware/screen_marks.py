@@ -23,7 +23,7 @@ class Marks(NamedTuple):
 
 _ALL = 0xFFFF_FFFF
 NOTHING = Marks()
-MENU = Marks(0x4000_0200, 0xFF700)
+MENU = Marks(0x4000_0200, 0xFF700, drop=0xFF)
 PAGE = Marks(0xE0600, 0xFF700)
 """A page below a menu: a file's, a value's."""
 BAR = Marks(0xC, 0x10_0004)
@@ -38,6 +38,10 @@ MESSAGE = Marks(0x4000_0200, 0x5F218)
 """The end of a file."""
 CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
+WARNING = Marks(0x200, 0x11_F200)
+"""The warning of a low battery."""
+LOGO, EMPTY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000)
+"""The first picture of a start, and that of an empty battery."""
 STATUS = Marks(0x200, 0x1F200)
 STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
 """The status bar, and the same while a file runs."""

@@ -15,8 +15,8 @@ _SCREEN, _FRAME = 0x4000_0000, 0x1000
 _DRAWING = Marks(update=0x2000_0000)
 """What a program's drawing sets."""
 
-_PERIOD_MS, _PAUSE = 17, 15
-"""Passes of a refresh, and the one of them, counted from the boot, after which no line is being sent."""
+_PERIOD_MS, _FIRST_PAUSE = 17, 15
+"""Passes of a refresh, and one, counted from the boot, after which no line is being sent."""
 
 _STOPPED = DisplayFlag.POPUP | DisplayFlag.REFRESH_DISABLED
 
@@ -40,6 +40,7 @@ class ScreenRefresh:
         self.due_ms = NEVER
         self.erase_mask = self.update_mask = self.centered_lines = 0
         self._flags, self._rests_ms = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER
+        self.begin(_FIRST_PAUSE)
 
     @property
     def flags(self) -> int:
@@ -47,7 +48,7 @@ class ScreenRefresh:
         if self._flags & _STOPPED:
             return self._flags
         now_ms = self._clock.now_ms
-        pauses = self._flags & DisplayFlag.REFRESH and (now_ms % _PERIOD_MS == _PAUSE or now_ms == self._rests_ms)
+        pauses = self._flags & DisplayFlag.REFRESH and (self._pauses(now_ms) or now_ms == self._rests_ms)
         return self._flags & ~int(DisplayFlag.BUSY) | (0 if pauses else int(DisplayFlag.BUSY))
 
     @flags.setter
@@ -67,7 +68,8 @@ class ScreenRefresh:
         """Change the parts of the screen to erase and to draw from the next pass on."""
         self.erase_mask = self.erase_mask & ~marks.drop_erase | marks.erase
         self.update_mask = self.update_mask & ~marks.drop | marks.update
-        self.centered_lines |= 0 if marks.again else marks.update & _TEXT_LINES
+        centered = 0 if marks.again else marks.update & _TEXT_LINES
+        self.centered_lines = self.centered_lines & ~marks.drop | centered
         if any(marks):
             self.wake()
 
@@ -75,10 +77,32 @@ class ScreenRefresh:
         """Draw what a program has drawn."""
         self.mark(_DRAWING)
 
-    def rest(self) -> None:
-        """Show the normal screen, and send no line in the next pass."""
+    def rest(self, now_ms: int) -> None:
+        """Show the normal screen, and send no line in the given pass."""
         self._flags &= ~int(DisplayFlag.POPUP)
-        self._rests_ms = self._clock.now_ms + 1
+        self._rests_ms = now_ms
+
+    @property
+    def drawing(self) -> bool:
+        """Whether parts of the screen are left to erase or to draw."""
+        return bool(self.erase_mask or self.update_mask)
+
+    @property
+    def pops_up(self) -> bool:
+        """Whether a message is shown over the normal screen."""
+        return bool(self._flags & DisplayFlag.POPUP)
+
+    def pop_up(self) -> None:
+        """Show a message over the normal screen: no line is sent, and the flags stay as they are."""
+        self._flags = self.flags | DisplayFlag.POPUP
+
+    def after_pause(self, now_ms: int) -> int:
+        """Return the third pass before the end of the first refresh that ends in the given pass or later."""
+        return now_ms + (self._pause_ms - 3 - now_ms) % _PERIOD_MS
+
+    def begin(self, pause_ms: int) -> None:
+        """Begin the refresh anew, with a pause in the given pass."""
+        self._pause_ms, self._stopped = pause_ms, False
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
@@ -93,7 +117,7 @@ class ScreenRefresh:
         else:
             before, self.update_mask = self.update_mask, _without_highest(self.update_mask)
             self.centered_lines &= ~(before ^ self.update_mask)
-        pending = bool(self.erase_mask or self.update_mask)
+        pending = self.drawing
         if not self._flags & DisplayFlag.POPUP:
             pending = self._switch(now_ms) or pending
         self.due_ms = now_ms + 1 if pending else NEVER
@@ -102,9 +126,15 @@ class ScreenRefresh:
         """Stop or restart the refresh as the flags say; whether it is about to stop."""
         if self._flags & DisplayFlag.REFRESH:
             self._flags &= ~int(DisplayFlag.REFRESH_DISABLED)
-        elif now_ms % _PERIOD_MS == _PAUSE:
+        if self._stopped and not self._flags & DisplayFlag.REFRESH_DISABLED:
+            self.begin(now_ms + _PERIOD_MS - 1)
+        elif not self._flags & DisplayFlag.REFRESH and self._pauses(now_ms):
+            self._stopped = True
             self._flags = self._flags & ~int(DisplayFlag.BUSY) | int(DisplayFlag.REFRESH_DISABLED)
         return not self._flags & (DisplayFlag.REFRESH | DisplayFlag.REFRESH_DISABLED)
+
+    def _pauses(self, now_ms: int) -> bool:
+        return (now_ms - self._pause_ms) % _PERIOD_MS == 0
 
 
 def _without_highest(mask: int) -> int:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.button import Button
-from sim_backend.firmware.io_control import POWER_DOWN, IoControl
+from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.keys import Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sleep_timer import SleepTimer
-from sim_backend.firmware.ui_states import Programs, UiState
+from sim_backend.firmware.ui_states import DrawStatus, Programs, UiState
 
 
 class Supply(SleepTimer):
@@ -26,6 +27,7 @@ class Supply(SleepTimer):
         battery: The supply.
         programs: The command module; set by the brick.
         radio: The radio; set by the brick.
+        draw_status: Draws the status bar; set by the brick.
         flags: See `firmware_protocol.iomap.UiFlag`.
         state: See `UiState`.
         force_off: Nonzero to switch the brick off.
@@ -33,6 +35,7 @@ class Supply(SleepTimer):
 
     programs: Programs
     radio: Radio
+    draw_status: DrawStatus
     buttons: Sequence[Button]
     _menu: Menu
     _keys: Keys
@@ -51,27 +54,33 @@ class Supply(SleepTimer):
     def watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
         now_ms = self._clock.now_ms
-        self._warned = self._warned and self.battery.low
-        if self._warns and self.battery.since_sample_ms(now_ms) >= times.WARNING_MS:
-            self._warned, self._warned_in = True, UiState.WAITING
+        if self._warns and not self._screen.drawing:
+            self._warned, self._warned_in = True, UiState.WAITING if self._off_ms == NEVER else UiState.DRAWING
             self.flags |= int(UiFlag.BUSY)
             self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
             self._warned_ms = now_ms
+            self._screen.mark(marks.WARNING)
+            self._screen.pop_up()
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off and self._off_ms == NEVER:
             self._off_ms = now_ms
-            if self.state not in states.NOT_LEFT_WHEN_OFF:
-                self.state, self._next_step_ms = int(UiState.DRAWING), NEVER
-            if self.programs.active:
-                self.programs.stop()
+            self.state, self._next_step_ms, self._from_menu = int(UiState.DRAWING), NEVER, False
+        elif now_ms == self._off_ms + 1 and self.programs.active:
+            self.programs.stop()
         self.force_off = 0
-        if now_ms >= self._off_ms + times.DISPLAY_OFF_MS and self.state != UiState.LOW_BATTERY:
-            self._io_control.display_on = self._screen.on = False
-        if now_ms == self._off_ms + times.DEAF_MS:
+        self._switch_off(now_ms - self._off_ms)
+
+    def _switch_off(self, passed_ms: int) -> None:
+        """Switch display and power off, each a pass after the maps show it; later take keys again."""
+        if passed_ms >= times.DISPLAY_OFF_MS - 1:
+            self._screen.on = False
+            if passed_ms >= times.DISPLAY_OFF_MS and not self._screen.pops_up:
+                self._io_control.display_on = False
+        if passed_ms == times.DEAF_MS:
             self._io_control.take_back()
-        elif self._off_ms + times.POWER_OFF_MS <= now_ms < self._off_ms + times.DEAF_MS:
-            self._io_control.power_word = POWER_DOWN
+        elif times.POWER_OFF_MS - 1 <= passed_ms < times.DEAF_MS:
+            self._io_control.power_down(announced=passed_ms < times.POWER_OFF_MS)
 
     def watch_radio(self) -> None:
         """Show in the menu what the radio asks for: a question, or a message."""

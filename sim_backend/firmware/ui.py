@@ -5,12 +5,13 @@ Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from firmware_protocol.iomap import ProgramStatus, UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
+from sim_backend.firmware.boot import Boot
 from sim_backend.firmware.button import Button
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.keys import KEYS, Key, Keys
@@ -18,30 +19,24 @@ from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
+from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.sleep_timer import SLEEP_MINUTES
 from sim_backend.firmware.sound import ATTENTION, CLICK, MAX_VOLUME, SoundModule
-from sim_backend.firmware.supply import Supply
-from sim_backend.firmware.ui_states import STARTING, DrawStatus, Run, UiState
+from sim_backend.firmware.ui_states import Run, UiState
 
 _EXIT_MASK, _ENTER = 1, 3
 
 
-class UiModule(Supply):
+class UiModule(Boot):
     """Battery supervision, sleep timer, and the starting of files.
 
     Attributes:
         due_ms: See `Module`.
         buttons: The buttons; set by the brick.
-        on_pass: Called in each pass; set by the brick.
-        draw_status: Draws the status bar; set by the brick.
         program_name: The file to start, 20 bytes.
         button: A button pressed through the map, 0 for none.
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
     """
-
-    on_pass: Callable[[], None]
-    draw_status: DrawStatus
 
     def __init__(
         self,
@@ -62,8 +57,14 @@ class UiModule(Supply):
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
-        self._menu, self._keys = Menu(self, loader.flash.names_ending, screen, data_log=data_log), Keys()
+        self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=data_log)
+        self._keys = Keys()
         self.due_ms = 0
+
+    @property
+    def program_steps(self) -> ProgramSteps:
+        """The program that is made on the brick."""
+        return self._menu.program
 
     @property
     def map_state(self) -> int:
@@ -106,10 +107,11 @@ class UiModule(Supply):
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
             self._timer_started_ms = self._clock.now_ms
-            if self.runs_file and (buttons & _EXIT_MASK or self._run is Run.MESSAGE):
-                self._skip_message()
+            if self._runs_program and buttons & _EXIT_MASK and self.programs.active:
+                self.programs.stop()
         if not self._in_menu and self._off_ms == NEVER:
-            self._keys.read(self.buttons, self._clock.now_ms)
+            if not self.runs_file:
+                self._keys.read(self.buttons, self._clock.now_ms)
             for number, key in KEYS[::-1]:
                 if buttons >> number & 1:
                     self._answered |= self.state == UiState.LOW_BATTERY and not self._disabled(key)
@@ -119,26 +121,19 @@ class UiModule(Supply):
 
     def _clicks(self, key: int) -> bool:
         """Whether a button clicks: not while a file is opened, and while a program runs only exit, disabled or not."""
-        if self.runs_file and self._run is Run.PROGRAM:
+        if self._runs_program:
             return key == Key.EXIT
         opens = self.runs_file and self._run in (Run.TONE, Run.RELEASE, Run.TO_OPEN)
         return not (opens or self.state in (UiState.OPENING, UiState.REPORT) or self._disabled(key))
 
-    def _skip_message(self) -> None:
-        """Stop the program, and show no message about its end, or not any longer."""
-        if self.programs.active:
-            self.programs.stop()
-        elif self._run == Run.MESSAGE:
-            self._next_step_ms = self._clock.now_ms
-
     @property
-    def _skips_message(self) -> bool:
-        """Whether a button is held, after a file that was not started from its page."""
-        return not self._from_menu and any(button.pressed for button in self.buttons)
+    def _runs_program(self) -> bool:
+        return self.runs_file and self._run is Run.PROGRAM
 
     def switch_off(self) -> None:
-        """Switch the brick off."""
-        self.force_off = int(self._off_ms == NEVER)
+        """Switch the brick off: exit was held, which counts only in the menus and messages."""
+        file_runs = self.runs_file and not self._shows_message
+        self.force_off = int(self._off_ms == NEVER and not (self._starting or file_runs))
         self.wake()
 
     def wake(self) -> None:
@@ -156,7 +151,7 @@ class UiModule(Supply):
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
-        if self.runs_file and self._run is Run.PROGRAM:
+        if self._runs_program:
             self._run, self._next_step_ms = Run.PROGRAM_ENDED, self._clock.now_ms + 1
             self._schedule()
 
@@ -172,12 +167,16 @@ class UiModule(Supply):
         if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
             self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
             self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
-        if self._in_menu or self._off_ms != NEVER:
+        self.end_start()
+        if self._in_menu or (self._off_ms != NEVER and not (self.runs_file or self._takes_keys)):
             self._read_keys(now_ms)
-        elif self._answers(now_ms) or (self._takes_keys and self.button):
+        elif self._shows_message and self._keys.read(self.buttons, now_ms) is not None:
+            self._next_step_ms = self._message_ends_ms = now_ms
+        elif self._answers(now_ms) or (self._takes_keys and self.button and self._keys.held(self.buttons) is None):
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
+        self.watch_start(now_ms)
         self.watch_supply()
         self._schedule()
 
@@ -220,7 +219,12 @@ class UiModule(Supply):
     @property
     def _takes_keys(self) -> bool:
         """Whether a key of the map counts outside of the menus, a disabled one too: a message is shown."""
-        return self.state == UiState.LOW_BATTERY or (self.runs_file and self._run is Run.MESSAGE)
+        return self.state == UiState.LOW_BATTERY or self._shows_message
+
+    @property
+    def _shows_message(self) -> bool:
+        """Whether the end of a file is shown."""
+        return self.runs_file and self._run is Run.MESSAGE
 
     def _take_key(self) -> None:
         if not self._answered:
@@ -228,12 +232,13 @@ class UiModule(Supply):
             self.button = 0
         self._answered = False
         self._timer_started_ms = self._clock.now_ms
-        if self.runs_file:
+        if self._shows_message:
             self._next_step_ms = self._message_ends_ms = self._clock.now_ms
         else:
             self.flags &= ~int(UiFlag.BUSY)
             self.map_state = self._warned_in
-            self._next_step_ms = self._clock.now_ms + 1
+            self._screen.rest(self._clock.now_ms)
+            self._next_step_ms = self._clock.now_ms + 1 if self._off_ms == NEVER else NEVER
 
     def _show_key(self) -> None:
         """Show the next state that a key brings; after the last one wait for another key, or switch off."""
@@ -272,7 +277,7 @@ class UiModule(Supply):
     def _advance(self, now_ms: int) -> None:
         self._next_step_ms = NEVER
         if self._starting:
-            self._start(now_ms)
+            self.start(now_ms)
         elif self._menu.shows_key:
             self._show_key()
         elif self.state == UiState.OPENING:
@@ -285,24 +290,6 @@ class UiModule(Supply):
             self.state = int(UiState.WAITING)
         elif self.state == UiState.QUESTION:
             self._sound.play_own(ATTENTION, self.volume)
-
-    def _start(self, now_ms: int) -> None:
-        """Start again after the brick was switched off: as at power-on, but the other modules go on."""
-        if self.state == UiState.START:
-            self._on_restart()
-            self.flags, self.sleep_minutes = int(UiFlag.BUSY), SLEEP_MINUTES
-            self.on_pass()
-            self.battery.restart(now_ms - 1)
-            self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
-            self._menu.reset()
-        if self.state == UiState.WAITING:
-            self.flags, self._starting = int(UiFlag.ENABLE_STATUS), False
-            return
-        off = self._off_ms != NEVER
-        state, wait_ms = (UiState.START, 1) if off else STARTING.get(self.state, (UiState.WAITING, 1))
-        self.state, self._next_step_ms = int(state), now_ms + wait_ms
-        if state == UiState.WAITING:
-            self.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
 
     def _continue(self, now_ms: int) -> None:
         """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
@@ -325,7 +312,7 @@ class UiModule(Supply):
                 self.flags |= states.RUNNING_FLAGS
             case Run.SOUND if self._sound.playing:
                 self._next_step_ms = now_ms + 1
-            case Run.MESSAGE if now_ms < self._message_ends_ms and not self._skips_message:
+            case Run.MESSAGE if now_ms < self._message_ends_ms:
                 self._next_step_ms = self._message_ends_ms
             case Run.MESSAGE:
                 self._open_menu()
@@ -364,7 +351,7 @@ class UiModule(Supply):
         self._show_menu()
 
     def _show_menu(self) -> None:
-        now_ms = self._clock.now_ms
+        now_ms, self._off_ms = self._clock.now_ms, NEVER
         self.flags &= ~int(UiFlag.EXECUTE_FILE)
         self.state, self._menu_opened_ms, self._next_step_ms = int(UiState.MENU), now_ms, now_ms + 1
         self._menu.redraw()
@@ -383,6 +370,7 @@ class UiModule(Supply):
         unread = (
             undrawn
             or self._warns
+            or self._finds_empty
             or self.button
             or self._answered
             or (self._reads_keys and self._keys.changed(self.buttons))

@@ -12,6 +12,7 @@ class UiState(IntEnum):
     """State byte of the Ui map; the simulated states only."""
 
     START = 0
+    EMPTY = 1
     LOGO = 2
     MELODY = 3
     ENTRY = 4
@@ -40,9 +41,6 @@ MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT
 
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
-NOT_LEFT_WHEN_OFF = (UiState.START, UiState.OPENING, UiState.RUNNING, UiState.LOW_BATTERY)
-"""States that stay when the brick is switched off."""
-
 GONE_ON_FROM = (UiState.START, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
 """States that the menus go on from if they are written to the map, and all such states."""
 
@@ -56,14 +54,13 @@ PROGRAMS, SOUND, ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
 """Files that can be started. Programs made on the brick are not simulated, only the message after them is shown."""
 
 STARTING: dict[int, tuple[UiState, int]] = {
-    UiState.START: (UiState.LOGO, 2791),
     UiState.LOGO: (UiState.MELODY, 897),
     UiState.MELODY: (UiState.ENTRY, 1),
     UiState.ENTRY: (UiState.MENU, 1),
     UiState.MENU: (UiState.DRAWING, 1),
     UiState.DRAWING: (UiState.WAITING, 1),
 }
-"""States of a start: the next one, and how long it lasts in ms."""
+"""States of a start behind the logo: the next one, and how long it lasts in ms."""
 
 
 class Run(Enum):

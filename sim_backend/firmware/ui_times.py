@@ -24,8 +24,8 @@ DISPLAY_OFF_MS, POWER_OFF_MS = 3, 7
 DEAF_MS = 257
 """Time from the decision to switch off until keys count again."""
 
-WARNING_MS = 2
-"""Time from the sample of a low battery to the warning."""
+EMPTY_FOUND_MS = 2
+"""Time from a sample without bars until the start shows an empty battery."""
 
 WARNING_DEAF_MS = 8
 """How long the warning is shown at least."""
@@ -35,3 +35,9 @@ MESSAGE_MS = 750
 
 REPORT_MS = 2631
 """How long the display shows a message of the radio."""
+
+LOGO_MS = 2781
+"""How long the logo is shown at least, before it waits for the end of a refresh of the screen."""
+
+EMPTY_MS = 2000
+"""How long the start shows an empty battery."""

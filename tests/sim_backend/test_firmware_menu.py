@@ -15,8 +15,8 @@ STATES = {5: "5", 6: "6", 7: ".", 8: "L", 9: "R", 10: "E", 11: "X"}
 class Keypad:
     """A bench whose user interface is looked at in each pass."""
 
-    def __init__(self, *files):
-        self.bench = Bench(SimBrick())
+    def __init__(self, *files, firmware="1.29"):
+        self.bench = Bench(SimBrick(firmware=firmware))
         for name in files:
             self.send(system.OpenWrite(name, 1))
             self.send(system.Write(0, b"a"))
@@ -47,7 +47,7 @@ class Keypad:
     ("before", "keys", "states"),
     [
         ("", "xrl", ["X56", "R56", "L56"]),
-        ("r", "eerxx", ["E566", "E566", "R56", "X56", "X56"]),
+        ("r", "eerxx", ["E566", "E566", "R56", "X56566", "X56"]),
         ("rrrr", "eex", ["E56", "E56E566X56", "X56"]),
         ("l", "e", ["E56E566X56"]),
         ("e", "e", ["E566X56"]),
@@ -60,6 +60,58 @@ def test_a_key_brings_its_state_and_draws_the_menu(before, keys, states):
     keypad = Keypad()
     keypad.press(before)
     assert keypad.press(keys) == states
+
+
+@pytest.mark.parametrize(
+    ("before", "keys", "states"),
+    [
+        ("eee", "rrr", ["R56", "R56", "R5666"]),
+        ("eeer", "exl", ["E566", "X56", "L5666"]),
+        ("eeel", "eer", ["E56", "E56", "R5666"]),
+        ("eeel", "erel", ["E56", "R56", "E56", "L56"]),
+        ("errre", "l", ["L566666"]),
+        ("re", "ex", ["E566", "X56566"]),
+        ("ree", "erex", ["E566", "R56", "E566", "X566"]),
+    ],
+)
+def test_the_pages_of_a_file_and_of_a_program_in_steps(before, keys, states):
+    keypad = Keypad("a.rxe", "b.log")
+    keypad.press(before)
+    assert keypad.press(keys) == states
+
+
+@pytest.mark.parametrize(
+    ("keys", "icons"),
+    [
+        ("re", "0000000000"),
+        ("ree", "0101010101"),
+        ("reerre", "0901010101"),
+        ("reeele", "0315010101"),
+        ("reeeeee", "0311031101"),
+        ("reeeeexx", "0311010101"),
+        ("reeeeexxxx", "0301010101"),
+        ("reerrexe", "0901010101"),
+    ],
+)
+def test_the_steps_of_a_program_have_icons(keys, icons):
+    keypad = Keypad()
+    keypad.press(keys)
+    assert keypad.bench.brick.ui.program_steps.icons.hex() == icons
+    assert keypad.bench.telegram("019401000a0070000500").endswith(icons)
+
+
+@pytest.mark.parametrize(("keys", "names"), [("eeelele", ["a.rxe"]), ("eeelere", ["b.rxe", "a.rxe"])])
+def test_the_page_of_a_file_deletes_it(keys, names):
+    keypad = Keypad("a.rxe", "b.rxe")
+    keypad.press(keys)
+    assert keypad.bench.brick.loader.flash.names_ending(".rxe") == names
+
+
+@pytest.mark.parametrize(("firmware", "states"), [("1.29", "E5666666666666"), ("1.05", "E566X56")])
+def test_firmware_1_05_has_no_item_for_logs(firmware, states):
+    keypad = Keypad("b.log", firmware=firmware)
+    keypad.press("el")
+    assert keypad.press("e") == [states]
 
 
 @pytest.mark.parametrize(
@@ -189,7 +241,7 @@ def test_enter_runs_the_program_of_the_page():
     assert keypad.hold(0, 12) == "6" * 12
     assert (keypad.bench.brick.command.program_name, keypad.bench.brick.ui.state) == ("b.rxe", 6)
     keypad.bench.control("!tick 760")
-    assert (keypad.hold(0, 1), keypad.press("re")) == (".", ["R56", "E56"])
+    assert (keypad.hold(0, 1), keypad.press("re")) == (".", ["R56", "E566"])
 
 
 def test_the_samples_of_the_battery_begin_anew_with_a_start_by_enter():

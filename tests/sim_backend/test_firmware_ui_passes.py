@@ -1,0 +1,237 @@
+"""Start, power, warnings and keys of the user interface, pass by pass. Each result is that of LEGO's firmware."""
+
+import itertools
+
+import pytest
+
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
+
+PROGRAM = [
+    "0181676f2e727865000000000000000000000000000040000000",
+    "0183004d696e6473746f726d734e585400000501000e0004000a0000000a00000000000400010004000501000004000a000100ffffffff000000002540",
+    "01830002002540feff",
+    "018400",
+]
+"""Uploads a program that runs until it is stopped."""
+START = ["0000676f2e7278650000000000000000000000000000"]
+OFF = ["!button 1", "!tick 5", "!button 0", "!tick 5", "!button 8", "!tick 500", "!button 0", "!tick 2"]
+ON = [*OFF, "!button 8", "!tick 5", "!button 0"]
+"""Switch the brick off in the menu, and on again."""
+
+UI, BUTTON = "019401000c001a000200", "019401000c001a000300"
+STATUS, POWER = "0194010001001c000400", "01940100060000000200"
+FLAGS, MASKS, CENTERED = "019401000a0075000100", "019401000a0004000800", "019401000a0076000100"
+"""What is read in each pass of the maps of the user interface, the program, the power and the display."""
+
+CASES = [
+    (
+        "a start shows an empty battery instead of the logo, once",
+        [*OFF, "!battery 445", "!button 8"],
+        {},
+        UI,
+        "8006*3 8000 4002*166 4102*2 c001*2000 4002*2 4102*2784 4103*897 4104 4105 4106 c007 8007*141",
+    ),
+    (
+        "a sample counts when it is taken",
+        [*ON],
+        {900: "!battery 430", 1100: "!battery 560"},
+        UI,
+        "4002*165 4102*837 c001*2000 4002*2 4102*1996",
+    ),
+    (
+        "there is no warning then",
+        [*OFF, "!battery 430", "!button 8", "!tick 6000"],
+        {},
+        UI,
+        "8007*1500",
+    ),
+    (
+        "the logo ends with a refresh of the screen",
+        [*OFF, "!tick 15", "!button 8"],
+        {},
+        UI,
+        "8006*2 8000 4002*166 4102*2615 4103*897 4104 4105 4106 c007 8007*115",
+    ),
+    (
+        "exit that is held for long does nothing in a start",
+        [*ON],
+        {200: "!button 1", 3500: "!button 0"},
+        UI,
+        "4002*165 4102*2629 4103*897 4104 4105 4106 c007 8007*105",
+    ),
+    (
+        "nor while a program runs",
+        [*PROGRAM, *START, "!tick 10"],
+        {1: "!button 8", 3: "!button 9"},
+        UI,
+        "e60e*6 e00e 8005 8006*3 8007*1994 8006*95",
+    ),
+    (
+        "ForceOff acts in a start",
+        [*ON],
+        {200: "019501000c002700010001"},
+        UI,
+        "4002*165 4102*35 4106*100",
+    ),
+    (
+        "and leaves a program",
+        [*PROGRAM, *START],
+        {30: "019501000c002700010001"},
+        UI,
+        "e00d e00e*7 e60e*22 e606*3 e006*27",
+    ),
+    (
+        "which it stops in the next pass",
+        [*PROGRAM, *START],
+        {30: "019501000c002700010001"},
+        STATUS,
+        "00010000*7 00010100 02010000*23 02010001 04010000*28",
+    ),
+    (
+        "and a warning",
+        ["!battery 430", "!tick 1500"],
+        {30: "019501000c002700010001"},
+        UI,
+        "c00f*30 c006*30",
+    ),
+    (
+        "the sleep timer does so, too",
+        ["019501000c002100010001", "!tick 59900", *PROGRAM, *START],
+        {},
+        UI,
+        "e00d e00e*7 e60e*112",
+    ),
+    (
+        "the map shows the power a pass earlier",
+        [],
+        {0: "019501000c002700010001"},
+        POWER,
+        "0000*6 005a*251 0000*43",
+    ),
+    (
+        "and the display",
+        [],
+        {0: "019501000c002700010001"},
+        FLAGS,
+        "83*2 82*13 02 82*14",
+    ),
+    (
+        "the warning of a low battery waits for the screen",
+        [*PROGRAM, *START, "!battery 430", "!tick 1500", "0001"],
+        {},
+        UI,
+        "e60e e00e*750 8005 8006*3 8007*17 c00f*128",
+    ),
+    (
+        "it keeps the display's flags",
+        ["!battery 430", "!tick 990"],
+        {45: "!button 8"},
+        FLAGS,
+        "0b*46 03 83*13",
+    ),
+    (
+        "and draws the status bar",
+        ["!battery 430", "!tick 990"],
+        {},
+        MASKS,
+        "0000000000000000*24 0000000000800100 0000000000800000 0000000000000000*14",
+    ),
+    (
+        "a brick that is off shows it, too",
+        [*OFF, "!battery 430", "!tick 1200"],
+        {10: "!button 8", 20: "!button 0"},
+        UI,
+        "c00f*12 8006*48",
+    ),
+    (
+        "and can start a file",
+        [*PROGRAM, *OFF, *START],
+        {30: "!button 1", 35: "!button 0", 80: "!button 2", 84: "!button 0"},
+        UI,
+        "e00d e00e*7 e60e*24 e00e 8005 8006*3 8007*44 8009 8005 8006 8007*36",
+    ),
+    (
+        "a button that is held in a start does not count",
+        [*ON],
+        {600: "!button 4"},
+        UI,
+        "4002*165 4102*2629 4103*897 4104 4105 4106 c007 8007*1805",
+    ),
+    (
+        "a key of the map waits for its end",
+        [*ON],
+        {500: "019501000c001c00010002"},
+        BUTTON,
+        "400200*165 410200*335 410202*2293 410302*897 410402 410502 410602 c00702 800a00 800500 800600 800700*103",
+    ),
+    (
+        "a button held from before does not end the message",
+        ["!button 2", "!tick 20", *PROGRAM, *START, "!tick 10", "0001"],
+        {},
+        UI,
+        "e60e e00e*750 8005 8006*3 8007*11 8009 8005 8006 8007*31",
+    ),
+    (
+        "nor one pressed while the program ran, if it was not read since",
+        ["!button 4", "!tick 20", *PROGRAM, *START, "!tick 10", "!button 0", "!tick 5", "!button 4", "!tick 5", "0001"],
+        {},
+        UI,
+        "e60e e00e*750 8005 8006*3 8007 8008 8005 8006 8007*41",
+    ),
+    (
+        "a key of the map waits until it is let go",
+        ["!button 2", "!tick 20", *PROGRAM, *START, "!tick 10", "0001"],
+        {20: "019501000c001c00010003", 100: "!button 0"},
+        UI,
+        "e60e e00e*100 8005 8006*3 8007*95",
+    ),
+    (
+        "the list follows a file started at the question",
+        ["!button 1", "!tick 5", "!button 0", "!tick 5", *PROGRAM, *START, "!tick 10", "0001"],
+        {},
+        UI,
+        "e60e e00e*750 8005 8006*7 8007*41",
+    ),
+    (
+        "the pause of a refresh that was stopped moves",
+        [],
+        {3: "019501000a007500010001", 23: "019501000a007500010003"},
+        FLAGS,
+        "83*3 81*12 41*8 83*16 03 83*16 03 83*3",
+    ),
+    (
+        "a refresh begins when its end is written away",
+        [],
+        {3: "019501000a007500010001", 29: "019501000a007500010001"},
+        FLAGS,
+        "83*3 81*12 41*14 81*16 41*35",
+    ),
+    (
+        "the lines of text that are taken away are not centered",
+        [*PROGRAM, *START, "!tick 9"],
+        {1: "!button 1"},
+        CENTERED,
+        "00*3 18 08*21 00*15",
+    ),
+]
+
+
+@pytest.mark.parametrize(("setup", "then", "read", "expected"), [pytest.param(*case, id=name) for name, *case in CASES])
+def test_the_passes_are_those_of_the_firmware(setup, then, read, expected):
+    """What is read in each pass, and how many times; the lines of `then` come in front of it."""
+    bench = Bench(SimBrick())
+
+    def say(line):
+        return bench.control(line) if line.startswith("!") else bench.telegram(line)
+
+    for line in setup:
+        say(line)
+    runs = [run.partition("*") for run in expected.split()]
+    seen = []
+    for number in range(sum(int(times or 1) for _, _, times in runs)):
+        if number in then:
+            say(then[number])
+        seen.append(say(read)[18:])
+    found = [(value, len(list(group))) for value, group in itertools.groupby(seen)]
+    assert found == [(value, int(times or 1)) for value, _, times in runs]
