@@ -94,7 +94,7 @@ class SoundModule:
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
         self.from_file = False
-        self._ends_ms: int = 0
+        self._ends_ms = self._next_ms = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._byte_ms = self._lead_ms = self._from_ms = 0.0
         self._queue: list[float] = []
@@ -148,10 +148,12 @@ class SoundModule:
         if self.state == SoundState.STOP:
             self.tone, self.from_file, self._queue = None, False, []
             self._read = self._played = 0
+            self._notes, self._plays_buffer = [], False
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags |= SoundFlag.RUNNING
-            if self.state == SoundState.FILE and self._handle is None:  # a program or telegram has written the state
+            empty = self._handle is None and self._read == self._played
+            if self.state == SoundState.FILE and empty:  # a program or telegram has written the state
                 self._silence()
             elif now_ms >= self._ends_ms:
                 self._continue(now_ms)
@@ -159,7 +161,7 @@ class SoundModule:
 
     def _update(self, now_ms: int) -> None:
         self.flags &= ~int(SoundFlag.UPDATE)
-        interrupts = bool(self.state)
+        interrupts = bool(self.flags & SoundFlag.RUNNING)
         if self.mode & SoundMode.TONE:
             self._queue = []
             self._silence()
@@ -173,20 +175,23 @@ class SoundModule:
             self._close_file()
             _, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
             self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
-            self._start_file(handle, size - _HEADER.size, now_ms)
+            begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
+            if begins_anew:
+                self._notes, self._plays_buffer = [], False
+            self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
 
     def _begin(self, state: SoundState) -> None:
         self.flags, self.state = self.flags | SoundFlag.RUNNING, int(state)
 
-    def _start_file(self, handle: int, size: int, now_ms: int) -> None:
-        """Play an open file; one that is not a sound file stays silent.
+    def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
+        """Play an open file from a pass on; one that is not a sound file stays silent.
 
         Buffers of a file that was replaced are still to be played first, as far as the ring tells.
         """
         self._silence()
         self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
-        self._is_melody, self._plays_buffer, self._notes = kind == _MELODY, False, []
+        self._is_melody = kind == _MELODY
         if size <= 0 or not (self._is_melody or kind >> 8 == _SOUND >> 8):
             self._silence()
             return
@@ -195,10 +200,10 @@ class SoundModule:
         sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms, self._lead_ms = sample_ms * (2 if kind == _COMPRESSED else 1), _QUEUED * sample_ms
         self._begin(SoundState.FILE)
-        self.from_file, self._from_ms = not self._is_melody, now_ms + self._rest_of_wave(now_ms)
+        self.from_file, self._from_ms = not self._is_melody, begins_ms + self._rest_of_wave(begins_ms)
         self.tone = None if self._is_melody else self.tone
         self._store(self._loader.read(handle, _BUFFER)[1])
-        self._ends_ms = now_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
+        self._ends_ms = begins_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
 
     def _continue(self, now_ms: int) -> None:
         """Go on with a tone or a file: play the next note or buffer, and read another one, or end."""
@@ -254,7 +259,7 @@ class SoundModule:
         """Play the next note of a melody; its buffer stays in the ring until its last note has ended."""
         if not self._notes:
             if self._plays_buffer:
-                self._played = (self._played + 1) % _BUFFERS
+                self._played, self._plays_buffer = (self._played + 1) % _BUFFERS, False
             if self._read == self._played and not self._read_buffer():
                 self._silence()
                 return
@@ -274,7 +279,7 @@ class SoundModule:
         self._wave_ms = _period_ms(_WAVE_CLOCKS, hertz)
         self._waves_begin_ms = now_ms + waits_ms
         self._waves_end_ms = self._waves_begin_ms + (waves + 1) * self._wave_ms
-        self._ends_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
+        self._ends_ms = self._next_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
 
     def _rest_of_wave(self, now_ms: int) -> float:
         """How long the wave that is on the loudspeaker still takes."""
@@ -284,7 +289,8 @@ class SoundModule:
         """End the sound for the firmware; waves that were handed over still play."""
         if self.state in (SoundState.STOP, SoundState.FILE) and not self._is_melody:
             self._waves_end_ms = 0.0
-        self.flags, self.state, self._ends_ms = self.flags & ~int(SoundFlag.RUNNING), 0, 0
+        self.flags, self.state = self.flags & ~int(SoundFlag.RUNNING), 0
+        self._ends_ms = self._next_ms = 0
         self._close_file()
 
     def _close_file(self) -> None:

@@ -323,3 +323,38 @@ def test_a_file_that_replaces_a_tone_waits_for_the_end_of_its_wave(size, hertz, 
     speaker.bench.control(f"!tick {wait}")
     speaker.play("a.rso")
     assert speaker.passes_until_idle() == pytest.approx(passes, abs=1)  # the phase of the recordings' timer
+
+
+@pytest.mark.parametrize(("running", "ms", "passes"), [(0, 40, 30), (0, 100, 90), (2, 40, 1), (2, 100, 1)])
+def test_a_file_of_the_map_waits_for_a_tone_unless_the_flag_says_that_one_is_running(running, ms, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(128))
+    speaker.send(PlayTone(300, ms))
+    speaker.bench.control("!tick 4")
+    speaker.bench.telegram("01950100080006000600" + b"a.rso\0".hex())
+    speaker.bench.telegram(f"0195010008001a0003000{running | 1}0300")
+    assert speaker.passes_until_idle() == pytest.approx(passes, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("wait", "ms", "passes"), [(1, 10, 120), (18, 10, 103), (51, 10, 69), (71, 10, 68), (1, 200, 137), (51, 200, 137)]
+)
+def test_a_melody_goes_on_with_its_next_note_after_a_tone_that_has_ended(wait, ms, passes):
+    """Four notes that were interrupted, and the same four of the next start."""
+    speaker = Loudspeaker()
+    speaker.store("m.rmd", MELODY, struct.pack(">HH", 1000, 20) * 4)
+    speaker.play("m.rmd")
+    speaker.bench.control(f"!tick {wait}")
+    speaker.send(PlayTone(1000, ms))
+    speaker.bench.control("!tick 20")
+    speaker.play("m.rmd")
+    assert speaker.passes_until_idle() == pytest.approx(passes, abs=2)
+
+
+def test_a_state_of_the_map_plays_what_is_left_in_the_ring():
+    speaker = Loudspeaker()
+    speaker.store("m.rmd", MELODY, struct.pack(">HH", 1000, 20) * 4)
+    speaker.play("m.rmd")
+    speaker.send(PlayTone(1000, 10))
+    speaker.put(State=FILE)
+    assert speaker.field("State") == FILE
