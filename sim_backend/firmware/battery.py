@@ -35,7 +35,7 @@ class Battery:
 
     def restart(self, started_ms: int) -> None:
         """Forget the samples and take the first new one a period after `started_ms`."""
-        self._started_ms, self._low_samples, self.bars = started_ms, 0, 0
+        self._started_ms, self._low_samples, self._empty_samples, self.bars = started_ms, 0, 0, 0
 
     def since_sample_ms(self, now_ms: int) -> int:
         """Time since the last sample, or since the start."""

@@ -37,7 +37,7 @@ class Boot(Supply):
         """Start again after the brick was switched off: as at power-on, but the other modules go on."""
         if self.state == UiState.START:
             self._on_restart()
-            self._warned, self.sleep_minutes = False, SLEEP_MINUTES
+            self._warned, self.run_state, self.sleep_minutes = False, 1, SLEEP_MINUTES
             self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
@@ -49,8 +49,12 @@ class Boot(Supply):
         self.state, self._next_step_ms = int(state), now_ms + wait_ms
         if state == UiState.MELODY:
             self._screen.begin(now_ms + 1)
+        elif state == UiState.ENTRY:
+            self._screen.mark(marks.ENTRY)
         elif state == UiState.WAITING:
             self.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
+            self._screen.mark(marks.MENU)
+            self.draw_status(everything=False)
 
     def watch_start(self, now_ms: int) -> None:
         """Show that the battery is empty instead of the logo, once."""

@@ -105,7 +105,7 @@ class SimBrick:
             self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
         )
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, data_log=version.data_log)
+        self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
         self.command = CommandModule(

@@ -97,6 +97,11 @@ class ButtonModule:
             self.due_ms = self._clock.now_ms
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
+    def note_write(self) -> None:
+        """Let the user interface see states that were written, until the next sample."""
+        self.wake()
+        self._on_change(0)
+
     def forget_releases(self) -> None:
         """Clear the counters of releases: whenever inputs and outputs are reset."""
         for button in self.buttons:

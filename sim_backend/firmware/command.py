@@ -46,7 +46,7 @@ class CommandModule:
         due_ms: See `Module`.
         status: See `firmware_protocol.iomap.ProgramStatus`.
         activate: 1 to start the program `file_name` in the next pass.
-        deactivate: Nonzero to stop the program; without a program it stays set and stops the next one.
+        deactivate: 1 to stop the program; without a program it stays set and stops the next one.
         file_name: 20 bytes, as commanded.
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
@@ -210,7 +210,7 @@ class CommandModule:
     def _advance(self, now_ms: int) -> None:
         match self._state:
             case InterpreterState.RUNNING | InterpreterState.STEP:
-                if self.deactivate:
+                if self.deactivate == 1:
                     self.deactivate, self._tick_lag = 0, int(self._dialect.abort_stops_tick)
                     self._end(ProgramStatus.ABORTED)
                 else:

@@ -172,7 +172,11 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
 
 def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     """Identity of the brick; the tables of known and connected devices are empty."""
-    live = LiveMap(iomap.COMM)
+
+    def clear_second() -> None:
+        live.bytes_from("BtInBuf")[1] = 0
+
+    live = LiveMap(iomap.COMM, on_write=clear_second)
     live.bind(radio, BrickName="name")
     live.bind(radio, BrickAddress="address")
     live.bind(radio, BtHwStatus="resetting")
@@ -236,7 +240,7 @@ def io_control_map(module: IoControl) -> LiveMap:
 
 def button_map(module: ButtonModule) -> LiveMap:
     """Counters and states of the four buttons."""
-    live = LiveMap(iomap.BUTTON, on_write=module.wake)
+    live = LiveMap(iomap.BUTTON, on_write=module.note_write)
     for i, button in enumerate(module.buttons):
         live.bind(
             button,

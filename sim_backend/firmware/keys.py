@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import IntEnum
 
-from sim_backend.firmware.button import Button
+from sim_backend.firmware.button import Button, ButtonState
 from sim_backend.firmware.module import NEVER
 
 _FIRST_REPEAT_MS, _REPEAT_MS = 800, 200
@@ -38,11 +38,11 @@ class Keys:
 
     def held(self, buttons: Sequence[Button]) -> Key | None:
         """The key that is held."""
-        return next((key for number, key in KEYS if buttons[number].pressed), None)
+        return next((key for number, key in KEYS if buttons[number].state & ButtonState.PRESSED), None)
 
     def changed(self, buttons: Sequence[Button]) -> bool:
         """Whether a key was pressed or all were released since the last reading."""
-        return self._held != any(button.pressed for button in buttons)
+        return self._held != (self.held(buttons) is not None)
 
     def ignore(self, buttons: Sequence[Button]) -> None:
         """Let the button that is held not count, nor count again."""

@@ -55,14 +55,16 @@ _EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
 """Files of the items of the first menu."""
 
 _LIST_LEVEL = 2
-_LIST_MS, _LIST_FILE_MS, _RETURN_MS, _MOVE_MS = 10, 2, 6, 4
-"""Passes to draw a list of files: on entering it, more for each file; on leaving a page, on choosing another file."""
+_LIST_MS, _MOVE_MS = 5, 4
+"""Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
 
 _PAIR_MS = {1: 7, -1: 6}
-"""The same for a list of two files, by the direction to the other one."""
+"""The latter for a list of two files, by the direction to the other one."""
 
-_PAGE_MS, _LOG_PAGE_MS, _RUN_MS = 4, 2, 3
-"""Passes to draw a file's page, and that page when its first item is reached."""
+_FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
+"""What is drawn, pass by pass, to show a file's page."""
+
+_CONNECTIONS = 3
 
 _SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
 """Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
@@ -134,10 +136,10 @@ class Menu:
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
-        self._steps = [(UiState.DRAWING, drawn) for drawn in (marks.PAGE, marks.FILE_NAME, marks.PAGE)]
+        self._steps = [(UiState.DRAWING, drawn) for drawn in _FILE_PAGE]
         if self._is_list(tuple(self._place[:-1])):
             del self._steps[1:]
-            self._draw_last(marks.MENU, *[NOTHING] * (_RETURN_MS - 2 + self._items(_PROGRAMS)), marks.MENU)
+            self._draw_last(marks.MENU, *self._list_drawn(self._items(_PROGRAMS)))
 
     def go_on_from(self, state: int) -> None:
         """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
@@ -182,7 +184,8 @@ class Menu:
         menu = tuple(self._place[:-1])
         if menu[:1] == _TYPES:
             return NOTHING
-        return marks.PAGE if menu in (_VOLUME, _SLEEP) or menu[:1] in _LISTS or self._is_page(menu) else marks.MENU
+        runs = self._is_page(menu) and self._place[-1] == _RUN
+        return marks.PAGE if menu in (_VOLUME, _SLEEP) or menu[:1] in _LISTS or runs else marks.MENU
 
     def next_state(self) -> UiState | None:
         """The next state that the last key brings, which lasts a pass; what the one before has drawn is shown."""
@@ -227,9 +230,10 @@ class Menu:
         if menu in (_VOLUME, _SLEEP):
             self._draw_last(marks.BAR, NOTHING)
         if self._is_page(menu) and self._place[-1] == _RUN:
-            self._draw_last(*[NOTHING] * (_RUN_MS - 1), self._page)
+            self._draw_last(*_FILE_PAGE)
         if self._is_list(menu) and (files := self._items(menu)):
-            self._take(_PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1])
+            passes = _PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1]
+            self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
 
     def _items(self, menu: tuple[int, ...]) -> int:
         """Number of items of a menu, 0 if it is not known."""
@@ -245,9 +249,9 @@ class Menu:
     def _listed(self, menu: tuple[int, ...]) -> Sequence[str]:
         return self._files(_EXTENSIONS[menu[-1]])
 
-    def _take(self, passes: int) -> None:
-        """Show the last state for so many passes, and draw in the last one."""
-        self._draw_last(*[NOTHING] * (passes - 1), marks.MENU)
+    def _list_drawn(self, files: int) -> list[Marks]:
+        """What is drawn, pass by pass, to show a list of files from its first one on."""
+        return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
 
     def _is_page(self, menu: tuple[int, ...]) -> bool:
         return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _SOUNDS)
@@ -273,7 +277,7 @@ class Menu:
         elif self.program.is_step(self._place):
             self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
         if self._is_list(menu):
-            self._take(_RETURN_MS + self._items(menu))
+            self._draw_last(marks.MENU, *self._list_drawn(self._items(menu)))
 
     def _set_volume(self, volume: int) -> None:
         self._settings.volume = volume
@@ -312,7 +316,7 @@ class Menu:
             self._set = partial(self._delete, self._file)
             self._draw_last(*[NOTHING] * _DELETED_MS)
             self._show(UiState.EXIT)
-            self._draw_last(*[NOTHING] * (_RETURN_MS + left if left else _NO_FILE_MS))
+            self._draw_last(*([marks.MENU, *self._list_drawn(left)] if left else [NOTHING] * _NO_FILE_MS))
             self._place[-1] = 0
             if not left:
                 self._place.pop()
@@ -334,13 +338,13 @@ class Menu:
             first = _SLEEP_MINUTES.index(self._settings.sleep_minutes)
         self._place.append(first)
         if self._is_list(place):
-            self._take(_LIST_MS + _LIST_FILE_MS * self._items(place))
+            self._draw_last(*2 * self._list_drawn(self._items(place)))
         elif self._is_list(place[:-1]):
-            self._draw_last(*[NOTHING] * (_PAGE_MS if place[1] < len(_EXTENSIONS) - 1 else _LOG_PAGE_MS))
+            self._draw_last(*((NOTHING, *_FILE_PAGE) if place[1] < len(_EXTENSIONS) - 1 else (NOTHING, NOTHING)))
         if place in (_VOLUME, _SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif self._is_page(place[:-1]) and place[-1] == _SEND:
-            self._draw_last(NOTHING, NOTHING)
+            self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
         elif place[0] in _SLOW:
             if place[0] == PROGRAM:
                 self.program.enter([*place])

@@ -40,8 +40,14 @@ CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
 WARNING = Marks(0x200, 0x11_F200)
 """The warning of a low battery."""
-LOGO, EMPTY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000)
-"""The first picture of a start, and that of an empty battery."""
+LOGO, EMPTY, ENTRY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000), Marks(0x2000_0000)
+"""The first picture of a start, that of an empty battery, and the end of the pictures."""
 STATUS = Marks(0x200, 0x1F200)
 STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
 """The status bar, and the same while a file runs."""
+
+
+def listed(items: int, chosen: int) -> Marks:
+    """Return the items of a list: the chosen one in the middle, and one on each side if there are more."""
+    left, right = items > 2 or items > 1 == chosen, items > 2 or items > 1 > chosen
+    return Marks(0xE_0010, 0x4_0500 | left * 0x2_0000 | right * 0x8_0000)

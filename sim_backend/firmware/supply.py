@@ -63,9 +63,13 @@ class Supply(SleepTimer):
             self._screen.pop_up()
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
-        if self.force_off and self._off_ms == NEVER:
+        if self.force_off:
+            if now_ms >= self._off_ms + times.DEAF_MS:
+                self._io_control.take_back()
             self._off_ms = now_ms
             self.state, self._next_step_ms, self._from_menu = int(UiState.DRAWING), NEVER, False
+        elif self.state != UiState.DRAWING and now_ms < self._off_ms + times.POWER_OFF_MS - 1:
+            self._off_ms = NEVER
         elif now_ms == self._off_ms + 1 and self.programs.active:
             self.programs.stop()
         self.force_off = 0
@@ -84,11 +88,12 @@ class Supply(SleepTimer):
 
     def watch_radio(self) -> None:
         """Show in the menu what the radio asks for: a question, or a message."""
-        if self.state in states.RADIO_SHOWN:
+        if self.state in states.RADIO_SHOWN and self.radio.state & (RadioState.ASKING | RadioState.REPORTING):
             self.flags |= int(UiFlag.BUSY)
         if self.state == UiState.REPORT and self._clock.now_ms >= self._next_step_ms:
             self._end_report()
-        if self._off_ms != NEVER or self._from_menu or self.state not in states.MENU_SHOWN:
+        asked = self.state == UiState.REPORT and self.radio.state & RadioState.ASKING
+        if self._off_ms != NEVER or self._from_menu or not (asked or self.state in states.MENU_SHOWN):
             return
         if self.radio.state & RadioState.ASKING:
             self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
@@ -101,7 +106,7 @@ class Supply(SleepTimer):
 
     @property
     def _warns(self) -> bool:
-        return self.battery.low and not self._warned and self.state in states.IN_MENU and not self._from_menu
+        return self.battery.low and not self._warned and self.state in states.MENU_SHOWN and not self._from_menu
 
     def _end_report(self) -> None:
         """Draw the menu again, unless a file was requested meanwhile."""

@@ -23,6 +23,7 @@ from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import ATTENTION, CLICK, MAX_VOLUME, SoundModule
 from sim_backend.firmware.ui_states import Run, UiState
+from sim_backend.firmware.versions import Version
 
 _EXIT_MASK, _ENTER = 1, 3
 
@@ -45,8 +46,7 @@ class UiModule(Boot):
         sound: SoundModule,
         screen: ScreenRefresh,
         loader: Loader,
-        *,
-        data_log: bool,
+        version: Version,
     ) -> None:
         super().__init__(clock, io_control, screen)
         self._sound, self._on_restart, self.volume = sound, loader.restore_settings, MAX_VOLUME
@@ -57,7 +57,8 @@ class UiModule(Boot):
         self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
-        self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=data_log)
+        self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=version.data_log)
+        self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
         self.due_ms = 0
 
@@ -81,6 +82,8 @@ class UiModule(Boot):
             self.flags |= int(UiFlag.BUSY) if state == UiState.RUNNING else 0
             if state in states.MENU_STATES:
                 self._menu.go_on_from(state)
+        elif idle and state == UiState.REPORT:
+            self._next_step_ms = self._clock.now_ms + times.REPORT_MS
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
@@ -107,7 +110,8 @@ class UiModule(Boot):
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
             self._timer_started_ms = self._clock.now_ms
-            if self._runs_program and buttons & _EXIT_MASK and self.programs.active:
+            kept = self._enter_keeps_program and buttons >> _ENTER & 1
+            if self._runs_program and buttons & _EXIT_MASK and not kept and self.programs.active:
                 self.programs.stop()
         if not self._in_menu and self._off_ms == NEVER:
             if not self.runs_file:
@@ -172,7 +176,7 @@ class UiModule(Boot):
             self._read_keys(now_ms)
         elif self._shows_message and self._keys.read(self.buttons, now_ms) is not None:
             self._next_step_ms = self._message_ends_ms = now_ms
-        elif self._answers(now_ms) or (self._takes_keys and self.button and self._keys.held(self.buttons) is None):
+        elif self._answers(now_ms) or (self._takes_keys and self.button and not self._deaf(now_ms)):
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
@@ -220,6 +224,11 @@ class UiModule(Boot):
     def _takes_keys(self) -> bool:
         """Whether a key of the map counts outside of the menus, a disabled one too: a message is shown."""
         return self.state == UiState.LOW_BATTERY or self._shows_message
+
+    def _deaf(self, now_ms: int) -> bool:
+        """Whether a key of the map waits: a button is held, or the warning is new."""
+        new = self.state == UiState.LOW_BATTERY and now_ms < self._warned_ms + times.WARNING_DEAF_MS
+        return new or self._keys.held(self.buttons) is not None
 
     @property
     def _shows_message(self) -> bool:
@@ -301,6 +310,8 @@ class UiModule(Boot):
                 known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
                 wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
+                if self._from_menu:
+                    self._screen.mark(marks.OPENING)
                 self._screen.mark(marks.RUNNING)
             case Run.RELEASE | Run.TO_OPEN if self.buttons[_ENTER].pressed:
                 self._run, self._next_step_ms = Run.RELEASE, now_ms + 1

@@ -24,6 +24,7 @@ class Version:
         minor: As GetVersions reports it.
         commands_since: The firmware versions whose commands it has (docs/protocol.md marks them).
         data_log: Whether the main menu has an item for the data log.
+        enter_keeps_program: Whether exit does not stop a program when it is pressed together with enter.
         color_sensor: Whether it has the colour sensor and its variables in the Input map.
         evaluates_every_type: Whether inputs of every type are read, not only analog ones.
         absent_color: Value of a type of the colour sensor without a sensor, valid after the sensor's time to settle;
@@ -64,6 +65,7 @@ class Version:
     minor: int
     commands_since: Collection[str]
     data_log: bool
+    enter_keeps_program: bool
     color_sensor: bool
     evaluates_every_type: bool
     absent_color: int | None
@@ -104,6 +106,7 @@ _V1_29 = Version(
     minor=29,
     commands_since=("1.05", "1.28"),
     data_log=True,
+    enter_keeps_program=False,
     color_sensor=True,
     evaluates_every_type=False,
     absent_color=None,
@@ -181,6 +184,7 @@ _V1_05 = replace(
 _V1_32 = replace(
     _V1_29,
     minor=32,
+    enter_keeps_program=True,
     frees_first_pin=True,
     commands_since=("1.05", "1.28", "1.32"),
     absent_color=1,

@@ -50,6 +50,40 @@ def test_a_page_of_the_menus_is_drawn_when_state_6_ends(firmware, keys, expected
 
 
 @pytest.mark.parametrize(
+    ("files", "keys", "expected"),
+    [
+        (
+            1,
+            "ee",
+            "- - - - - - - e0010|40500 40060210|ff700 60210|fe700 20210|fe700 210|fe700 10|fe700 "
+            "e0010|fe700 40060210|ff700 60210|fe700 20210|fe700 210|fe700",
+        ),
+        (3, "ee", "- - - - - - - - - e0010|e0500 40060210|ff700 60210|fe700 20210|fe700 210|fe700"),
+        (2, "eer", "- - - - - - - - - e0010|60500 60010|60500"),
+        (3, "eer", "- - - - - - - - - - e0010|e0500 60010|e0500"),
+        (1, "eee", "- - - - e0600|ff700 60600|8 e0600|ff708 60600|ff708 20600|ff708"),
+        (
+            2,
+            "eeex",
+            "- - - 40000200|ff700 200|fe700 0|fe700 0|7e700 0|3e700 0|1e700 "
+            "e0010|ce700 40060210|ff700 60210|fe700 20210|fe700",
+        ),
+        (1, "eeer", "- - - 40000200|ff700 200|fe700"),
+        (1, "eeerl", "- - - e0600|ff700 60600|8 e0600|ff708 60600|ff708"),
+        (1, "eeere", "- - - 40000200|ff700 e0210|fe700 60210|fe700"),
+    ],
+)
+def test_lists_and_pages_of_files_are_drawn(files, keys, expected):
+    bench = Bench(SimBrick())
+    for number in range(files):
+        store(bench.brick, f"{number}.rxe", b"a")
+    for key in keys:
+        bench.control("!tick 60")
+        write(bench, "Button", KEYS[key])
+    assert masks(bench, len(expected.split())) == expected
+
+
+@pytest.mark.parametrize(
     ("wait", "expected"),
     [
         (0, "- 0|8 - 40000000|1018 0|18 0|8 - - - 40000200|5f218 200|5e218 0|5e218"),

@@ -6,6 +6,7 @@ from firmware_protocol import direct, system
 from firmware_protocol.iomap import BUTTON, COMMAND, DISPLAY, UI, ProgramStatus
 from firmware_protocol.status import Status
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, store
 from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import FIRMWARES
@@ -386,3 +387,14 @@ def test_a_long_rest_ends_as_if_each_sample_of_the_battery_had_been_taken(firmwa
         assert [ask(once, each.read()) for each in REST] == [ask(often, each.read()) for each in REST]
         for each in (once, often):
             each.brick.tick(1)
+
+
+@pytest.mark.parametrize(("firmware", "active"), [("1.29", False), ("1.05", False), ("1.32", True)])
+def test_exit_with_enter_does_not_stop_a_program_of_1_32(firmware, active):
+    bench = Bench(SimBrick(firmware=firmware))
+    store(bench.brick, "a.rxe", assemble(Variables(), [[0x4025, 0]]))
+    ask(bench, direct.StartProgram("a.rxe"))
+    bench.control("!tick 10")
+    bench.control("!button 9")
+    bench.control("!tick 5")
+    assert bench.brick.command.active is active

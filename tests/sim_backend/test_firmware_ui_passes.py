@@ -22,7 +22,8 @@ ON = [*OFF, "!button 8", "!tick 5", "!button 0"]
 UI, BUTTON = "019401000c001a000200", "019401000c001a000300"
 STATUS, POWER = "0194010001001c000400", "01940100060000000200"
 FLAGS, MASKS, CENTERED = "019401000a0075000100", "019401000a0004000800", "019401000a0076000100"
-"""What is read in each pass of the maps of the user interface, the program, the power and the display."""
+ICONS, BT_BUFFER = "019401000a006c000400", "01940100050085040400"
+"""What is read in each pass of the maps of the user interface, the program, the power, the display and the radio."""
 
 CASES = [
     (
@@ -213,6 +214,108 @@ CASES = [
         {1: "!button 1"},
         CENTERED,
         "00*3 18 08*21 00*15",
+    ),
+    (
+        "a file that is started at once keeps the brick on",
+        [*PROGRAM, "019501000c002700010001", *START],
+        {},
+        POWER,
+        "0000*60",
+    ),
+    (
+        "and one that is started five passes later does not",
+        [*PROGRAM, "019501000c002700010001", "!tick 5", *START],
+        {},
+        POWER,
+        "005a*60",
+    ),
+    (
+        "ForceOff acts again while the brick is off",
+        ["019501000c002700010001", "!tick 500", "019501000c002700010001"],
+        {},
+        POWER,
+        "0000*6 005a*251 0000*43",
+    ),
+    (
+        "a state of the radio that the map brings is not busy",
+        ["019501000c001b00010010"],
+        {},
+        UI,
+        "8010*2630 8005 8006 8007*68",
+    ),
+    (
+        "DeactivateFlag counts only if it is 1",
+        [*PROGRAM, *START, "!tick 10"],
+        {4: "0195010001001f00010005", 8: "0195010001001f00010001"},
+        STATUS,
+        "02010000*4 02010005*4 04010000*12",
+    ),
+    (
+        "the second byte of the Bluetooth buffer stays 0",
+        [],
+        {1: "01950100050085040300010203"},
+        BT_BUFFER,
+        "05000100 01000300*2",
+    ),
+    (
+        "a key of the map waits for the first passes of a warning",
+        ["!battery 430", "!tick 847"],
+        {4: "019501000c001c00010001"},
+        BUTTON,
+        "800700*2 c00f00*2 c00f01*5 800700*21",
+    ),
+    (
+        "a written state of a button counts until the next sample",
+        ["!tick 2"],
+        {2: "0195010004002300010080"},
+        UI,
+        "8007*2 800a 8005 8006 8007*3",
+    ),
+    (
+        "a key that comes with a warning is lost",
+        ["!battery 430", "!tick 847"],
+        {1: "019501000c001c00010001"},
+        BUTTON,
+        "800700 c00f00*29",
+    ),
+    (
+        "the icon of an empty battery begins anew with a start",
+        [*OFF, "!battery 430", "!button 8"],
+        {},
+        ICONS,
+        "1a210311 1a21040e*171 1a21020e*165 1a21030d*63",
+    ),
+    (
+        "the end of a start draws the menu",
+        [*ON, "!tick 3685"],
+        {},
+        MASKS,
+        "0000000000000000*6 0000002000000000 0000000000000000*2 0002004000f70f00 0002000000e70f00 "
+        "0000000000e70f00 0000000000e70700 0000000000e70300 0000000000e70100 0000000000e70000 "
+        "0000000000670000 0000000000270000 0000000000070000 0000000000030000 0000000000010000 "
+        "0000000000000000*9",
+    ),
+    (
+        "a file started from its page begins to draw anew",
+        [
+            *PROGRAM,
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 20",
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 20",
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 6",
+        ],
+        {0: "!button 8", 4: "!button 0"},
+        MASKS,
+        "0006020008f70f00 0006000008f70f00 0002000008f70f00 0000000008f70f00 0000000008f70700 "
+        "0000000008f70300 0000004018100000 0000000018000000 0000000008000000 0000000000000000*11",
     ),
 ]
 
