@@ -144,6 +144,15 @@ class BluetoothComm(Comm):
             telegram = telegram[size:]
         return replies + (self._framed(telegram) if telegram else b"")
 
+    def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
+        """As over USB, but behind the send buffer is the length of what it sends."""
+        reply, size = super()._unknown(kind, opcode, length), BLUETOOTH.buffer
+        return reply[:size] + bytes((len(reply),)) + reply[size + 1 :] if len(reply) > size else reply
+
+    def forget_length(self) -> None:
+        """Clear the length of the last piece: the radio leaves stream mode."""
+        self._buffers[BLUETOOTH.buffer] = 0
+
     def _framed(self, telegram: bytes) -> bytes:
         size = BLUETOOTH.buffer
         self._buffers[size] = min(len(telegram), size)

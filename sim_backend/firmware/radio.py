@@ -179,6 +179,13 @@ class Radio:
             answer_ms=5,
         )
 
+    def postpone(self, passes: int) -> None:
+        """Delay what an operation brings: the radio has stood still for some passes."""
+        self._busy_until_ms += passes
+        self._changes = [each._replace(at_ms=each.at_ms + passes) for each in self._changes]
+        if self._operation is not None:
+            self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
+
     def _occupy(
         self, duration_ms: int, *changes: tuple[int, str, int | bytes], answer_ms: int = 4, late_ms: int = 0
     ) -> None:

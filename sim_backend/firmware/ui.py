@@ -357,6 +357,8 @@ class UiModule(Boot):
         self._screen.mark(marks.CLOSING)
         if self._from_menu:
             self._from_menu, self._next_step_ms = False, self._clock.now_ms + 1
+            if self.flags & UiFlag.EXECUTE_FILE:
+                self._begin(self._clock.now_ms)
             return
         self._menu.show_file(unpack_name(self._file))
         self._show_menu()

@@ -167,3 +167,29 @@ def test_the_end_of_a_file_leaves_earlier_bytes_in_the_first_piece():
     brick.loader.read(0, 292)
     reply = brick.receive_bluetooth(b"\x05\x00" + system.Read(0, 200).encode())
     assert reply[2:] == bytes.fromhex("02828500c800") + bytes(8) + bytes([7]) * 112
+
+
+@pytest.mark.parametrize(
+    ("lines", "last"),
+    [
+        (["!btmode 1", "01940100010014000400"], "0294000100010004007517" + "0000"),
+        (["!btmode 1", "!btmode 0", "!tick 1"], "ok t=6001"),
+        (["000400640100002000000000", "!tick 100", "!btmode 1", "!motors"], "100/0/45 0/0/0 0/0/0"),
+        (["!btmode 1", "!bt 0200019b", "!btmode 0", "01940100050005050200"], "029400010005000200" + "0000"),
+        (["!bt 0200019b"], ""),
+        (["!bt 0200019b", "!tick 1"], "ok t=6003"),
+    ],
+)
+def test_the_radio_of_the_recordings_changes_its_mode(lines, last):
+    """It takes five passes, not counted and without motion; outside of stream mode nothing replies."""
+    bench = Bench(SimBrick())
+    for line in lines:
+        result = bench.control(line) if line.startswith("!") else bench.telegram(line)
+    assert result == last
+
+
+def test_an_unknown_telegram_of_128_bytes_is_replied_to_with_the_length_behind_the_buffer():
+    bench = Bench(SimBrick())
+    bench.control("!btmode 1")
+    reply = bytes.fromhex(bench.control("!bt 8000010b" + "55" * 126))
+    assert (len(reply), reply[-4:], bench.control("!tick 1")) == (132, b"\0\0\x82\0", "ok t=6003")

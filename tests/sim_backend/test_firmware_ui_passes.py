@@ -317,6 +317,33 @@ CASES = [
         "0006020008f70f00 0006000008f70f00 0002000008f70f00 0000000008f70f00 0000000008f70700 "
         "0000000008f70300 0000004018100000 0000000018000000 0000000008000000 0000000000000000*11",
     ),
+    (
+        "a file requested in the message of one from its page starts at its end",
+        [
+            *PROGRAM,
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 30",
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 30",
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 30",
+            "!button 8",
+            "!tick 4",
+            "!button 0",
+            "!tick 30",
+            "0001",
+            "!tick 700",
+        ],
+        {10: "0000676f2e7278650000000000000000000000000000"},
+        UI,
+        "c006*10 e006*40 e00d e00e*7 e60e*22",
+    ),
 ]
 
 

@@ -19,6 +19,12 @@ from .radio_stream import RadioStream
 
 _PATIENCE = 100_000
 """Number of polls after which a wait fails."""
+_MODE_MS = 5
+"""Passes that a change of the radio's mode takes."""
+
+_MESSAGE_MS = 2
+"""Passes that a telegram takes outside of stream mode, where it has no reply."""
+
 _RADIO_PATIENCE = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
 MOST = 100_000
@@ -73,10 +79,9 @@ class Bench:
         self.readings = [FULL_SCALE] * 4
         self._devices = [GenericI2CDevice() for _ in self.readings]
         self._attached, self._silent, self._clocks = [False] * 4, [False] * 4, [0] * 4
-        self._radio = RadioStream(brick)
+        self._radio, self._hidden_ms = RadioStream(brick), 0
         self._plugged, self._held = True, list[bytes]()
-        for port, motor in zip("ABC", self.motors, strict=True):
-            brick.attach_motor(port, motor)
+        self._plug_in_motors()
         for index, channel in enumerate(brick.low_speed.channels):
             channel.bus.sensor.trace = []
             brick.attach_sensor(index + 1, self._analog(index))
@@ -123,7 +128,7 @@ class Bench:
             self._radio.take()  # replies are not recorded
             self.brick.tick()
         self.brick.tick(max(end_ms - self.brick.now_ms, 0))
-        return f"ok t={self.brick.now_ms}"
+        return f"ok t={self.brick.now_ms - self._hidden_ms}"
 
     def _sensor(self, port: str, raw: str) -> str:
         self.readings[int(port)] = int(raw)
@@ -280,7 +285,21 @@ class Bench:
 
     def _radio_mode(self, mode: str) -> str:
         self._radio.switch(stream=mode == "1")
+        self._hide(_MODE_MS)
         return "ok"
+
+    def _hide(self, passes: int) -> None:
+        """Run passes that the recordings do not count; their motors and their radio stand still meanwhile."""
+        for port in "ABC":
+            self.brick.attach_motor(port, None)
+        self.brick.tick(passes)
+        self._hidden_ms += passes
+        self._radio.postpone(passes)
+        self._plug_in_motors()
+
+    def _plug_in_motors(self) -> None:
+        for port, motor in zip("ABC", self.motors, strict=True):
+            self.brick.attach_motor(port, motor)
 
     def _bluetooth(self, *stream: str) -> str:
         """Send bytes over Bluetooth; an incomplete telegram waits for its rest.
@@ -290,6 +309,10 @@ class Bench:
         """
         radio, replies, passes = self._radio, b"", 0
         complete = radio.send(bytes.fromhex("".join(stream)))
+        if not radio.is_stream:
+            radio.drop()
+            self.brick.tick(_MESSAGE_MS if complete else 0)
+            return ""
         enough = complete if radio.incomplete else _PATIENCE
         while passes < complete + _RADIO_PATIENCE and (
             radio.ends or radio.sending or (radio.waiting and passes < enough)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.framing import LENGTH_SIZE
+from firmware_protocol.system import Read
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.limits import BLUETOOTH
 
@@ -51,11 +52,21 @@ class RadioStream:
         """Whether the stream ends within a telegram."""
         return bool(self._split()[1])
 
+    @property
+    def is_stream(self) -> bool:
+        """Whether the radio is in stream mode; otherwise the firmware takes bytes for its messages."""
+        return self._is_stream
+
     def send(self, data: bytes) -> int:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
         before, _ = self._split()
         self.waiting += data
         return self._split()[0] - before
+
+    def drop(self) -> None:
+        """Pass over what is not read yet."""
+        self._position += len(self.waiting)
+        self.waiting = self._taken = b""
 
     def switch(self, *, stream: bool) -> None:
         """Begin or end the radio's stream mode, which drops an incomplete telegram.
@@ -64,14 +75,21 @@ class RadioStream:
         """
         if stream == self._is_stream:
             return
-        self._position += len(self.waiting)
-        self.waiting = self._taken = b""
+        self.drop()
         now_ms, self._is_stream = self._brick.now_ms, stream
         self._brick.radio.streaming = stream
         if not stream:
             self._left_ms = now_ms
+            self._brick.bluetooth.forget_length()
         elif self._end_ms is not None and self._left_ms < now_ms >= self._end_ms + _RECOVERY:
             self._end_ms = None
+
+    def postpone(self, passes: int) -> None:
+        """Delay what the radio brings: it has stood still for some passes of the firmware."""
+        self._brick.radio.postpone(passes)
+        self._sent_ms, self._left_ms = self._sent_ms + passes, self._left_ms + passes
+        if self._end_ms is not None and self._end_ms <= self._brick.now_ms - passes:
+            self._end_ms += passes
 
     def note_command(self, passes: int = _END_USB) -> None:
         """End the stream after `passes` passes if the radio is busy."""
@@ -95,7 +113,7 @@ class RadioStream:
         reply = self._brick.receive_bluetooth(framed)
         self.note_command(_END_BT)
         sent = int.from_bytes(reply[:LENGTH_SIZE], "little")
-        if sent > BLUETOOTH.buffer:  # a long Read sends one piece in a pass
+        if sent > BLUETOOTH.buffer and framed[LENGTH_SIZE + 1] == Read.opcode:  # it sends one piece in a pass
             self._sent_ms = now_ms + 1 + sent // BLUETOOTH.buffer
         return reply
 
