@@ -6,6 +6,7 @@ that they hold on fast and slow machines alike. CPU time is the time of this pro
 
 from __future__ import annotations
 
+import itertools
 import os
 import platform
 import statistics
@@ -263,11 +264,11 @@ def measure_detectors() -> Iterable[Figure]:
             detector = make_detector(spec).detector
             took_us = _microseconds(partial(detector.detect, frame), number=3)
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
-    yield _measure_twelve_pictures()
+    yield from _measure_several_pictures()
 
 
-def _measure_twelve_pictures() -> Figure:
-    """Measure a look for twelve pictures against the mean look for one of them; none is in the frame."""
+def _measure_several_pictures() -> Iterable[Figure]:
+    """Measure looks for several pictures at once against the mean look for one of them; none is in the frame."""
     from nxtdrive.vision.detection import Detector
     from nxtdrive.vision.detectors.picture import PictureDetector
     from nxtdrive.vision.detectors.shared_frame import detect_each
@@ -285,8 +286,11 @@ def _measure_twelve_pictures() -> Figure:
             if len(detectors) < 12:
                 detectors[f"{path.stem} {part}"] = PictureDetector([image])
     one_us = [_microseconds(partial(detect_each, {name: one}, frame), number=1) for name, one in detectors.items()]
-    all_us = _microseconds(partial(detect_each, detectors, frame), number=1)
-    return at_most(f"{len(detectors)} pictures / one, 320x240", all_us / statistics.mean(one_us), "x", 2.0)
+    for number in (3, len(detectors)):
+        several = dict(itertools.islice(detectors.items(), number))
+        several_us = _microseconds(partial(detect_each, several, frame), number=1)
+        yield Figure(f"{number} pictures at once, 320x240", several_us / 1000, "ms/frame")
+        yield at_most(f"{number} pictures / one, 320x240", several_us / statistics.mean(one_us), "x", 2.0)
 
 
 def at_most(name: str, value: float, unit: str, goal: float) -> Figure:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -84,60 +85,112 @@ def grid(width: int, height: int) -> NDArray[np.float64]:
 
 
 class Aligner:
-    """Aligns one gray template.
+    """What is computed of one gray template before it is aligned.
 
     Args:
         gray: The template; its size sets the resolution of the comparison.
+
+    Attributes:
+        size: Width and height of the template.
+        template: Its values (M), of mean 0 and norm 1.
+        solver: (M, 6): the step of least squares for each difference from the template.
     """
 
     def __init__(self, gray: cv2.typing.MatLike) -> None:
         height, width = gray.shape
+        self.size = width, height
         gray = np.asarray(cv2.GaussianBlur(gray, (0, 0), BLUR_PX), np.float32)
-        self._grid = grid(width, height)
-        self._template = _unit(gray.reshape(1, -1).astype(np.float32))[0]
-        scaled = self._template.reshape(gray.shape).astype(np.float64)
+        self.template = _unit(gray.reshape(1, -1).astype(np.float32))[0]
+        scaled = self.template.reshape(gray.shape).astype(np.float64)
         down, across = np.gradient(scaled)
-        moves = np.concatenate([across.ravel() * width * self._grid, down.ravel() * height * self._grid]).T
+        points = grid(width, height)
+        moves = np.concatenate([across.ravel() * width * points, down.ravel() * height * points]).T
         moves -= moves.mean(axis=0)
-        moves -= np.outer(self._template, self._template @ moves)
+        moves -= np.outer(self.template, self.template @ moves)
         # Directions in which the picture looks the same have no derivative; the ridge keeps them still.
         normal = moves.T @ moves
         ridge = 1e-3 * np.trace(normal) / len(normal) * np.eye(len(normal))
-        self._solver = np.linalg.solve(normal + ridge, moves.T)
+        self.solver = np.linalg.solve(normal + ridge, moves.T).T
 
-    def align(
-        self, canvas: Canvas, poses: Poses, levels: NDArray[np.intp], steps: int
-    ) -> tuple[Poses, NDArray[np.float64]]:
-        """Return the poses after some steps, and the normalised correlation of each.
 
-        Args:
-            canvas: The frame.
-            poses: Where to begin.
-            levels: On which level of the canvas each is compared.
-            steps: Number of steps.
-        """
+class Places(NamedTuple):
+    """Places that are aligned with one template.
+
+    Attributes:
+        aligner: The template.
+        poses: Where to begin.
+        levels: On which level of the canvas each is compared.
+    """
+
+    aligner: Aligner
+    poses: Poses
+    levels: NDArray[np.intp]
+
+
+Aligned = tuple[Poses, NDArray[np.float64]]
+"""Poses, and the normalised correlation of each."""
+
+
+def align(canvas: Canvas, places: Sequence[Places], steps: int) -> list[Aligned]:
+    """Return the poses of all places after some steps; those of templates of one size take their steps together.
+
+    Args:
+        canvas: The frame.
+        places: The places of each template.
+        steps: Number of steps.
+    """
+    aligned = [(each.poses, np.empty(0)) for each in places]
+    sizes: dict[tuple[int, int], list[int]] = {}
+    for number, each in enumerate(places):
+        if len(each.poses):
+            sizes.setdefault(each.aligner.size, []).append(number)
+    for numbers in sizes.values():
+        batch = _Batch([places[number] for number in numbers])
+        for number, found in zip(numbers, batch.align(canvas, steps), strict=True):
+            aligned[number] = found
+    return aligned
+
+
+class _Batch:
+    """Places that are aligned with templates of one size.
+
+    Args:
+        places: The places of each template, at least one of each.
+    """
+
+    def __init__(self, places: Sequence[Places]) -> None:
+        self._places = places
+        ends = np.cumsum([len(each.poses) for each in places])
+        self._rows = [slice(end - len(each.poses), end) for end, each in zip(ends, places, strict=True)]
+        self._templates = np.repeat([each.aligner.template for each in places], np.diff(ends, prepend=0), axis=0)
+
+    def align(self, canvas: Canvas, steps: int) -> list[Aligned]:
+        """Return the best poses of each template's places during some steps."""
+        points = grid(*self._places[0].aligner.size)
+        levels = np.concatenate([each.levels for each in self._places])
+        poses = np.concatenate([each.poses for each in self._places])
         best, best_scores = poses, np.full(len(poses), -1.0)
-        steps = steps if len(poses) else -1
         for step in range(steps + 1):
-            difference, scores = self._compared(*canvas.sample(poses @ self._grid, levels))
+            difference, scores = self._compared(*canvas.sample(poses @ points, levels))
             better = scores > best_scores
             best_scores = np.where(better, scores, best_scores)
             best = np.where(better[:, None, None], poses, best)
             if step < steps:
                 poses = self._moved(poses, difference)
-        return best, best_scores
+        return [(best[rows], best_scores[rows]) for rows in self._rows]
 
     def _compared(
         self, seen: NDArray[np.float32], lit: NDArray[np.float32] | None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the differences (N, M) of samples from the template, and the correlation of each row."""
+        """Return the differences (N, M) of samples from their templates, and the correlation of each row."""
         if lit is None:
             seen = _unit(seen)
-            scores = seen @ self._template
-            return seen / np.maximum(scores, 0.2)[:, None] - self._template, scores
+            each = zip(self._rows, self._places, strict=True)
+            scores = np.concatenate([seen[rows] @ places.aligner.template for rows, places in each])
+            return seen / np.maximum(scores, 0.2)[:, None] - self._templates, scores
         share = np.maximum(lit.mean(axis=1, keepdims=True), 1e-6)
         centred = (seen - (seen * lit).mean(axis=1, keepdims=True) / share) * lit
-        template = (self._template - (self._template * lit).mean(axis=1, keepdims=True) / share) * lit
+        template = (self._templates - (self._templates * lit).mean(axis=1, keepdims=True) / share) * lit
         norms = np.maximum(np.linalg.norm(centred, axis=1), np.sqrt(lit.shape[1]))
         lengths = np.maximum(np.linalg.norm(template, axis=1), 1e-6)
         scores = (centred * template).sum(axis=1) / norms / lengths
@@ -146,9 +199,11 @@ class Aligner:
 
     def _moved(self, poses: Poses, difference: NDArray[np.float64]) -> Poses:
         limit = ROBUST_SD * 1.5 * np.median(np.abs(difference), axis=1, keepdims=True)
-        change = np.clip(np.clip(difference, -limit, limit) @ self._solver.T, -STEP_LIMIT, STEP_LIMIT)
+        clipped = np.clip(difference, -limit, limit)
+        each = zip(self._rows, self._places, strict=True)
+        change = np.concatenate([clipped[rows] @ places.aligner.solver for rows, places in each])
         steps = np.tile(np.eye(3), (len(poses), 1, 1))
-        steps[:, :2] += change.reshape(-1, 2, 3)
+        steps[:, :2] += np.clip(change, -STEP_LIMIT, STEP_LIMIT).reshape(-1, 2, 3)
         return np.asarray(poses @ np.linalg.inv(steps))
 
 

@@ -11,13 +11,14 @@ Correlation tolerates blur, noise, bad light, glare and a rolled camera, but not
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, overlap
-from nxtdrive.vision.detectors.alignment import Aligner, Poses
+from nxtdrive.vision.detectors.alignment import Aligner, Places, Poses, align
 from nxtdrive.vision.detectors.chance import coarseness, distinctness, least_score
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
@@ -33,12 +34,14 @@ FINE_HEIGHT, FINE_STEPS = 40, 3
 """Heights in pixels at which the picture is aligned, first on a proposal's level and then on the next finer one, and
 steps of each alignment."""
 
-PROMISING = 16
-"""So many of the best proposals after one step are aligned further."""
+PROMISING, LEAST_PROMISING = 16, 4
+"""So many of the best proposals after one step are aligned further: all pictures that are looked for at once share the
+first number, and each has the second."""
 
 ALIGNED_AT = 0.65
-CHECKS = 4
-"""So many of the best aligned proposals are checked in colour; where the picture is, it is nearly always the best."""
+CHECKS, LEAST_CHECKS = 4, 2
+"""So many of the best aligned proposals are checked in colour, shared likewise; where the picture is, it is nearly
+always the best."""
 
 LEAST_RANGE = 16.0
 """Range of gray that must be left below the median; a mostly black picture has none."""
@@ -66,6 +69,9 @@ class CorrelationMatcher:
 
     Args:
         picture: The picture as it looks from the front, BGR, without anything around it.
+
+    Attributes:
+        parts: The picture and its core.
     """
 
     def __init__(self, picture: Image) -> None:
@@ -73,54 +79,66 @@ class CorrelationMatcher:
             picture = at_height(picture, KEPT_HEIGHT)
         height, width = picture.shape[:2]
         y, x = round(height * (1 - CORE) / 2), round(width * (1 - CORE) / 2)
-        self._ratio = width / height
-        self._parts = _Part(picture, 1.0), _Part(picture[y : height - y, x : width - x], CORE)
+        ratio = width / height
+        core = _Part(picture[y : height - y, x : width - x], CORE, ratio)
+        self.parts = _Part(picture, 1.0, ratio), core
 
     def match(self, frame: Pyramid) -> list[Detection]:
         """Return distinct places in the frame that show the picture, best first."""
-        found = []
-        for part in self._parts:
-            for pose in self._aligned(frame, part):
-                score = part.score(frame, pose) if _plausible(pose, self._ratio) else None
-                if score is not None:
-                    quad = _quad(pose, part.share)
-                    found.append(Detection(box_of(quad), min(1.0, score), quad))
-        return distinct(found)
+        return match_all([self], frame)[0]
 
-    def _aligned(self, frame: Pyramid, part: _Part) -> Poses:
-        """Return the poses of the best distinct proposals after their alignment."""
-        proposals = part.proposer.propose(frame)
-        aligner = part.aligner(COARSE_HEIGHT, cut=frame.overexposed)
-        poses, scores = aligner.align(frame.canvas, proposals.poses, proposals.levels, 1)
-        best = np.argsort(-scores, kind="stable")[:PROMISING]
-        levels = proposals.levels[best]
-        poses, scores = aligner.align(frame.canvas, poses[best], levels, COARSE_STEPS - 1)
-        kept: list[int] = []
-        for index in np.argsort(-scores, kind="stable"):
-            if scores[index] < ALIGNED_AT or len(kept) == CHECKS:
-                break
-            pose = poses[index]
-            reach = 0.25 * float(np.hypot(*pose[:, 1]))
-            if _plausible(pose, self._ratio) and all(np.abs(pose - poses[k])[:, 2].max() > reach for k in kept):
-                kept.append(int(index))
-        poses, levels = poses[kept], levels[kept]
-        finer = levels > 0
-        if finer.any():
-            aligner = part.aligner(FINE_HEIGHT, cut=frame.overexposed)
-            poses[finer], _ = aligner.align(frame.canvas, poses[finer], levels[finer] - 1, FINE_STEPS)
-        return poses
+
+def match_all(matchers: Sequence[CorrelationMatcher], frame: Pyramid, sharers: int = 1) -> list[list[Detection]]:
+    """Return for each matcher the distinct places in the frame that show its picture, best first.
+
+    Args:
+        matchers: Whose pictures are looked for; they take the steps of their alignments together.
+        frame: Where to look.
+        sharers: Number of targets that share the work: the more they are, the fewer places of each are compared.
+    """
+    parts = [part for matcher in matchers for part in matcher.parts]
+    aligned = zip(parts, _aligned(frame, parts, sharers), strict=True)
+    found = [part.detections(frame, poses) for part, poses in aligned]
+    return [distinct(whole + core) for whole, core in zip(found[::2], found[1::2], strict=True)]
+
+
+def _aligned(frame: Pyramid, parts: Sequence[_Part], sharers: int) -> list[Poses]:
+    """Return the poses of the best distinct proposals of each part after their alignment."""
+    places = [Places(part.aligner(COARSE_HEIGHT, cut=frame.overexposed), *part.propose(frame)) for part in parts]
+    promising = max(LEAST_PROMISING, PROMISING // sharers)
+    for number, (poses, scores) in enumerate(align(frame.canvas, places, 1)):
+        best = np.argsort(-scores, kind="stable")[:promising]
+        places[number] = Places(places[number].aligner, poses[best], places[number].levels[best])
+    kept = []
+    for part, before, (poses, scores) in zip(parts, places, align(frame.canvas, places, COARSE_STEPS - 1), strict=True):
+        chosen = part.chosen(poses, scores, max(LEAST_CHECKS, CHECKS // sharers))
+        kept.append((poses[chosen], before.levels[chosen]))
+    fine = [
+        Places(part.aligner(FINE_HEIGHT, cut=frame.overexposed), poses[levels > 0], levels[levels > 0] - 1)
+        for part, (poses, levels) in zip(parts, kept, strict=True)
+    ]
+    for (poses, levels), (finer, _) in zip(kept, align(frame.canvas, fine, FINE_STEPS), strict=True):
+        poses[levels > 0] = finer
+    return [poses for poses, _ in kept]
 
 
 class _Part:
-    """The middle `share` of the picture (of its width and height), in all forms that are compared."""
+    """The middle `share` of a picture (of its width and height), in all forms that are compared.
 
-    def __init__(self, picture: Image, share: float) -> None:
-        self.share = share
+    Args:
+        picture: That part.
+        share: Of the whole picture's width and height.
+        ratio: Width of the whole picture relative to its height.
+    """
+
+    def __init__(self, picture: Image, share: float, ratio: float) -> None:
+        self._share = share
+        self._ratio = ratio
         self._picture = picture
         gray = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.float32)
         cut = np.minimum(gray, np.median(gray))
         self._grays = gray, cut if np.ptp(cut) >= LEAST_RANGE else gray
-        self.proposer = Proposer(*self._grays, share)
+        self.propose = Proposer(*self._grays, share).propose
         self._aligners: dict[tuple[int, bool], Aligner] = {}
         self._sizes: dict[int, tuple[NDArray[np.float32], float]] = {}
         self._waves = distinctness(picture)
@@ -132,7 +150,29 @@ class _Part:
             self._aligners[key] = Aligner(at_height(self._grays[cut], height))
         return self._aligners[key]
 
-    def score(self, frame: Pyramid, pose: Poses) -> float | None:
+    def chosen(self, poses: Poses, scores: NDArray[np.float64], most: int) -> list[int]:
+        """Return the numbers of up to `most` of the best places that are possible views and lie apart."""
+        kept: list[int] = []
+        for index in np.argsort(-scores, kind="stable"):
+            if scores[index] < ALIGNED_AT or len(kept) == most:
+                break
+            pose = poses[index]
+            reach = 0.25 * float(np.hypot(*pose[:, 1]))
+            if _plausible(pose, self._ratio) and all(np.abs(pose - poses[k])[:, 2].max() > reach for k in kept):
+                kept.append(int(index))
+        return kept
+
+    def detections(self, frame: Pyramid, poses: Poses) -> list[Detection]:
+        """Return the whole picture at those of the poses where the colours resemble it."""
+        found = []
+        for pose in poses:
+            score = self._score(frame, pose) if _plausible(pose, self._ratio) else None
+            if score is not None:
+                quad = _quad(pose, self._share)
+                found.append(Detection(box_of(quad), min(1.0, score), quad))
+        return found
+
+    def _score(self, frame: Pyramid, pose: Poses) -> float | None:
         """Return how well the colours at a pose resemble the part's, 0..1; None if chance may do as well."""
         width_px, height_px = (float(side) for side in np.hypot(*pose[:, :2]))
         picture, coarse = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
@@ -143,7 +183,7 @@ class _Part:
         if share < ALL_SHOWN:
             coarse = max(coarse, coarseness(expected))
         area = max(0.01, share) * picture.shape[0] ** 2 * width_px / height_px  # as it appears
-        return score if score >= least_score(coarse, self._waves, area, core=self.share != 1.0) else None
+        return score if score >= least_score(coarse, self._waves, area, core=self._share != 1.0) else None
 
     def _at(self, height: int) -> tuple[NDArray[np.float32], float]:
         """Return the part in colour at a height, and its coarseness; cached, because few heights occur."""

@@ -6,7 +6,6 @@ texture and about 55 pixels of height, and fails in blur and poor light. Measure
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -67,11 +66,10 @@ class FeatureMatcher:
 
     def match(self, image: Image, seen: Keypoints) -> list[Detection]:
         """Find the picture in the BGR `image` with its `keypoints`: at most one detection, with its four corners."""
-        pairs = self._pairs(seen)
-        if len(pairs) < MIN_INLIERS:
+        frame, reference = self._pairs(seen)
+        if len(frame) < MIN_INLIERS:
             return []
-        source = self._points[[reference for _, reference in pairs]]
-        target = seen.points[[frame for frame, _ in pairs]]
+        source, target = self._points[reference], seen.points[frame]
         cv2.setRNGSeed(0)
         homography, inliers = cv2.findHomography(source, target, cv2.USAC_MAGSAC, REPROJECTION_PX)
         if homography is None or int(inliers.sum()) < MIN_INLIERS:
@@ -86,20 +84,24 @@ class FeatureMatcher:
         quad = _quad(corners)
         return [Detection(box_of(quad), min(1.0, score), quad)]
 
-    def _pairs(self, seen: Keypoints) -> list[tuple[int, int]]:
-        """Return index pairs (frame, reference) of keypoints that match unambiguously."""
-        if len(seen.descriptors) == 0 or len(self._descriptors) == 0:
-            return []
-        matches = cv2.BFMatcher(cv2.NORM_L2).knnMatch(seen.descriptors, self._descriptors, k=NEIGHBOURS)
-        return [(best[0].queryIdx, best[0].trainIdx) for best in matches if self._unambiguous(best)]
+    def _pairs(self, seen: Keypoints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the indices in the frame and in the reference of keypoints that match unambiguously.
 
-    def _unambiguous(self, best: Sequence[cv2.DMatch]) -> bool:
-        """Whether the best match is clearly better than the first one elsewhere on the picture."""
-        here = self._points[best[0].trainIdx]
-        for other in best[1:]:
-            if np.abs(self._points[other.trainIdx] - here).max() > SAME_PLACE:
-                return best[0].distance < RATIO * other.distance
-        return True
+        A match is unambiguous if it is clearly better than the first one elsewhere on the picture.
+        """
+        if len(seen.descriptors) == 0 or len(self._descriptors) == 0:
+            return np.empty(0, np.intp), np.empty(0, np.intp)
+        # Descriptors are whole numbers up to 255, so these sums are exact.
+        squares = (seen.descriptors**2).sum(axis=1)[:, None] + (self._descriptors**2).sum(axis=1)
+        distances = squares - 2 * (seen.descriptors @ self._descriptors.T)
+        nearest = _smallest(distances, NEIGHBOURS)
+        best = nearest[:, 0]
+        elsewhere = np.abs(self._points[nearest] - self._points[best][:, None]).max(axis=2) > SAME_PLACE
+        rows = np.arange(len(best))
+        other = nearest[rows, elsewhere.argmax(axis=1)]
+        clear = distances[rows, best] < RATIO**2 * distances[rows, other]
+        frame = np.flatnonzero(clear | ~elsewhere.any(axis=1))
+        return frame, best[frame]
 
     def _resemblance(self, image: Image, corners: NDArray[np.float32]) -> float:
         """Return the colour correlation of the rectified quad with the picture, -1..1."""
@@ -108,6 +110,14 @@ class FeatureMatcher:
         transform = cv2.getPerspectiveTransform((corners - 0.5).astype(np.float32), straight.astype(np.float32))
         patch = cv2.warpPerspective(image, transform, (width, height), flags=cv2.INTER_LINEAR)
         return float(cv2.matchTemplate(patch, self._small, cv2.TM_CCOEFF_NORMED)[0, 0])
+
+
+def _smallest(values: NDArray[np.float32], number: int) -> NDArray[np.intp]:
+    """Return the columns of the smallest values of each row, the smallest first."""
+    few = min(number, values.shape[1])
+    columns = np.argpartition(values, few - 1, axis=1)[:, :few]
+    order = np.take_along_axis(values, columns, axis=1).argsort(axis=1, kind="stable")
+    return np.take_along_axis(columns, order, axis=1)
 
 
 def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

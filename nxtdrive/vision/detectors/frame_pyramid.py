@@ -8,8 +8,8 @@ white is overexposed; there the picture is cut at white instead.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -46,6 +46,10 @@ COLORED = 0.03
 """So large a share of a frame may have a channel cut by things of strong colours."""
 
 
+_Strips: TypeAlias = list[NDArray[np.int32]]
+"""Sums in the strips of a height from the left edge to every `step`-th column, from each of the first columns on."""
+
+
 class Level:
     """One level of the pyramid.
 
@@ -63,22 +67,38 @@ class Level:
         self.scale = scale
         self.step = step
         self.spectra = spectra(self.gray, self.gray.shape, step)
-        self._integrals = cv2.integral2(gray, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+        self._integrals = cv2.integral2(gray, sdepth=cv2.CV_32S, sqdepth=cv2.CV_64F)
+        self._strips: dict[int, list[_Strips]] = {}
         self._norms: dict[tuple[int, int], NDArray[np.float32]] = {}
 
     def norms(self, height: int, width: int) -> NDArray[np.float32]:
-        """Return the norm of each window of a size about its mean, at the level's steps; computed once."""
+        """Return the norm of each window of a size about its mean, at the level's steps; computed once.
+
+        It is infinite where a window would reach out of the level.
+        """
         key = (height, width)
         if key not in self._norms:
-            total, square = (self._summed(each, height, width) for each in self._integrals)
+            total, square = (self._summed(strips, width) for strips in self._strips_of(height))
             area = height * width
-            self._norms[key] = np.sqrt(np.maximum(square - total * total / area, FLAT_SD**2 * area), dtype=np.float32)
+            norms = np.full([-(-side // self.step) for side in self.gray.shape], np.inf, np.float32)
+            inside = norms[: total.shape[0], : total.shape[1]]
+            np.sqrt(np.maximum(square - total * total / np.float32(area), np.float32(FLAT_SD**2 * area)), out=inside)
+            self._norms[key] = norms
         return self._norms[key]
 
-    def _summed(self, integral: cv2.typing.MatLike, height: int, width: int) -> NDArray[np.float64]:
-        """Return the sum of each window of a size, at the level's steps."""
-        rows = integral[height :: self.step] - integral[: -height : self.step]
-        return np.asarray(rows[:, width :: self.step] - rows[:, : -width : self.step], np.float64)
+    def _strips_of(self, height: int) -> list[_Strips]:
+        """Return the sums of gray values and of their squares in the strips of a height."""
+        if height not in self._strips:
+            step = self.step
+            strips = ((each[height::step] - each[:-height:step]).astype(np.int32) for each in self._integrals)
+            self._strips[height] = [[np.ascontiguousarray(s[:, right::step]) for right in range(step)] for s in strips]
+        return self._strips[height]
+
+    def _summed(self, strips: _Strips, width: int) -> NDArray[np.float32]:
+        """Return the sum of each window of a width, at the level's steps."""
+        right, columns = width // self.step, (self.gray.shape[1] - width) // self.step + 1
+        sums = strips[width % self.step][:, right : right + columns] - strips[0][:, :columns]
+        return sums.astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,8 +170,8 @@ def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:
     return np.where(glare[:, :, None] > 0, fill, image).clip(0, 255).astype(np.uint8)
 
 
-def spectra(gray: NDArray[np.float32], shape: tuple[int, int], step: int) -> list[NDArray[np.float32]]:
-    """Return the Fourier transforms of an image, as `cv2.dft` packs them.
+def spectra(gray: NDArray[np.float32], shape: tuple[int, int], step: int) -> NDArray[np.complex64]:
+    """Return the Fourier transforms (step * step, rows, columns / 2 + 1) of an image.
 
     One for each place in a square of `step` pixels, of the pixels that lie there in their square: the correlation at
     every such step is the sum of theirs.
@@ -161,17 +181,60 @@ def spectra(gray: NDArray[np.float32], shape: tuple[int, int], step: int) -> lis
         shape: Height and width to which zeros pad it.
         step: Distance in pixels.
     """
-    size = [-(-side // step) * step for side in shape]
-    padded = np.zeros(size, np.float32)
+    rows, columns = (-(-side // step) for side in shape)
+    padded = np.zeros((rows * step, columns * step), np.float32)
     padded[: gray.shape[0], : gray.shape[1]] = gray
     squares = itertools.product(range(step), repeat=2)
-    return [np.asarray(cv2.dft(padded[down::step, right::step]), np.float32) for down, right in squares]
+    return np.stack([_unpacked(cv2.dft(padded[down::step, right::step])) for down, right in squares])
 
 
-def correlated(seen: Sequence[NDArray[np.float32]], sought: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Return the correlation of two images at every step, from their `spectra` of the same shape."""
-    product = np.sum([cv2.mulSpectrums(a, b, 0, conjB=True) for a, b in zip(seen, sought, strict=True)], axis=0)
-    return np.asarray(cv2.idft(product, flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT), np.float32)
+def correlated(seen: NDArray[np.complex64], sought: NDArray[np.complex64], columns: int) -> NDArray[np.float32]:
+    """Return the correlation of two images at every step, which are `columns` wide.
+
+    Args:
+        seen: The `spectra` of one.
+        sought: The complex conjugates of the `spectra` of the other.
+        columns: Width of the correlation.
+    """
+    product = seen[0] * sought[0]
+    for one, other in zip(seen[1:], sought[1:], strict=True):
+        product += one * other
+    return np.asarray(cv2.idft(_packed(product, columns), flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT), np.float32)
+
+
+def _packed(spectrum: NDArray[np.complex64], columns: int) -> NDArray[np.float32]:
+    """Return half a spectrum as OpenCV packs it: columns that are symmetric lack their second half.
+
+    Source: OpenCV's reference of `cv::dft`, the CCS format.
+    """
+    rows = len(spectrum)
+    packed = np.empty((rows, columns), np.float32)
+    packed[:, 1:] = spectrum.view(np.float32)[:, 2 : columns + 1]
+    for column in _symmetric(columns):
+        values = np.ascontiguousarray(spectrum[: rows // 2 + 1, column]).view(np.float32)
+        packed[0, column] = values[0]
+        packed[1:, column] = values[2 : rows + 1]
+    return packed
+
+
+def _unpacked(packed: cv2.typing.MatLike) -> NDArray[np.complex64]:
+    """Undo `_packed`."""
+    rows, columns = packed.shape
+    spectrum = np.empty((rows, columns // 2 + 1), np.complex64)
+    spectrum.view(np.float32)[:, 2 : columns + 1] = packed[:, 1:]
+    for column in _symmetric(columns):
+        values = np.zeros(2 * (rows // 2 + 1), np.float32)
+        values[0] = packed[0, column]
+        values[2 : rows + 1] = packed[1:, column]
+        half = values.view(np.complex64)
+        spectrum[: len(half), column] = half
+        spectrum[len(half) :, column] = half[1 : (rows + 1) // 2][::-1].conj()
+    return spectrum
+
+
+def _symmetric(columns: int) -> tuple[int, ...]:
+    """Return which columns of half a spectrum are symmetric: those of the lowest and of the highest frequency."""
+    return (0, -1) if columns % 2 == 0 else (0,)
 
 
 def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.apart import try_apart
 from nxtdrive.vision.detectors.correlation import distinct
 from nxtdrive.vision.detectors.onnx_labels import number_of
+from nxtdrive.vision.detectors.onnx_layouts import Places
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
-from nxtdrive.vision.detectors.shared_frame import SharedFrame
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 MIN_SCORE = 0.4
@@ -51,12 +53,17 @@ class OnnxDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places that the model calls by the label, best first."""
-        return self.detect_in(SharedFrame(image))
+        return self.detect_all([self], image)[0]
 
-    def detect_in(self, frame: SharedFrame) -> list[Detection]:
-        """Do the same in a frame that detectors of other labels look at, too; they share the model's run."""
-        image = frame.image
-        places, extent = frame.once(self._model.places)
+    @classmethod
+    def detect_all(cls, detectors: Sequence[OnnxDetector], image: Image) -> list[list[Detection]]:
+        """Return what each of several detectors finds, best first; those of the same model share its run."""
+        models = {detector._model for detector in detectors}
+        places = {model: model.places(image) for model in models}
+        return [detector._named(image, *places[detector._model]) for detector in detectors]
+
+    def _named(self, image: Image, places: Places, extent: NDArray[np.float64]) -> list[Detection]:
+        """Return those of the model's places in the image that it calls by the label."""
         wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
         best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MOST_PLACES]
         inside = np.tile((image.shape[1], image.shape[0]), 2)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
@@ -52,8 +53,19 @@ class _Template:
     roll_deg: float
 
 
-@dataclass(frozen=True, slots=True)
-class Proposals:
+_Transformed: TypeAlias = tuple[_Template, NDArray[np.complex64]]
+"""A template, and the complex conjugate of its `spectra`."""
+
+
+class _Peaks(NamedTuple):
+    """Places of a level where a template matches best nearby: scores, boxes (x, y, width, height) and views."""
+
+    scores: NDArray[np.float32]
+    boxes: NDArray[np.intp]
+    views: NDArray[np.float64]
+
+
+class Proposals(NamedTuple):
     """Places where the picture may be: their poses, and the number of the level of each."""
 
     poses: Poses
@@ -76,7 +88,8 @@ class Proposer:
 
     def propose(self, frame: Pyramid) -> Proposals:
         """Return the best places that do not overlap much, of all levels."""
-        poses, levels = [np.empty((0, 2, 3))], [np.empty(0, np.intp)]
+        boxes: list[NDArray[np.float64]] = [np.empty((0, 4))]
+        views, levels = [np.empty((0, 2))], [np.empty(0, np.intp)]
         for number, level in enumerate(frame.levels):
             usable = [
                 (template, transform)
@@ -84,11 +97,11 @@ class Proposer:
                 if self._suits(template, level, number)
             ]
             if usable:
-                found = [_peaks(level, template, transform) for template, transform in usable]
-                boxes, views = _best(found, [template for template, _ in usable], level, PROPOSALS[number])
-                poses.append(_poses(boxes, views, level.scale))
-                levels.append(np.full(len(boxes), number))
-        return Proposals(np.concatenate(poses), np.concatenate(levels))
+                best = _best(_peaks(level, usable), PROPOSALS[number])
+                boxes.append(np.asarray(best.boxes * level.scale, np.float64))
+                views.append(best.views)
+                levels.append(np.full(len(best.boxes), number))
+        return Proposals(_poses(np.concatenate(boxes), np.concatenate(views)), np.concatenate(levels))
 
     def _suits(self, template: _Template, level: Level, number: int) -> bool:
         height = template.gray.shape[0]
@@ -96,12 +109,10 @@ class Proposer:
             return bool(height / self._part >= LARGE * level.gray.shape[0])
         return bool(number > 0 or template.aspect > 0.8 or height >= FAR_HEIGHT)
 
-    def _transform(
-        self, shape: tuple[int, int], step: int, cut: bool
-    ) -> list[tuple[_Template, list[NDArray[np.float32]]]]:
-        """Return the templates that fit into a shape, with their Fourier transforms."""
+    def _transform(self, shape: tuple[int, int], step: int, cut: bool) -> list[_Transformed]:
+        """Return the templates that fit into a shape, with the complex conjugates of their Fourier transforms."""
         fit = (t for t in self._templates[cut] if t.gray.shape[0] <= shape[0] and t.gray.shape[1] <= shape[1])
-        return [(template, spectra(template.gray, shape, step)) for template in fit]
+        return [(template, np.conj(spectra(template.gray, shape, step))) for template in fit]
 
 
 def _templates(gray: NDArray[np.float32]) -> Iterator[_Template]:
@@ -121,53 +132,49 @@ def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> NDArray[np.float32]:
     return np.asarray(centred / max(1e-6, float(np.linalg.norm(centred))), np.float32)
 
 
-def _peaks(
-    level: Level, template: _Template, transform: Sequence[NDArray[np.float32]]
-) -> tuple[NDArray[np.float32], NDArray[np.intp], int]:
-    """Return the scores of the places where a template matches best nearby, their numbers, and the places of a row."""
-    height, width = template.gray.shape
-    norms = level.norms(height, width)
-    score = correlated(level.spectra, transform)[: norms.shape[0], : norms.shape[1]] / norms
-    places = np.flatnonzero((score > PROPOSE_AT) & (score == cv2.dilate(score, NEIGHBOURS)))
-    return score.ravel()[places], places, score.shape[1]
-
-
-def _best(
-    found: Sequence[tuple[NDArray[np.float32], NDArray[np.intp], int]],
-    templates: Sequence[_Template],
-    level: Level,
-    most: int,
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Choose up to `most` of the best places greedily, dropping those that overlap a chosen one by half.
-
-    Returns:
-        Their boxes and their views.
-    """
-    which = np.repeat(np.arange(len(found)), [len(scores) for scores, _, _ in found])
-    left = np.argsort(-np.concatenate([scores for scores, _, _ in found]), kind="stable")[: CROWD * most]
-    which, places = which[left], np.concatenate([places for _, places, _ in found])[left]
-    ys, xs = divmod(places, np.array([columns for _, _, columns in found])[which])
-    sizes = np.array([template.gray.shape[::-1] for template in templates])[which]
+def _peaks(level: Level, templates: Sequence[_Transformed]) -> _Peaks:
+    """Return the places where each template matches best nearby."""
+    first = level.norms(*templates[0][0].gray.shape)
+    scores = np.empty((len(templates), *first.shape), np.float32)
+    for score, (template, transform) in zip(scores, templates, strict=True):
+        correlation = correlated(level.spectra, transform, first.shape[1])
+        np.divide(correlation, level.norms(*template.gray.shape), out=score)
+    # One call for all templates: a score of 0, where a window reaches out of the level, keeps each from the next.
+    column = scores.reshape(-1, first.shape[1])
+    found = np.flatnonzero((column > PROPOSE_AT) & (column == cv2.dilate(column, NEIGHBOURS)))
+    which, places = divmod(found, first.size)
+    ys, xs = divmod(places, first.shape[1])
+    sizes = np.array([template.gray.shape[::-1] for template, _ in templates])[which]
+    views = np.array([(template.aspect, template.roll_deg) for template, _ in templates])[which]
     boxes = np.column_stack([xs * level.step, ys * level.step, sizes])
-    views = np.array([(template.aspect, template.roll_deg) for template in templates])[which]
-    left = np.arange(len(boxes))
+    return _Peaks(column.ravel()[found], boxes, views)
+
+
+def _best(peaks: _Peaks, most: int) -> _Peaks:
+    """Choose up to `most` of the best places greedily, dropping those that overlap a chosen one by half."""
+    order = np.argsort(-peaks.scores, kind="stable")[: CROWD * most]
+    boxes = peaks.boxes[order]
+    left, top, width, height = boxes.T.astype(np.float32)
+    right, bottom, areas = left + width, top + height, width * height
+    free = np.ones(len(boxes), bool)
     chosen: list[int] = []
-    while len(left) and len(chosen) < most:
-        x, y, width, height = boxes[left[0]]
-        chosen.append(int(left[0]))
-        others = boxes[left]
-        across = np.minimum(x + width, others[:, 0] + others[:, 2]) - np.maximum(x, others[:, 0])
-        down = np.minimum(y + height, others[:, 1] + others[:, 3]) - np.maximum(y, others[:, 1])
+    for one in range(len(boxes)):
+        if not free[one]:
+            continue
+        chosen.append(one)
+        if len(chosen) == most:
+            break
+        across = np.minimum(right[one], right) - np.maximum(left[one], left)
+        down = np.minimum(bottom[one], bottom) - np.maximum(top[one], top)
         shared = np.maximum(across, 0) * np.maximum(down, 0)
-        apart = shared < 0.5 * (width * height + others[:, 2] * others[:, 3] - shared)
-        apart[0] = False
-        left = left[apart]
-    return boxes[chosen], views[chosen]
+        free &= shared < 0.5 * (areas[one] + areas - shared)
+    kept = order[chosen]
+    return _Peaks(peaks.scores[kept], boxes[chosen], peaks.views[kept])
 
 
-def _poses(boxes: NDArray[np.intp], views: NDArray[np.float64], scale: float) -> Poses:
-    """Return the poses of upright boxes of a level that show the picture in a view."""
-    x, y, width, height = boxes.T * scale
+def _poses(boxes: NDArray[np.float64], views: NDArray[np.float64]) -> Poses:
+    """Return the poses of upright boxes, in pixels of the frame, that show the picture in a view."""
+    x, y, width, height = boxes.T
     sin, cos = np.sin(np.radians(views[:, 1])), np.cos(np.radians(views[:, 1]))
     rows = (width * cos, -height * sin, x + width / 2), (width * sin, height * cos, y + height / 2)
     return np.stack([np.stack(row, axis=1) for row in rows], axis=1)

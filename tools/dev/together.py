@@ -1,0 +1,99 @@
+"""Compare looks for several pictures at once with looks for each alone, in the rooms of `living_room`.
+
+    python -m tools.dev.together [--pictures 12] [--frames 1] [--seeds tune|report]
+
+Each of the prints hangs in rooms at several distances, among six others, in every condition; all of them are looked
+for. A detection is the same if its box is, to a pixel. Times are CPU time of one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from statistics import fmean
+
+import cv2
+import numpy as np
+
+from nxtdrive.vision.detection import Detection, Detector
+from nxtdrive.vision.detectors import make_detector
+from nxtdrive.vision.detectors.shared_frame import detect_each
+from sim_backend.camera.textures import Image
+
+from .living_room import CONDITIONS, SEEDS, LivingRoom, is_right, taken
+from .prints import write_distractors, write_prints
+
+DISTANCES_M = (0.6, 1.5, 2.5, 3.5)
+FEW = 3
+
+
+def frames(room: LivingRoom, names: Sequence[str], number: int) -> Iterator[tuple[Image, str, float, float, float]]:
+    """Yield frames, the print that each shows, where its centre is, and its height, in pixels."""
+    for name in names:
+        width_share = room.width_share(name)
+        for distance_m in DISTANCES_M:
+            for shot in room.shots(name, distance_m, number):
+                for condition, draw in CONDITIONS.items():
+                    rng = random.Random(f"{name} {condition} {distance_m}")  # noqa: S311 - a repeatable draw
+                    frame, u, v = taken(shot, draw(rng), rng, width_share)
+                    yield frame, name, u, v, shot.height_px
+
+
+def compared(alone: Sequence[Detection], together: Sequence[Detection]) -> str:
+    """Say how two looks for a picture differ."""
+    if bool(alone) != bool(together):
+        return "found alone only" if alone else "found at once only"
+    pairs = zip(alone, together, strict=False)
+    near = all(np.abs(np.subtract(one.box, other.box)).max() <= 1 for one, other in pairs)
+    same = near and len(alone) == len(together)
+    return ("same" if same else "found elsewhere") if alone else "nothing"
+
+
+def timed(detectors: Mapping[str, Detector], image: Image) -> tuple[dict[str, list[Detection]], float]:
+    """Return what is found, and the CPU time in ms."""
+    start_s = time.thread_time()
+    found = detect_each(detectors, image)
+    return found, 1000 * (time.thread_time() - start_s)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(prog="together", description="What pictures cost that are looked for at once.")
+    parser.add_argument("--pictures", type=int, default=12, help="how many are looked for")
+    parser.add_argument("--frames", type=int, default=1, help="rooms per print and distance")
+    parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
+    args = parser.parse_args(argv)
+    cv2.setNumThreads(1)
+    outcomes, right, times_ms = Counter[str](), Counter[str](), {"one": [0.0], "three": [0.0], "all": [0.0]}
+    with tempfile.TemporaryDirectory() as text:
+        files = write_prints(Path(text))
+        names = list(files)[: args.pictures]
+        room = LivingRoom(files, write_distractors(Path(text)), SEEDS[args.seeds])
+        specs = {name: {"detector": "picture", "pictures": [str(files[name])]} for name in names}
+        detectors: dict[str, Detector] = {name: make_detector(spec).detector for name, spec in specs.items()}
+        few = {name: detectors[name] for name in names[:FEW]}
+        for image, shown, u, v, height_px in frames(room, names, args.frames):
+            alone = {name: timed({name: one}, image) for name, one in detectors.items()}
+            together, all_ms = timed(detectors, image)
+            times_ms["one"].append(fmean(took_ms for _, took_ms in alone.values()))
+            times_ms["three"].append(timed(few, image)[1])
+            times_ms["all"].append(all_ms)
+            outcomes.update(compared(alone[name][0][name], together[name]) for name in names)
+            for how, found in (("alone", alone[shown][0][shown]), ("at once", together[shown])):
+                right[how] += any(is_right(one, u, v, height_px) for one in found)
+    print(f"{outcomes.total()} looks for {len(names)} pictures: {dict(outcomes)}")
+    print(f"the print that is shown was found at its place: {dict(right)}")
+    one_ms, few_ms, all_ms = (fmean(each[2:]) for each in times_ms.values())  # without the first look
+    print(f"CPU ms: one {one_ms:.1f}; {FEW} at once {few_ms:.1f}, {few_ms / one_ms:.2f} times as long; ", end="")
+    print(f"{len(names)} at once {all_ms:.1f}, {all_ms / one_ms:.2f} times as long")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
