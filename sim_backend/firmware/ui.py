@@ -197,13 +197,14 @@ class UiModule(Boot):
         return self._clock.now_ms >= self._off_ms + times.DEAF_MS
 
     def _read_keys(self, now_ms: int) -> None:
-        """Follow a button, or the map's while none is held, when the menu is drawn."""
+        """Follow a button, or the map's while none that is enabled is held, when the menu is drawn."""
         if not self._reads_keys:
             return
         key: int | None = self._keys.read(self.buttons, now_ms)
-        from_map = key is None and self._keys.held(self.buttons) is None
+        held = self._keys.held(self.buttons)
+        from_map = held is None or self._disabled(held)
         key = self.button if from_map else key
-        if not key or self._disabled(key):
+        if not key:
             return
         if from_map:
             self.button = 0

@@ -344,6 +344,20 @@ CASES = [
         UI,
         "c006*10 e006*40 e00d e00e*7 e60e*22",
     ),
+    (
+        "a key of the map counts while keys are disabled",
+        ["019501000c001a00010006"],
+        {1: "019501000c001c00010001"},
+        BUTTON,
+        "060700 060800 060500 060600 860700*4",
+    ),
+    (
+        "and while a button that is disabled is held",
+        ["019501000c001a00010002"],
+        {1: "!button 4", 3: "019501000c001c00010002", 8: "!button 0"},
+        BUTTON,
+        "020700*3 020a00 020500 020600 820700*10",
+    ),
 ]
 
 
