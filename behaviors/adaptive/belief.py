@@ -40,7 +40,7 @@ class BeliefNumbers:
         blind_share: At this share it is 0.
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
-        likely_mm: Standard deviation of the prior around the start: rooms end.
+        likely_mm: Standard deviation of the prior around the start: a flat's rooms are within twice this.
         slant_sd_deg: Standard deviation of how far aside a picture is seen by its width; half the grid of facings.
         turned: How likely it faces another way than was believed, against 1 for all.
         steepest_deg: What is seen at all is seen no more obliquely than this.
@@ -70,7 +70,7 @@ class BeliefNumbers:
     blind_share: float = 1.05
     empty: float = 0.1
     unknown: float = 0.5
-    likely_mm: float = 2500.0
+    likely_mm: float = 4000.0
     slant_sd_deg: float = 22.5
     turned: float = 0.05
     steepest_deg: float = half_slant_deg + 8.0
@@ -78,7 +78,7 @@ class BeliefNumbers:
     spike_mm: float = 350.0
     refuted: float = 0.02
     trust: float = 0.85
-    renews_s: float = 250.0
+    renews_s: float = 1000.0
     empty_share: float = 0.8
     unknown_share: float = 0.9
     came_s: float = 9.0

@@ -166,10 +166,23 @@ def test_looks_before_a_sighting_do_not_weaken_those_after_it():
 def test_what_was_looked_at_long_ago_is_worth_another_look():
     belief, floor = _belief(), _room()
     belief.look(Pose(), floor, 50)
-    belief.renew(1000.0)
+    belief.renew(5000.0)
     renewed = _ahead(belief)
     belief.look(Pose(), floor, 50)
     assert _ahead(belief) < 0.8 * renewed
+
+
+def test_a_room_not_seen_yet_is_a_better_place_to_look_in_than_one_seen_two_minutes_ago():
+    floor = OccupancyGrid()
+    along, across = centre_mm(np.arange(CELLS)), np.abs(centre_mm(np.arange(CELLS))) < 1500.0
+    floor.evidence[np.ix_((along > -1500.0) & (along < 6500.0), across)] = -1.0
+    floor.evidence[np.ix_((along > 2000.0) & (along < 2200.0), across)] = GRID.solid + 1.0  # the door is shut by now
+    belief = _belief()
+    for heading_deg in range(0, 360, 20):
+        belief.look(Pose(0.0, 0.0, heading_deg), floor, 3)
+    for _ in range(24):
+        belief.renew(5.0)
+    assert belief.chance_from(4500.0, 0.0, floor) > belief.chance_from(-800.0, 500.0, floor)
 
 
 def test_refuting_a_place_clears_it():
@@ -215,7 +228,7 @@ def test_time_brings_belief_back_to_where_it_began():
     belief.see((1300.0, -700.0), (0.0, 0.0))
     belief.look(Pose(heading_deg=90.0), _room(), 5)
     distances = []
-    for passed_s in (0.0, 100.0, 1e4):
+    for passed_s in (0.0, 100.0, 1e5):
         belief.renew(passed_s)
         distances.append(float(np.abs(belief._mass - fresh._mass).sum()))
     assert distances[0] > distances[1] > distances[2]
