@@ -109,6 +109,7 @@ class AdaptiveProfile:
         """
         if self._perception.sonar.doubtful:
             self._perception.check_sonar()
+        self.world.pose = self._perception.context.body.pose()  # it has come to rest since the last look
         while self._decided is not None:
             decided_s, place = self._decided
             elapsed_s = self._perception.now() - decided_s
