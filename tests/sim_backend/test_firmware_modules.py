@@ -108,6 +108,7 @@ def test_a_connection_s_name_is_what_the_map_has():
 )
 def test_a_telegram_across_the_end_of_the_ring_buffer_takes_one_pass_more(bench, start, lines):
     battery = "0500020b004a1e"
+    bench.control("!btmode 1")
     while start:
         size = start if start <= 20 else min(20, start - 3)
         assert bench.control(f"!bt {size - 2:02x}00" + "05" * (size - 2)) == ""

@@ -136,6 +136,7 @@ def test_a_write_of_any_length_goes_over_bluetooth(size):
 
 def test_a_telegram_in_pieces_on_the_stream_waits_for_its_end():
     bench = Bench(SimBrick())
+    bench.control("!btmode 1")
     assert bench.control("!bt 02") == ""
     assert bench.control("!bt 00000b0200") == "0500020b004a1e"
     assert bench.control("!bt 000b") == "0500020b004a1e"
