@@ -117,10 +117,13 @@ class Supply(SleepTimer):
 
     def _answers(self, now_ms: int) -> bool:
         """Whether a button closes the warning: one pressed since then, or left or right when it counts again."""
-        if self.state != UiState.LOW_BATTERY or now_ms < self._warned_ms + times.WARNING_DEAF_MS:
+        if self.state != UiState.LOW_BATTERY or self._warning_is_new(now_ms):
             return False
         key = self._keys.read(self.buttons, now_ms)
         return self._answered or (key is not None and not self._disabled(key))
+
+    def _warning_is_new(self, now_ms: int) -> bool:
+        return self.state == UiState.LOW_BATTERY and now_ms < self._warned_ms + times.WARNING_DEAF_MS
 
     def _disabled(self, key: int) -> bool:
         return bool(self.flags & (UiFlag.DISABLE_EXIT if key == Key.EXIT else UiFlag.DISABLE_LEFT_RIGHT_ENTER))

@@ -228,8 +228,7 @@ class UiModule(Boot):
 
     def _deaf(self, now_ms: int) -> bool:
         """Whether a key of the map waits: a button is held, or the warning is new."""
-        new = self.state == UiState.LOW_BATTERY and now_ms < self._warned_ms + times.WARNING_DEAF_MS
-        return new or self._keys.held(self.buttons) is not None
+        return self._warning_is_new(now_ms) or self._keys.held(self.buttons) is not None
 
     @property
     def _shows_message(self) -> bool:

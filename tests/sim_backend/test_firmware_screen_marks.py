@@ -15,6 +15,13 @@ def write(bench, name, value):
     bench.telegram(UI.field(name).write(value).encode().hex())
 
 
+def press(bench, keys, passes=40):
+    """Press keys by the map, each when the menu is drawn: after so many passes."""
+    for key in keys:
+        bench.control(f"!tick {passes}")
+        write(bench, "Button", KEYS[key])
+
+
 def masks(bench, passes):
     """Both masks in each pass."""
     request = DISPLAY.field("EraseMask").read().encode().hex()[:-4] + "0800"
@@ -43,9 +50,7 @@ def masks(bench, passes):
 )
 def test_a_page_of_the_menus_is_drawn_when_state_6_ends(firmware, keys, expected):
     bench = Bench(SimBrick(firmware=firmware))
-    for key in keys:
-        bench.control("!tick 40")
-        write(bench, "Button", KEYS[key])
+    press(bench, keys)
     assert masks(bench, len(expected.split())) == expected
 
 
@@ -77,9 +82,7 @@ def test_lists_and_pages_of_files_are_drawn(files, keys, expected):
     bench = Bench(SimBrick())
     for number in range(files):
         store(bench.brick, f"{number}.rxe", b"a")
-    for key in keys:
-        bench.control("!tick 60")
-        write(bench, "Button", KEYS[key])
+    press(bench, keys, 60)
     assert masks(bench, len(expected.split())) == expected
 
 
@@ -120,9 +123,7 @@ def test_icons_that_changed_are_drawn_with_the_next_sample_of_the_battery(name, 
 
 def test_a_page_changes_the_volume_when_its_state_6_ends():
     bench = Bench(SimBrick())
-    for key in "lleer":
-        bench.control("!tick 40")
-        write(bench, "Button", KEYS[key])
+    press(bench, "lleer")
     volumes = []
     for _ in range(5):
         volumes.append(bench.brick.ui.volume)

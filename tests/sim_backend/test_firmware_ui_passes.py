@@ -19,6 +19,9 @@ OFF = ["!button 1", "!tick 5", "!button 0", "!tick 5", "!button 8", "!tick 500",
 ON = [*OFF, "!button 8", "!tick 5", "!button 0"]
 """Switch the brick off in the menu, and on again."""
 
+FORCE_OFF = "019501000c002700010001"
+"""Write 1 to ForceOff in the map."""
+
 UI, BUTTON = "019401000c001a000200", "019401000c001a000300"
 STATUS, POWER = "0194010001001c000400", "01940100060000000200"
 FLAGS, MASKS, CENTERED = "019401000a0075000100", "019401000a0004000800", "019401000a0076000100"
@@ -71,28 +74,28 @@ CASES = [
     (
         "ForceOff acts in a start",
         [*ON],
-        {200: "019501000c002700010001"},
+        {200: FORCE_OFF},
         UI,
         "4002*165 4102*35 4106*100",
     ),
     (
         "and leaves a program",
         [*PROGRAM, *START],
-        {30: "019501000c002700010001"},
+        {30: FORCE_OFF},
         UI,
         "e00d e00e*7 e60e*22 e606*3 e006*27",
     ),
     (
         "which it stops in the next pass",
         [*PROGRAM, *START],
-        {30: "019501000c002700010001"},
+        {30: FORCE_OFF},
         STATUS,
         "00010000*7 00010100 02010000*23 02010001 04010000*28",
     ),
     (
         "and a warning",
         ["!battery 430", "!tick 1500"],
-        {30: "019501000c002700010001"},
+        {30: FORCE_OFF},
         UI,
         "c00f*30 c006*30",
     ),
@@ -106,14 +109,14 @@ CASES = [
     (
         "the map shows the power a pass earlier",
         [],
-        {0: "019501000c002700010001"},
+        {0: FORCE_OFF},
         POWER,
         "0000*6 005a*251 0000*43",
     ),
     (
         "and the display",
         [],
-        {0: "019501000c002700010001"},
+        {0: FORCE_OFF},
         FLAGS,
         "83*2 82*13 02 82*14",
     ),
@@ -217,21 +220,21 @@ CASES = [
     ),
     (
         "a file that is started at once keeps the brick on",
-        [*PROGRAM, "019501000c002700010001", *START],
+        [*PROGRAM, FORCE_OFF, *START],
         {},
         POWER,
         "0000*60",
     ),
     (
         "and one that is started five passes later does not",
-        [*PROGRAM, "019501000c002700010001", "!tick 5", *START],
+        [*PROGRAM, FORCE_OFF, "!tick 5", *START],
         {},
         POWER,
         "005a*60",
     ),
     (
         "ForceOff acts again while the brick is off",
-        ["019501000c002700010001", "!tick 500", "019501000c002700010001"],
+        [FORCE_OFF, "!tick 500", FORCE_OFF],
         {},
         POWER,
         "0000*6 005a*251 0000*43",

@@ -70,7 +70,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
     args = parser.parse_args(argv)
     cv2.setNumThreads(1)
-    outcomes, right, times_ms = Counter[str](), Counter[str](), {"one": [0.0], "three": [0.0], "all": [0.0]}
+    outcomes, right = Counter[str](), Counter[str]()
+    times_ms: list[tuple[float, float, float]] = []
     with tempfile.TemporaryDirectory() as text:
         files = write_prints(Path(text))
         names = list(files)[: args.pictures]
@@ -80,16 +81,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         few = {name: detectors[name] for name in names[:FEW]}
         for image, shown, u, v, height_px in frames(room, names, args.frames):
             alone = {name: timed({name: one}, image) for name, one in detectors.items()}
-            together, all_ms = timed(detectors, image)
-            times_ms["one"].append(fmean(took_ms for _, took_ms in alone.values()))
-            times_ms["three"].append(timed(few, image)[1])
-            times_ms["all"].append(all_ms)
+            together, took_ms = timed(detectors, image)
+            times_ms.append((fmean(each_ms for _, each_ms in alone.values()), timed(few, image)[1], took_ms))
             outcomes.update(compared(alone[name][0][name], together[name]) for name in names)
             for how, found in (("alone", alone[shown][0][shown]), ("at once", together[shown])):
                 right[how] += any(is_right(one, u, v, height_px) for one in found)
     print(f"{outcomes.total()} looks for {len(names)} pictures: {dict(outcomes)}")
     print(f"the print that is shown was found at its place: {dict(right)}")
-    one_ms, few_ms, all_ms = (fmean(each[2:]) for each in times_ms.values())  # without the first look
+    one_ms, few_ms, all_ms = (fmean(each) for each in zip(*times_ms[1:], strict=True))  # without the first look
     print(f"CPU ms: one {one_ms:.1f}; {FEW} at once {few_ms:.1f}, {few_ms / one_ms:.2f} times as long; ", end="")
     print(f"{len(names)} at once {all_ms:.1f}, {all_ms / one_ms:.2f} times as long")
     return 0

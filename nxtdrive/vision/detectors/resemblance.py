@@ -8,6 +8,7 @@ places that the picture does not explain are left out. What remains is correlate
 from __future__ import annotations
 
 import math
+import statistics
 from typing import Any, NamedTuple
 
 import cv2
@@ -111,12 +112,12 @@ def _measured(
     # A channel that is cut is measured worst: its brightest values are missing.
     best = measured & (shares >= shares[measured].max() - 0.1)
     offsets = mean_seen - gains * mean_picture
-    haze = _middle(offsets[best])
-    if _middle(gains[best]) < LEAST_GAIN or (shares.min() > WELL_LIT and haze > MOST_HAZE):
+    haze = _median(offsets[best])
+    if _median(gains[best]) < LEAST_GAIN or (shares.min() > WELL_LIT and haze > MOST_HAZE):
         return np.zeros_like(gains), np.zeros_like(offsets)
     offsets = offsets.clip(haze - HAZE_COLOR, haze + HAZE_COLOR)
     gains = (product - offsets * mean_picture) / np.maximum(power, 1.0)
-    typical = _middle(gains[best])
+    typical = _median(gains[best])
     return np.where(measured, gains, typical).clip(typical / GAIN_RATIO, typical * GAIN_RATIO), offsets
 
 
@@ -131,10 +132,9 @@ def _score(seen: NDArray[np.float32], expected: NDArray[np.float32], where: NDAr
     return math.copysign(math.sqrt(min(1.0, abs(explained))), explained)
 
 
-def _middle(values: NDArray[np.floating[Any]]) -> float:
+def _median(values: NDArray[np.floating[Any]]) -> float:
     """Return the median of up to three values, for which `np.median` takes twenty times as long."""
-    ordered = sorted(values.tolist())
-    return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    return float(statistics.median(values.tolist()))
 
 
 def _darkest(image: NDArray[np.float32]) -> NDArray[np.float32]:
