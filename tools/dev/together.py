@@ -89,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"{outcomes.total()} looks for {len(names)} pictures: {dict(outcomes)}")
     print(f"the print that is shown was found at its place: {dict(right)}")
     one_ms, few_ms, all_ms = (fmean(each) for each in zip(*times_ms[1:], strict=True))  # without the first look
-    print(f"CPU ms: one {one_ms:.1f}; {FEW} at once {few_ms:.1f}, {few_ms / one_ms:.2f} times as long; ", end="")
+    print(f"CPU ms: one {one_ms:.1f}; {len(few)} at once {few_ms:.1f}, {few_ms / one_ms:.2f} times as long; ", end="")
     print(f"{len(names)} at once {all_ms:.1f}, {all_ms / one_ms:.2f} times as long")
     return 0
 
