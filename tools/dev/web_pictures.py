@@ -22,7 +22,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-SIZES = {"web-phone": (390, 844), "web-beamer": (1920, 1080)}
+SIZES = {"web-phone": (390, 844), "web-screen": (1440, 1110)}
 DECISIONS = 2
 WAIT_S = 240
 COLORS = 256

@@ -1,14 +1,16 @@
-"""The page in a real browser: drive, stop, run a mission, confirm a recovery; on a phone and on a beamer."""
+"""The page in a real browser: drive, stop, run a mission, confirm a recovery; on a phone and on a large screen."""
 
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -40,6 +42,27 @@ const at = document.activeElement, style = getComputedStyle(at);
 const outline = style.outlineStyle === "none" ? "none" : style.outlineWidth;
 return [at === document.body ? "" : at.id || at.textContent, outline];
 """
+
+PROTRUDING = """
+return [...document.querySelectorAll("section")].flatMap((panel) => {
+  const { right } = panel.getBoundingClientRect();
+  const inside = [...panel.querySelectorAll("*")].filter((each) => each.checkVisibility());
+  return inside.filter((each) => each.getBoundingClientRect().right > right).map((each) => each.id || each.outerHTML);
+});
+"""
+
+SECOND_MAP = """
+const done = arguments[0];
+Promise.all([import("./connection.js"), import("./map.js")]).then(([{ Connection }, { FloorMap }]) => {
+  const connection = new Connection();
+  const checked = { checked: true, addEventListener() {} };
+  window.map = new FloorMap(connection, document.createElement("canvas"), { grid: checked, belief: checked });
+  const seen = () => { window.after = true; };
+  connection.on("ended", () => connection.on("state", () => connection.on("true_room", seen)));
+  done();
+});
+"""
+"""Shows the same messages on a map that the test can read."""
 
 pytestmark = [
     pytest.mark.slow,
@@ -160,6 +183,22 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
         assert not browser.find_element(By.ID, "notice").is_displayed()
 
 
+def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_path):
+    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    with _serving(browser, tmp_path, "web", "--nxt", "sim://open?pace=fast", "--port", "0") as lines:
+        browser.get(re.findall(r"http\S+", lines[-1])[0])
+        _until(browser, "doing", "stopped")
+        browser.execute_async_script(SECOND_MAP)
+        Select(browser.find_element(By.ID, "mission")).select_by_value("quick.toml")
+        browser.find_element(By.ID, "start").click()
+        _until(browser, "lines", "lena reached")
+        WebDriverWait(browser, WAIT_S).until(lambda page: page.execute_script("return window.after === true"))
+        path, pose, origin = browser.execute_script("return [map.path, map.pose, map.room.origin]")
+    assert math.hypot(*pose[:2]) > 500, "the robot drove to the target"
+    assert origin == pytest.approx(pose, abs=1), "the true room lies elsewhere"
+    assert max(math.dist(a[:2], b[:2]) for a, b in pairwise(path)) < 300, "the path jumps"
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url, scheme):
     feature = {"name": "prefers-color-scheme", "value": scheme}
@@ -257,13 +296,26 @@ def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "saved").text == "saved")
 
 
-def test_a_large_screen_shows_the_page_without_scrolling(browser, url):
-    size = {"width": 1920, "height": 1080, "deviceScaleFactor": 1, "mobile": False}
+def _resize(browser: WebDriver, width: int, height: int) -> None:
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
+@pytest.mark.parametrize(("size", "panel"), [((1920, 1080), "chart-panel"), ((1280, 800), "decision-panel")])
+def test_a_screen_shows_what_matters_without_scrolling(browser, url, size, panel):
+    _resize(browser, *size)
     browser.get(url)
     _until(browser, "doing", "stopped")
-    assert browser.execute_script("return document.getElementById('chart-panel').getBoundingClientRect().bottom") < 1080
-    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    script = "return document.getElementById(arguments[0]).getBoundingClientRect().bottom"
+    assert browser.execute_script(script, panel) <= size[1]
+
+
+def test_nothing_protrudes_from_its_panel(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "stopped")
+    for size in ((390, 844), (700, 900), (1024, 768), (1280, 800), (1920, 1080)):
+        _resize(browser, *size)
+        assert browser.execute_script(PROTRUDING) == [], size
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])

@@ -17,11 +17,12 @@ export class FloorMap {
     this.clear();
     this.robot = USUAL;
     connection.on("run", ({ robot }) => { this.robot = robot; this.clear(); });
-    connection.on("state", (state) => this.moved(state.pose, state.range_mm));
+    connection.on("ended", () => { this.origin = this.pose; });
+    connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm));
     connection.on("record", ({ record }) => this.record(record));
     connection.on(`image ${GRID}`, ({ bitmap }) => { this.grid = tinted(bitmap, gridColour); this.draw(); });
     connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); this.draw(); });
-    connection.on("true_room", (room) => { this.room = room; this.draw(); });
+    connection.on("true_room", (room) => { this.room = { ...room, origin: this.origin }; this.draw(); });
     for (const layer of Object.values(layers)) layer.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -32,6 +33,7 @@ export class FloorMap {
     this.sightings = new Map();
     this.marks = [];
     this.pose = [0, 0, 0];
+    this.origin = [0, 0, 0]; // of the messages' frame: after a mission it begins where the robot stands
     this.range = null;
     this.grid = this.belief = this.room = null;
     this.box = [0, 0, 0, 0]; // least and greatest x, least and greatest y
@@ -104,11 +106,13 @@ export class FloorMap {
     context.strokeStyle = "#a020a0";
     context.lineWidth = wide;
     context.beginPath();
-    for (const [x0, y0, x1, y1] of this.room.lines) {
+    const { origin, lines, pose } = this.room;
+    for (const line of lines) {
+      const [x0, y0] = placed(origin, line), [x1, y1] = placed(origin, line.slice(2));
       context.moveTo(y0, -x0);
       context.lineTo(y1, -x1);
     }
-    const [x, y, heading] = this.room.pose, [noseX, noseY] = ahead([x, y, heading], 130, 0);
+    const [x, y, heading] = placed(origin, pose), [noseX, noseY] = ahead([x, y, heading], 130, 0);
     context.moveTo(y + 100, -x);
     context.arc(y, -x, 100, 0, 2 * Math.PI);
     context.moveTo(y, -x);
@@ -160,6 +164,12 @@ export class FloorMap {
 function ahead([x, y, heading], distance, bearing) {
   const angle = ((heading + bearing) * Math.PI) / 180;
   return [x + distance * Math.cos(angle), y + distance * Math.sin(angle)];
+}
+
+// a pose, or a place, of the frame that begins at `origin`
+function placed(origin, [x, y, heading = 0]) {
+  const [aheadX, aheadY] = ahead(origin, x, 0);
+  return [...ahead([aheadX, aheadY, origin[2]], y, 90), origin[2] + heading];
 }
 
 function wedge(context, pose, half, distance, colour) {

@@ -56,15 +56,18 @@ export class Decisions {
     table.createCaption().textContent = "What could be done";
     const head = table.createTHead().insertRow();
     const played = candidates.some(({ cost_s }) => cost_s);
-    const titles = ["", "candidate", "takes", "chance", "per success", ...(played ? ["what if"] : [])];
+    const titles = ["candidate", "takes", "chance", "per success", ...(played ? ["what if"] : [])];
     for (const title of titles) head.append(element("th", title));
+    const body = table.createTBody();
     candidates.forEach((each, index) => {
-      const row = table.insertRow();
-      const cells = [index === chosen ? "chosen" : "", each.text, seconds(each.seconds), chance(each.chance), seconds(each.expected_s)];
+      const row = body.insertRow();
+      const cells = [`${index === chosen ? "chosen: " : ""}${each.text}`, seconds(each.seconds), chance(each.chance), seconds(each.expected_s)];
       if (played) cells.push(cost(each));
       row.append(...cells.map((text) => element("td", text)));
       row.title = each.why;
-      row.classList.toggle("chosen", index === chosen);
+      if (index !== chosen) return;
+      row.className = "chosen";
+      body.prepend(row);
     });
     return table;
   }

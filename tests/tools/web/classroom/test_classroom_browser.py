@@ -1,4 +1,4 @@
-"""The page of a class in a real browser: twelve robots, on a phone and on a beamer."""
+"""The page of a classroom in a real browser: twelve robots, on a phone and on a large screen."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytestmark = [
 
 @pytest.fixture
 def url(tmp_path) -> Iterator[str]:
-    """The page of a class that runs."""
+    """The page of a classroom that runs."""
     command = [sys.executable, "-m", "nxtdrive", "web", "--classroom", str(ROBOTS), "--port", "0"]
     server = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
