@@ -65,7 +65,8 @@ def read_text(path: Path, limit: int) -> str:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputFileError(f"{path} is not a text file in UTF-8 ({error}). Save it as UTF-8.") from None
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputFileError(f"{path} is not a text file in UTF-8: see line {line}. Save it as UTF-8.") from None
     return text.replace("\r\n", "\n")
 
 

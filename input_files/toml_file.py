@@ -12,6 +12,9 @@ from input_files.plain import MAX_DEPTH, MEGABYTE, InputFileError, is_too_large,
 MAX_BYTES = MEGABYTE // 4
 """A mission or a world has some thousand bytes."""
 
+SHOWN = 100
+"""Characters of a line that a message shows at most."""
+
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_DEPTH}}}")
 """A dotted key of more parts than tables may be deep: tomllib needs memory by the square of their number."""
@@ -29,8 +32,17 @@ def read_toml(path: Path) -> dict[str, Any]:
     except RecursionError:
         reason = f"nested more than {MAX_DEPTH} levels deep"
     except ValueError as error:
-        reason = str(error)
+        reason = f"{error}{_line_of(error, text)}"
     raise InputFileError(f"{path} is not TOML: {reason}. Correct it there.")
+
+
+def _line_of(error: ValueError, text: str) -> str:
+    """Return the line that an error of tomllib names, or nothing."""
+    number = re.search(r"\(at line (\d+), column \d+\)$", str(error))
+    if number is None:
+        return ""
+    line = text.split("\n")[int(number[1]) - 1].strip()
+    return f": `{line[:SHOWN]}`"
 
 
 def _parse(text: str) -> dict[str, Any]:

@@ -73,6 +73,8 @@ def run(args: argparse.Namespace) -> int:
         mission = load(args.mission, args.robot)
     examination, findings = _Examination(args, mission), []
     for finding in examination.findings():
+        if any(finding.text == known.text for known in findings):  # what is missing shows again at the opening
+            continue
         findings.append(finding)
         if not args.json:
             _print(finding)

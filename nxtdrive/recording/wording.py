@@ -79,13 +79,13 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
         yield _blocker_words(evidence.blocker)
         yield _detour_words(evidence)
     if evidence.here:
-        yield f"another look from here: {evidence.here.seconds:.0f} s, {evidence.here.chance:.0%} by the belief"
+        yield f"another look from here: {evidence.here.seconds:.0f} s, {evidence.here.chance:.0%} by the world model"
     if evidence.viewpoints:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
         count = len(evidence.viewpoints)
         places = "1 other place" if count == 1 else f"{count} other places"
-        yield f"{places} to look from: nearest in {nearest:.0f} s, best {best:.0%} by the belief"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, best {best:.0%} by the world model"
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
         yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"

@@ -61,7 +61,7 @@ def open_camera(
     if (number := _webcam_number(source)) is not None:
         return LiveCamera(
             f"Camera {number}",
-            "Is it plugged in, and does no other program use it? Other cameras have the numbers 0, 1, 2...",
+            "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2...",
             lambda: _open_webcam(number),
             clock,
             open_timeout_s,

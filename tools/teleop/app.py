@@ -81,12 +81,12 @@ class Teleop(App[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "emergency_stop", "STOP", priority=True),
         Binding("question_mark", "keys", "keys", key_display="?"),
-        Binding("escape", "close", "leave", priority=True, key_display="esc"),
+        Binding("escape", "close", "quit", priority=True, key_display="esc"),
         Binding("enter", "release", "release"),
         Binding("plus,equals_sign", f"faster({STEP_PERCENT})", "faster", key_display="+"),
         Binding("minus", f"faster({-STEP_PERCENT})", "slower", key_display="-"),
         Binding("x", "let_go", "halt"),
-        Binding("ctrl+c,ctrl+q", "leave", "leave", priority=True, show=False),
+        Binding("ctrl+c,ctrl+q", "leave", "quit", priority=True, show=False),
     ]
 
     class Ended(Message):
@@ -250,9 +250,10 @@ def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool =
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
     speed = f"{view.speed_mm_s:+z.0f} mm/s  ({view.percent} %)"
     power, link = f"{view.battery_mv / 1000:.2f} V", f"{view.latency_ms:.0f} ms"
+    seen = view.eyes or camera
     if compact:
         bumper = "  BUMPER PRESSED" if view.touching else ""
-        rows = {"speed": speed, "ahead": ahead + bumper, "power": f"{power}, link {link}", "eyes": view.eyes or camera}
+        rows = {"speed": speed, "ahead": ahead + bumper, "power": f"{power}, link {link}", "camera": seen}
     else:
         rows = {
             "speed": speed,
@@ -263,9 +264,9 @@ def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool =
             "heading": f"{view.pose.heading_deg:z.0f}°",
             "battery": power,
             "link": link,
-            "eyes": view.eyes or camera or "no target (--target NAME)",
+            "camera": seen or "no target (--target NAME)",
             "gamepad": gamepad or "off (--gamepad)",
         }
-    keys = "" if compact else "\n\narrows, WASD: drive   ?: all keys\nhold to go on, let go to stop"
+    keys = "" if compact else "\n\narrows, WASD: drive   ?: all keys\nhold to drive, let go to stop"
     state = view.state if compact else f"state    {view.state}"
     return "\n".join(map(printable, [state, *(f"{label:<8} {text}" for label, text in rows.items() if text)])) + keys

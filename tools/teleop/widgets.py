@@ -38,7 +38,7 @@ Q  E          bend left, right
 X             halt
 space         STOP until Enter
 Enter         release the stop
-Esc  Ctrl-C   stop and leave
+Esc  Ctrl-C   stop and quit
 A key counts for half a second.
 
 left stick    drive and steer

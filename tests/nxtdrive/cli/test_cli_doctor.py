@@ -88,6 +88,7 @@ def test_without_a_brick_the_exit_code_says_so(capsys, monkeypatch):
     assert not report["brick"]
     assert findings["USB"]["verdict"] == "problem"
     assert findings["camera"]["verdict"] == "warning"
+    assert report["problems"] == 1, "one that is missing is one problem"
 
 
 def test_an_unknown_address_is_a_usage_error(capsys):

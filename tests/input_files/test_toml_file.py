@@ -1,0 +1,35 @@
+"""What is wrong with a file that is not TOML, and where."""
+
+import pytest
+
+from input_files.plain import InputFileError
+from input_files.toml_file import read_toml
+
+
+def _refusal(path, content):
+    path.write_bytes(content)
+    with pytest.raises(InputFileError) as refusal:
+        read_toml(path)
+    return str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "line", [b"detector = picture  # without quotes", b'targets = ["cat" "dog"]', b'name = "a mission without an end']
+)
+def test_the_line_with_the_mistake_is_shown(tmp_path, line):
+    said = _refusal(tmp_path / "cat.toml", b"[mission]\n\n" + line + b"\n[target]\n")
+    assert "cat.toml is not TOML: " in said
+    assert f"`{line.decode()}`" in said
+
+
+def test_a_long_line_is_cut(tmp_path):
+    said = _refusal(tmp_path / "cat.toml", b"a = b" + b"c" * 1000)
+    assert len(said) < 300
+
+
+def test_a_mistake_at_the_end_of_the_file_has_no_line(tmp_path):
+    assert "`" not in _refusal(tmp_path / "cat.toml", b"targets = [")
+
+
+def test_the_line_that_is_not_utf_8_is_named(tmp_path):
+    assert "line 3" in _refusal(tmp_path / "cat.toml", '[mission]\n\nname = "Kätzchen"'.encode("latin-1"))
