@@ -71,7 +71,8 @@ def run(args: argparse.Namespace) -> int:
         from nxtdrive.mission.setup import load
 
         mission = load(args.mission, args.robot)
-    examination, findings = _Examination(args, mission), []
+    examination = _Examination(args, mission)
+    findings: list[Finding] = []
     for finding in examination.findings():
         if any(finding.text == known.text for known in findings):  # what is missing shows again at the opening
             continue
