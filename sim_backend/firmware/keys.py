@@ -21,7 +21,10 @@ class Key(IntEnum):
     EXIT = 4
 
 
-KEYS = ((0, Key.EXIT), (3, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
+ENTER = 3
+"""Number of the enter button in the button module."""
+
+KEYS = ((0, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
 """Numbers of the button module and their keys; of several the first one counts."""
 
 

@@ -133,13 +133,17 @@ class Menu:
         if asked:
             self._place.pop()
 
+    def show_page(self) -> None:
+        """Show the page again of the file that was started there."""
+        self.shows_key, self._steps, self._drawn, self.runs = True, [], marks.PAGE, ""
+
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
         self._steps = [(UiState.DRAWING, drawn) for drawn in _FILE_PAGE]
         if self._is_list(tuple(self._place[:-1])):
             del self._steps[1:]
-            self._draw_last(marks.MENU, *self._list_drawn(self._items(_PROGRAMS)))
+            self._draw_list(_PROGRAMS)
 
     def go_on_from(self, state: int) -> None:
         """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
@@ -199,7 +203,8 @@ class Menu:
         return self._state
 
     def interrupt(self) -> None:
-        """Forget the states to come: a file is started, whose page follows."""
+        """Draw what the present state draws, and forget the states to come: a file is started, whose page follows."""
+        self._screen.mark(self._drawn)
         self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
 
     def _answer(self, key: int) -> None:
@@ -250,7 +255,9 @@ class Menu:
         return self._files(_EXTENSIONS[menu[-1]])
 
     def _list_drawn(self, files: int) -> list[Marks]:
-        """What is drawn, pass by pass, to show a list of files from its first one on."""
+        """What is drawn, pass by pass, to show a list of files from its first one on, behind the menu."""
+        if not files:
+            return [NOTHING] * (_NO_FILE_MS - 1)
         return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
 
     def _is_page(self, menu: tuple[int, ...]) -> bool:
@@ -277,7 +284,15 @@ class Menu:
         elif self.program.is_step(self._place):
             self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
         if self._is_list(menu):
-            self._draw_last(marks.MENU, *self._list_drawn(self._items(menu)))
+            self._draw_list(menu)
+
+    def _draw_list(self, menu: tuple[int, ...]) -> None:
+        """Show a list after the page of a file, or leave it if it is empty."""
+        files = self._items(menu)
+        self._draw_last(marks.MENU, *self._list_drawn(files))
+        if not files:
+            self._place.pop()
+            self._show(UiState.EXIT)
 
     def _set_volume(self, volume: int) -> None:
         self._settings.volume = volume
@@ -316,7 +331,7 @@ class Menu:
             self._set = partial(self._delete, self._file)
             self._draw_last(*[NOTHING] * _DELETED_MS)
             self._show(UiState.EXIT)
-            self._draw_last(*([marks.MENU, *self._list_drawn(left)] if left else [NOTHING] * _NO_FILE_MS))
+            self._draw_last(marks.MENU if left else NOTHING, *self._list_drawn(left))
             self._place[-1] = 0
             if not left:
                 self._place.pop()

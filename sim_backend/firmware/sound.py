@@ -119,10 +119,15 @@ class SoundModule:
         self.state, self.volume = int(SoundState.STOP), volume
         self.due_ms = self._clock.now_ms + 1
 
+    def break_off(self) -> None:
+        """Stop the sound in the next pass, and forget one that is about to start."""
+        self.state, self.flags = int(SoundState.STOP), self.flags & ~int(SoundFlag.UPDATE)
+        self.due_ms = self._clock.now_ms + 1
+
     @property
     def playing(self) -> bool:
-        """Whether a tone or file is playing."""
-        return bool(self.flags & SoundFlag.RUNNING)
+        """Whether a tone or file is playing, or about to."""
+        return bool(self.flags & (SoundFlag.RUNNING | SoundFlag.UPDATE))
 
     def wake(self) -> None:
         """Check the flags in the next pass: they were written through the map."""
@@ -135,9 +140,9 @@ class SoundModule:
         self.flags |= SoundFlag.UPDATE
         self.due_ms = self._clock.now_ms + 1
 
-    def play_own(self, name: bytes, volume: int) -> None:
-        """Play a sound of the user interface in the next pass, if its file exists."""
-        self.volume, before = volume, self.name
+    def play_own(self, name: bytes, volume: int | None = None) -> None:
+        """Play a sound of the user interface in the next pass, if its file exists; the name ends with a zero."""
+        self.volume, before = self.volume if volume is None else volume, self.name
         self.play_file(unpack_name(before), loop=False)
         self.name = name + before[len(name) :]
 

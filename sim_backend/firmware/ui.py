@@ -7,36 +7,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_protocol.iomap import ProgramStatus, UiFlag
+from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
-from sim_backend.firmware.boot import Boot
 from sim_backend.firmware.button import Button
+from sim_backend.firmware.file_runner import FileRunner
 from sim_backend.firmware.io_control import IoControl
-from sim_backend.firmware.keys import KEYS, Key, Keys
+from sim_backend.firmware.keys import ENTER, KEYS, Key, Keys
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.names import NAME_SIZE, extension, pack_name, unpack_name
+from sim_backend.firmware.names import pack_name
 from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.sound import ATTENTION, CLICK, MAX_VOLUME, SoundModule
+from sim_backend.firmware.sound import ATTENTION, CLICK, SoundModule
 from sim_backend.firmware.ui_states import Run, UiState
 from sim_backend.firmware.versions import Version
 
-_EXIT_MASK, _ENTER = 1, 3
+_EXIT_MASK, _ENTER_MASK = 1, 1 << ENTER
 
 
-class UiModule(Boot):
+class UiModule(FileRunner):
     """Battery supervision, sleep timer, and the starting of files.
 
     Attributes:
-        due_ms: See `Module`.
         buttons: The buttons; set by the brick.
-        program_name: The file to start, 20 bytes.
-        button: A button pressed through the map, 0 for none.
-        volume: Volume of the menu, which SetProperty changes along with the sound module's.
     """
 
     def __init__(
@@ -48,19 +44,15 @@ class UiModule(Boot):
         loader: Loader,
         version: Version,
     ) -> None:
-        super().__init__(clock, io_control, screen)
-        self._sound, self._on_restart, self.volume = sound, loader.restore_settings, MAX_VOLUME
-        self.button = self.error = self.pointer = 0
-        self.program_name = bytes(NAME_SIZE)
-        self.run_state, self.usb_state, self._run, self._file = 1, 2, Run.TONE, bytes(NAME_SIZE)
-        self._event_ms = NEVER
-        self._menu_opened_ms = self._delay_ms = self._message_ends_ms = 0
+        super().__init__(clock, io_control, screen, sound)
+        self._on_restart = loader.restore_settings
+        self.error = self.pointer = 0
+        self.run_state, self.usb_state = 1, 2
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
         self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=version.data_log)
         self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
-        self.due_ms = 0
 
     @property
     def program_steps(self) -> ProgramSteps:
@@ -110,11 +102,11 @@ class UiModule(Boot):
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
             self._timer_started_ms = self._clock.now_ms
-            kept = self._enter_keeps_program and buttons >> _ENTER & 1
+            kept = self._enter_keeps_program and buttons & _ENTER_MASK
             if self._runs_program and buttons & _EXIT_MASK and not kept and self.programs.active:
                 self.programs.stop()
         if not self._in_menu and self._off_ms == NEVER:
-            if not self.runs_file:
+            if not (self.runs_file or self.state == UiState.OPENING):
                 self._keys.read(self.buttons, self._clock.now_ms)
             for number, key in KEYS[::-1]:
                 if buttons >> number & 1:
@@ -124,15 +116,9 @@ class UiModule(Boot):
         self.wake()
 
     def _clicks(self, key: int) -> bool:
-        """Whether a button clicks: not while a file is opened, and while a program runs only exit, disabled or not."""
-        if self._runs_program:
-            return key == Key.EXIT
-        opens = self.runs_file and self._run in (Run.TONE, Run.RELEASE, Run.TO_OPEN)
-        return not (opens or self.state in (UiState.OPENING, UiState.REPORT) or self._disabled(key))
-
-    @property
-    def _runs_program(self) -> bool:
-        return self.runs_file and self._run is Run.PROGRAM
+        """Whether a press clicks at once; sounds and messages about a file's end read keys themselves."""
+        silent = self.runs_file or self.state in (UiState.OPENING, UiState.REPORT)
+        return not (silent or self._disabled(key))
 
     def switch_off(self) -> None:
         """Switch the brick off: exit was held, which counts only in the menus and messages."""
@@ -140,24 +126,10 @@ class UiModule(Boot):
         self.force_off = int(self._off_ms == NEVER and not (self._starting or file_runs))
         self.wake()
 
-    def wake(self) -> None:
-        """Run in this module's next turn."""
-        self.due_ms = self._event_ms = self._clock.now_ms
-
-    def wake_later(self) -> None:
-        """Run in the next pass."""
-        self.due_ms = self._event_ms = min(self.due_ms, self._clock.now_ms + 1)
-
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
         self.flags = self.flags & ~int(UiFlag.ENABLE_STATUS) | shown * int(UiFlag.ENABLE_STATUS)
         self.wake()
-
-    def program_ended(self) -> None:
-        """Show the end of a program from the next pass on."""
-        if self._runs_program:
-            self._run, self._next_step_ms = Run.PROGRAM_ENDED, self._clock.now_ms + 1
-            self._schedule()
 
     def run(self, now_ms: int) -> None:
         """Run one pass: battery, keys, files, supply."""
@@ -165,24 +137,30 @@ class UiModule(Boot):
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
-        if self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK:
-            self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
-            self.flags &= ~states.STATUS_WORK
         if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
             self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
             self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
         self.end_start()
         if self._in_menu or (self._off_ms != NEVER and not (self.runs_file or self._takes_keys)):
             self._read_keys(now_ms)
-        elif self._shows_message and self._keys.read(self.buttons, now_ms) is not None:
+        elif self._ends_message(now_ms):
+            self._sound.play_own(CLICK, self.volume)
             self._next_step_ms = self._message_ends_ms = now_ms
         elif self._answers(now_ms) or (self._takes_keys and self.button and not self._deaf(now_ms)):
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
+        if self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK:
+            self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
+            self.flags &= ~states.STATUS_WORK
         self.watch_start(now_ms)
         self.watch_supply()
         self._schedule()
+
+    def _ends_message(self, now_ms: int) -> bool:
+        """Whether a button ends the message about a file's end, which reads none in its last pass."""
+        unread = self._shows_message and now_ms < self._message_ends_ms
+        return unread and self._keys.read(self.buttons, now_ms) is not None
 
     @property
     def _in_menu(self) -> bool:
@@ -197,29 +175,13 @@ class UiModule(Boot):
         return self._clock.now_ms >= self._off_ms + times.DEAF_MS
 
     def _read_keys(self, now_ms: int) -> None:
-        """Follow a button, or the map's while none that is enabled is held, when the menu is drawn."""
-        if not self._reads_keys:
-            return
-        key: int | None = self._keys.read(self.buttons, now_ms)
-        held = self._keys.held(self.buttons)
-        from_map = held is None or self._disabled(held)
-        key = self.button if from_map else key
-        if not key:
-            return
-        if from_map:
-            self.button = 0
-        self._sound.play_own(CLICK, self.volume)
-        self._timer_started_ms = now_ms
-        if self._off_ms == NEVER:
+        """Follow a key when the menu is drawn."""
+        key = self._key(now_ms) if self._reads_keys else 0
+        if key and self._off_ms == NEVER:
             self._menu.press(key)
             self._show_key()
         elif key == Key.ENTER:
             self._next_step_ms, self._starting = now_ms + 1, True
-
-    @property
-    def runs_file(self) -> bool:
-        """Whether a file has the screen: a program, a sound, or the message about its end."""
-        return self.state == UiState.RUNNING or self._from_menu
 
     @property
     def _takes_keys(self) -> bool:
@@ -229,11 +191,6 @@ class UiModule(Boot):
     def _deaf(self, now_ms: int) -> bool:
         """Whether a key of the map waits: a button is held, or the warning is new."""
         return self._warning_is_new(now_ms) or self._keys.held(self.buttons) is not None
-
-    @property
-    def _shows_message(self) -> bool:
-        """Whether the end of a file is shown."""
-        return self.runs_file and self._run is Run.MESSAGE
 
     def _take_key(self) -> None:
         if not self._answered:
@@ -261,27 +218,12 @@ class UiModule(Boot):
         self.state, self.force_off = int(UiState.WAITING), self.force_off or int(self._menu.switches_off)
         self._menu.switches_off = False
 
-    def _run_from_menu(self) -> None:
-        """Run a file from its page; the state stays as it is."""
-        self.flags |= int(UiFlag.BUSY)
-        self._from_menu, self._run = True, Run.TONE
-        self._file, self._next_step_ms = pack_name(self._menu.runs), self._clock.now_ms + 1
-
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
         if self.flags & UiFlag.EXECUTE_FILE and not self.flags & UiFlag.BUSY:
             self._begin(now_ms)
         elif now_ms >= self._next_step_ms:
             self._advance(now_ms)
-
-    def _begin(self, now_ms: int) -> None:
-        """Accept a request; one in the next pass can still replace the file."""
-        self.flags |= int(UiFlag.BUSY)
-        self.state = int(UiState.OPENING)
-        self._menu.interrupt()
-        delay = dict(enumerate(times.MENU_DELAYS)).get(now_ms - self._menu_opened_ms, 0)
-        delay += self.battery.next_sample_ms(now_ms + times.STATUS_BAR_MS[0] - 1) - now_ms in times.STATUS_BAR_MS
-        self._timer_started_ms, self._next_step_ms, self._delay_ms = now_ms, now_ms + 1, delay
 
     def _advance(self, now_ms: int) -> None:
         self._next_step_ms = NEVER
@@ -292,82 +234,13 @@ class UiModule(Boot):
         elif self.state == UiState.OPENING:
             self.state, self._run = int(UiState.RUNNING), Run.TONE
             self._screen.mark(marks.OPENING)
-            self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS + self._delay_ms
+            self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS
         elif self.runs_file:
             self._continue(now_ms)
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
         elif self.state == UiState.QUESTION:
             self._sound.play_own(ATTENTION, self.volume)
-
-    def _continue(self, now_ms: int) -> None:
-        """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
-        match self._run:
-            case Run.TONE if self._sound.state:
-                self._next_step_ms = now_ms + 1
-            case Run.TONE:
-                self.flags |= int(UiFlag.BUSY)
-                known = extension(self._file) in (*states.PROGRAMS, states.SOUND, states.ON_BRICK)
-                wait_ms = times.RELEASE_MS if known else times.REFUSAL_MS - times.RELEASE_MS
-                self._run, self._next_step_ms = Run.RELEASE, now_ms + wait_ms
-                if self._from_menu:
-                    self._screen.mark(marks.OPENING)
-                self._screen.mark(marks.RUNNING)
-            case Run.RELEASE | Run.TO_OPEN if self.buttons[_ENTER].pressed:
-                self._run, self._next_step_ms = Run.RELEASE, now_ms + 1
-            case Run.RELEASE:
-                self._run, self._next_step_ms = Run.TO_OPEN, now_ms + times.RELEASE_MS
-            case Run.TO_OPEN:
-                self._open(now_ms)
-            case Run.PROGRAM if self.programs.active:
-                self.flags |= states.RUNNING_FLAGS
-            case Run.SOUND if self._sound.playing:
-                self._next_step_ms = now_ms + 1
-            case Run.MESSAGE if now_ms < self._message_ends_ms:
-                self._next_step_ms = self._message_ends_ms
-            case Run.MESSAGE:
-                self._open_menu()
-            case _:
-                self.flags = self.flags & ~(states.RUNNING_FLAGS | states.STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
-                if self._run is not Run.SOUND:
-                    self._sound.end_program(self.volume)
-                self._run = Run.MESSAGE
-                self._screen.mark(marks.MESSAGE)
-                self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
-
-    def _open(self, now_ms: int) -> None:
-        """Start a file by its extension; an unknown one leaves the user interface busy for ever, as on a real brick."""
-        kind, self._next_step_ms = extension(self._file), now_ms + 1
-        if kind in states.PROGRAMS:
-            if self.programs.status == ProgramStatus.IDLE:
-                self._run = Run.PROGRAM
-                self.programs.start(self._file)
-        elif kind == states.SOUND:
-            self._run, self._next_step_ms = Run.SOUND, now_ms + 2
-            self._sound.play_file(unpack_name(self._file), loop=False)
-        elif kind == states.ON_BRICK:
-            self._run = Run.SOUND
-        else:
-            self._show_menu()
-
-    def _open_menu(self) -> None:
-        """Accept buttons and requests again; a request made meanwhile is lost."""
-        self.flags &= ~int(UiFlag.BUSY)
-        self.programs.reset()
-        self._screen.mark(marks.CLOSING)
-        if self._from_menu:
-            self._from_menu, self._next_step_ms = False, self._clock.now_ms + 1
-            if self.flags & UiFlag.EXECUTE_FILE:
-                self._begin(self._clock.now_ms)
-            return
-        self._menu.show_file(unpack_name(self._file))
-        self._show_menu()
-
-    def _show_menu(self) -> None:
-        now_ms, self._off_ms = self._clock.now_ms, NEVER
-        self.flags &= ~int(UiFlag.EXECUTE_FILE)
-        self.state, self._menu_opened_ms, self._next_step_ms = int(UiState.MENU), now_ms, now_ms + 1
-        self._menu.redraw()
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms

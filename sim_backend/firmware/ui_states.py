@@ -53,6 +53,8 @@ RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 PROGRAMS, SOUND, ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
 """Files that can be started. Programs made on the brick are not simulated, only the message after them is shown."""
 
+KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
+
 STARTING: dict[int, tuple[UiState, int]] = {
     UiState.LOGO: (UiState.MELODY, 897),
     UiState.MELODY: (UiState.ENTRY, 1),
@@ -67,10 +69,10 @@ class Run(Enum):
     """What the state RUNNING waits for."""
 
     TONE = auto()
-    RELEASE = auto()
+    DRAWING = auto()
     TO_OPEN = auto()
     PROGRAM = auto()
-    PROGRAM_ENDED = auto()
+    ENDED = auto()
     SOUND = auto()
     MESSAGE = auto()
 

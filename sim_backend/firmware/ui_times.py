@@ -3,21 +3,6 @@
 FADE_MS = 2
 """Time from a request until the file waits for the end of a tone."""
 
-RELEASE_MS = 2
-"""Time from that wait until enter must not be held, and again from then to the start command.
-
-Without a tone, a program is active 8 ms after its request.
-"""
-
-STATUS_BAR_MS = range(3, 6)
-"""Passes after the request in which a battery sample delays the start command by one: the status bar is drawn."""
-
-MENU_DELAYS = (0, 0, 2, 1, 2, 1)
-"""Delay of the start command in passes by the time since the menu was opened."""
-
-REFUSAL_MS = 3
-"""Time from that wait until a file of unknown type has brought the menu back."""
-
 DISPLAY_OFF_MS, POWER_OFF_MS = 3, 7
 """Time from the decision to switch off until display and power go off."""
 
@@ -41,3 +26,6 @@ LOGO_MS = 2781
 
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""
+
+PLAYING_MS = 125
+"""How often the picture changes that the display shows while a sound file plays."""

@@ -1,11 +1,14 @@
-"""Worlds from a few lines of TOML, and wheels driven by hand."""
+"""Worlds from a few lines of TOML, wheels driven by hand, and a brick that is read in each pass."""
 
+import itertools
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from nxtdrive.tools.conformance.bench import Bench
+from sim_backend.firmware.brick import SimBrick
 from sim_backend.world.loading import parse_world
 from sim_backend.world.world import STEP_MS, World
 from sim_backend.world.world_file import WorldFile
@@ -52,3 +55,29 @@ def drive() -> Callable[..., None]:
                 world.step()
 
     return run
+
+
+@pytest.fixture
+def seen_in_passes() -> Callable[..., str]:
+    """Tells what is read in each pass, like `expected`: `60*2 8007` means 60 in two passes, and then 8007 in one.
+
+    The lines of `then`, by their passes, come in front of the reading; `setup` comes before all.
+    """
+
+    def see(setup: list[str], then: dict[int, str], read: str, expected: str) -> str:
+        bench = Bench(SimBrick())
+
+        def say(line: str) -> str:
+            return bench.control(line) if line.startswith("!") else bench.telegram(line)
+
+        for line in setup:
+            say(line)
+        seen = []
+        for number in range(sum(int(run.partition("*")[2] or 1) for run in expected.split())):
+            if number in then:
+                say(then[number])
+            seen.append(say(read)[18:])
+        runs = [(value, len(list(group))) for value, group in itertools.groupby(seen)]
+        return " ".join(value + f"*{times}" * (times > 1) for value, times in runs)
+
+    return see

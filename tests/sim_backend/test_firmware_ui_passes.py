@@ -1,11 +1,6 @@
 """Start, power, warnings and keys of the user interface, pass by pass. Each result is that of LEGO's firmware."""
 
-import itertools
-
 import pytest
-
-from nxtdrive.tools.conformance.bench import Bench
-from sim_backend.firmware.brick import SimBrick
 
 PROGRAM = [
     "0181676f2e727865000000000000000000000000000040000000",
@@ -365,20 +360,5 @@ CASES = [
 
 
 @pytest.mark.parametrize(("setup", "then", "read", "expected"), [pytest.param(*case, id=name) for name, *case in CASES])
-def test_the_passes_are_those_of_the_firmware(setup, then, read, expected):
-    """What is read in each pass, and how many times; the lines of `then` come in front of it."""
-    bench = Bench(SimBrick())
-
-    def say(line):
-        return bench.control(line) if line.startswith("!") else bench.telegram(line)
-
-    for line in setup:
-        say(line)
-    runs = [run.partition("*") for run in expected.split()]
-    seen = []
-    for number in range(sum(int(times or 1) for _, _, times in runs)):
-        if number in then:
-            say(then[number])
-        seen.append(say(read)[18:])
-    found = [(value, len(list(group))) for value, group in itertools.groupby(seen)]
-    assert found == [(value, int(times or 1)) for value, _, times in runs]
+def test_the_passes_are_those_of_the_firmware(seen_in_passes, setup, then, read, expected):
+    assert seen_in_passes(setup, then, read, expected) == expected
