@@ -10,7 +10,7 @@ from behaviors.evidence import Evidence
 from behaviors.journal import plain
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
 
-OPERATORS_WISH = "the operator wished it"
+OPERATOR_CHOSE = "the operator chose it"
 
 
 @runtime_checkable
@@ -85,7 +85,7 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [each for each in known if each is not first]
     if proposed.kind is not CHANGE_TARGET:
-        others.append(OperatorChoice(Choice(CHANGE_TARGET, OPERATORS_WISH)))
+        others.append(OperatorChoice(Choice(CHANGE_TARGET, OPERATOR_CHOSE)))
     return Question(evidence, proposed, (first, *others))
 
 
@@ -107,4 +107,4 @@ class ConfirmedPolicy:
         wanted = self._ask(asked)
         if wanted == asked.proposed:
             return replace(wanted, operator=True)
-        return replace(wanted, why=OPERATORS_WISH, operator=True, proposed=asked.proposed)
+        return replace(wanted, why=OPERATOR_CHOSE, operator=True, proposed=asked.proposed)

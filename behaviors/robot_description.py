@@ -59,11 +59,11 @@ class RobotTable(Table):
         wheel_mismatch_percent: How much larger the right wheel is than the left one; the diameter is their mean.
         axle_track_mm: Distance between the centres of the wheels.
         turn_slip_percent: Share of each turn on the spot that the wheels lose by slipping.
-        radius_mm: Radius of the circle round the middle between the wheels that holds the whole robot.
-        sonar_forward_mm: The ultrasonic sensor in front of the axle.
-        sonar_height_mm: It above the floor; what is lower may give no echo.
-        sonar_cone_deg: Whole angle of its beam.
-        stop_distance_mm: The safety stop's distance ahead.
+        radius_mm: Radius of the circle around the midpoint between the wheels that holds the whole robot.
+        sonar_forward_mm: How far the ultrasonic sensor is in front of the axle.
+        sonar_height_mm: Its height above the floor; what is lower may give no echo.
+        sonar_cone_deg: Full angle of its beam.
+        stop_distance_mm: Distance ahead at which the safety stop acts.
     """
 
     left: OutputPort = "B"
@@ -89,12 +89,12 @@ class CameraTable(Table):
 
     Attributes:
         hfov_deg: Horizontal field of view.
-        forward_mm: The lens in front of the axle.
-        right_mm: The lens right of the middle between the wheels.
-        height_mm: The lens above the floor: tells with the tilt whether a target is lower than the sonar.
-        yaw_deg: The camera looks this far to the right.
-        tilt_deg: It looks this far up; negative is down.
-        roll_deg: It is turned clockwise by this about its line of sight.
+        forward_mm: How far the lens is in front of the axle.
+        right_mm: How far the lens is to the right of the midpoint between the wheels.
+        height_mm: Height of the lens above the floor; with the tilt it shows whether a target is lower than the sonar.
+        yaw_deg: How far the camera looks to the right.
+        tilt_deg: How far it looks up; negative is down.
+        roll_deg: How far it is turned clockwise about its line of sight.
         latency_s: Time from the exposure of a frame to its arrival.
     """
 

@@ -27,11 +27,10 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Measure how the robot is built, and write it to a robot file: the camera's field
 of view, place, angles and latency; the wheels' diameter, mismatch and track; the
-sonar's place; the motors' directions; how a colour looks. The robot drives before a sheet of markers:
-print it with --sheet, hang it on a wall with its middle as high as the lens, and
+sonar's place; the motors' directions; how a colour looks. The robot
+drives in front of a sheet of markers: print it with --sheet, hang it on a wall with its middle as high as the lens, and
 put the robot one metre before it, with a metre of free floor all round. sim:// has
-such a room and does it by itself. Values that are not sure enough are refused, and
-the file stays as it was."""
+such a room. Values that are too uncertain are refused, and the file stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate

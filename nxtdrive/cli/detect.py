@@ -99,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
     try_.add_argument("--label", metavar="NAME", help="what the network is to find: one of its labels")
-    try_.add_argument("--labels", metavar="FILE", help="its labels, one a line, if the network does not name them")
+    try_.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
     add_robot_argument(try_)
     try_.add_argument(

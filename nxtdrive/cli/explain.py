@@ -31,7 +31,7 @@ _SEPARATORS = re.compile(r"0x|\\x|[\s,:;-]+", re.IGNORECASE)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("hex", metavar="HEX", nargs="+", help="the bytes of one telegram, or - to read one a line")
+    parser.add_argument("hex", metavar="HEX", nargs="+", help="the bytes of one telegram, or - to read one per line")
     add_json_argument(parser)
 
 

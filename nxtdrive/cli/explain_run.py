@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from nxtdrive.recording.explanation import Explanation
 
 DESCRIPTION = """\
-Say why a robot did what it did: for each decision of a run what had failed, what
-was known, what could have been done at what price, what was chosen, why, and what
-came of it. With --profile, also say what its policy would have chosen there."""
+Explain why a robot did what it did: for each decision of a run what had failed,
+what was known, the alternatives and their cost, what was chosen and why, and the
+outcome. With --profile, also say what its policy would have chosen there."""
 EXAMPLES = """\
   nxtdrive explain-run runs/lena-then-rilakkuma-001
   nxtdrive explain-run runs/lena-then-rilakkuma-001 --profile thesis

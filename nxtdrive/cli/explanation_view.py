@@ -85,7 +85,7 @@ def _raw(each: Explained) -> Text:
 def _candidates(each: Explained, profile: str) -> RenderableType:
     choice = each.decision.choice
     if not each.candidates:
-        return RULE if profile == "thesis" else "the journal tells of no candidates"
+        return RULE if profile == "thesis" else "the journal has no candidates"
     matching = (i for i, one in enumerate(each.candidates) if choice is not None and same(one.choice, choice))
     chosen = next(matching, None)
     marks = [">" if i == chosen else "" for i in range(len(each.candidates))]
@@ -146,7 +146,7 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
 def _sum(explanation: Explanation) -> Text:
     told = [each.replay for each in explanation.decisions if each.replay.choice is not None]
     if not told:
-        return Text(f"What {explanation.policy} would have chosen cannot be told from this journal.")
+        return Text(f"What {explanation.policy} would have chosen cannot be seen from this journal.")
     differing = sum(replay.differs for replay in told)
     text = f"{explanation.policy} would have chosen otherwise in {differing} of {len(told)} decisions"
     left_out = len(explanation.decisions) - len(told)

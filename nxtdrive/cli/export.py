@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         const=IN_FOLDER,
-        help="the journal as a table, a row a record (default: journal.csv in the run's folder)",
+        help="the journal as a table, one row per record (default: journal.csv in the run's folder)",
     )
     parser.add_argument(
         "--webm",

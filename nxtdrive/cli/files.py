@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 List, fetch, send and delete files on a brick. Names on the brick have at most
-19 characters; patterns are those of a shell and want quotes."""
+19 characters; quote patterns (*, ?), which are those of a shell."""
 EXAMPLES = """\
   nxtdrive files ls
   nxtdrive files ls "*.rxe" --nxt usb:// --json

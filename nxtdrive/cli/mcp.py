@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Let an assistant, a program that speaks the Model Context Protocol, use the robot: it
 looks, drives short distances, and starts missions. The assistant starts this command
-itself and talks to it by standard input and output. Without a brick it gets the
+itself and talks to it over standard input and output. Without a brick it gets the
 simulated one in real time. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
 EXAMPLES = """\
   nxtdrive mcp

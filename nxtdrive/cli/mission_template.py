@@ -71,7 +71,7 @@ _PICTURE = """\
 [target.{name}]
 detector = "picture"       # something flat you have photographs of
 pictures = [{file}]
-height_mm = {height_mm:g}           # real height of the print; distances are measured by it"""
+height_mm = {height_mm:<15g}# real height of the print; distances are measured by it"""
 
 RED_BOX = TemplateTarget("box", height_mm=100.0, width_mm=200.0)
 """What a new mission looks for when no picture is given."""
@@ -92,7 +92,7 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
         file = toml_path(target.picture, folder)
         table = _PICTURE.format(name=target.name, file=file, height_mm=target.height_mm)
     name = json.dumps(target.name)
-    pad = " " * max(1, 14 - len(name))
+    pad = " " * max(1, 15 - len(name))
     parts = [_HEAD.format(title=json.dumps(f"find {target.name}"), name=name, pad=pad, target=table)]
     tables: dict[str, type[BaseModel]] = {
         "adaptive": AdaptiveParameters,

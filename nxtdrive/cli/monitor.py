@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Show motors, input ports, battery and link of a brick until Ctrl-C, also when the
 link is lost meanwhile and comes back. Digital sensors, such as the ultrasonic
-one, say what they are; touch, light, sound and color sensors do not: --sensor
+one, identify themselves; touch, light, sound and color sensors do not: --sensor
 names one, sets its port up and shows its measurements. While a program runs on
 the brick, other ports are only read as it has set them up. In a terminal, the
 readings of the last minute are plotted between their lowest and highest."""
@@ -118,7 +118,7 @@ def _kept(
 
 
 def _say_loss(error: str) -> None:
-    complain(f"{error} It goes on when the brick answers.")
+    complain(f"{error} The monitor continues when the brick answers.")
 
 
 def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:

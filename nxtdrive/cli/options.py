@@ -104,8 +104,8 @@ def add_robot_argument(parser: argparse.ArgumentParser) -> None:
         "--robot",
         metavar="FILE",
         type=Path,
-        help="robot file, as `nxtdrive calibrate` writes it; keys of the mission's own [robot] and [camera] come first "
-        "(default: the mission's robot_file, else $NXT_ROBOT)",
+        help="robot file, as `nxtdrive calibrate` writes it; keys of the mission's own [robot] and [camera] take "
+        "precedence (default: the mission's robot_file, else $NXT_ROBOT)",
     )
 
 

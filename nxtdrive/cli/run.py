@@ -35,7 +35,7 @@ Run a mission: search for its targets, drive to them, recover from failures.
 Without a file, the built-in mission "lena, then rilakkuma". Ctrl-C stops the
 motors and leaves a complete run folder. A link or a camera that is lost suspends
 the mission until it is back, for reconnect_timeout_s at most. `nxtdrive
-explain-run` tells afterwards why the robot did what it did."""
+explain-run` explains afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
   nxtdrive run --nxt "sim://?seed=7" --profile adaptive
@@ -189,7 +189,7 @@ def _say_nothing(_text: str) -> None:
 
 def _say_failure(name: str, error: Exception) -> None:
     with suppress(OSError):
-        complain(f"{name} failed and is left out; the mission goes on: {error}")
+        complain(f"{name} failed and is left out; the mission continues: {error}")
 
 
 def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:

@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         type=number("seconds", float, 0.01, 3600),
         default=0.0,
-        help="seconds between values (default: as fast as it goes)",
+        help="seconds between values (default: as fast as the link allows)",
     )
     add_csv_argument(watch)
     watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after N values")

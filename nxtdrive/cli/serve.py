@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from behaviors.journal import Record
     from behaviors.mission import Mission
 DESCRIPTION = """\
-Serve the robot to an agent of your own, such as one in AgentSpeak: a line asks
-("arrive lena"), one small integer answers. docs/agentspeak.md lists the verbs.
+Serve the robot to an agent of your own, such as one in AgentSpeak: each line is a
+request ("arrive lena"), each reply a small integer. docs/agentspeak.md lists the verbs.
 With "choose" it only decides, and the profile does the rest.
-One client at a time; when it leaves, the motors stop. A simulated brick lives in
+One client at a time; when it leaves, the motors stop. A simulated brick runs in
 real time here; with sim://?pace=fast time passes only while a command runs."""
 EXAMPLES = """\
   nxtdrive serve
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MISSION.toml",
         nargs="?",
         type=Path,
-        help="whose targets, robot and numbers count (default: the built-in mission)",
+        help="the targets, the robot and its parameters (default: the built-in mission)",
     )
     add_brick_arguments(parser)
     add_robot_argument(parser)
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--host",
         metavar="ADDRESS",
         default="127.0.0.1",
-        help="address to listen at (default: 127.0.0.1, this computer only)",
+        help="address to listen on (default: 127.0.0.1, this computer only)",
     )
 
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from nxtdrive.tools.sweep.runner import Swept
 
 DESCRIPTION = """\
-Let profiles and baselines drive the same simulated missions side by side and
-judge them by the simulation's truth. Missions already in the file are not
+Run profiles and baselines on the same simulated missions and judge them by the
+simulation's ground truth. Missions already in the file are not
 repeated, so the same command with --resume continues an interrupted sweep.
 docs/evaluation.md explains the classes and figures."""
 EXAMPLES = """\

@@ -25,12 +25,12 @@ Watch and drive the robot in the browser: camera, map, statechart, missions, and
 pad that works on a phone. Without a brick it opens the simulated one in real time.
 Needs the extra nxtdrive[web]. Only this computer can open the page; with --lan
 phones and other computers can, too, after a PIN that is printed here. With
---classroom it is a page for a whole class, which docs/classroom.md explains."""
+--classroom it is a page for a whole classroom (docs/classroom.md)."""
 EXAMPLES = """\
   nxtdrive web
   nxtdrive web --nxt usb:// --camera 0
   nxtdrive web --lan
-  nxtdrive web --classroom 12            # a class of twelve simulated robots
+  nxtdrive web --classroom 12            # twelve simulated robots
   nxtdrive web --classroom examples/classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 

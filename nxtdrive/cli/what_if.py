@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Repeat a simulated mission up to each decision, take every candidate there, and say
 what each would have cost: the mean seconds to the targets that were still open. Each
-candidate is played in several futures, which differ in what chance decides afterwards.
+candidate is played in several futures, which differ in their random events.
 docs/evaluation.md explains the regret and how its bias is removed."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sample",
         metavar="N",
         type=number("decisions", int, 1, math.inf),
-        help="only so many decisions of each mission, drawn at random, always the same ones",
+        help="only this many decisions of each mission, drawn at random, always the same ones",
     )
     parser.add_argument(
         "--futures",
@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="add each mission to this file; those that it has are not repeated"
     )
-    add_crew_arguments(parser, os.cpu_count() or 1, "one a core")
+    add_crew_arguments(parser, os.cpu_count() or 1, "one per core")
     add_json_argument(parser)
 
 

@@ -14,7 +14,7 @@ from behaviors.events import Reason
 from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
 from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record, plain
-from behaviors.operator import OPERATORS_WISH, ConfirmedPolicy, Question, question
+from behaviors.operator import OPERATOR_CHOSE, ConfirmedPolicy, Question, question
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, choice_from
 
 NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
@@ -121,7 +121,7 @@ def test_a_confirmed_choice_is_the_policys_and_says_who_confirmed_it():
 
 def test_an_overridden_choice_says_what_was_proposed():
     choice = ConfirmedPolicy(ThesisPolicy(), lambda due: due.candidates[1].choice).select(UNSEEN)
-    assert (choice.kind, choice.why) == (WAIT, OPERATORS_WISH)
+    assert (choice.kind, choice.why) == (WAIT, OPERATOR_CHOSE)
     assert choice.record()["operator"] is True
     assert choice.record()["proposed"]["choice"] == "move_to"
 
