@@ -10,6 +10,7 @@ from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.sleep_timer import SLEEP_MINUTES
+from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.supply import Supply
 from sim_backend.firmware.ui_states import STARTING, DrawStatus, UiState
 
@@ -25,7 +26,7 @@ class Boot(Supply):
     on_pass: Callable[[], None]
     draw_status: DrawStatus
     _on_restart: Callable[[], None]
-    _starting: bool
+    volume: int
 
     def end_start(self) -> None:
         """Take keys and requests from now on; a button that is held does not count."""
@@ -37,7 +38,7 @@ class Boot(Supply):
         """Start again after the brick was switched off: as at power-on, but the other modules go on."""
         if self.state == UiState.START:
             self._on_restart()
-            self._warned, self.run_state, self.sleep_minutes = False, 1, SLEEP_MINUTES
+            self._warned, self.run_state, self.sleep_minutes, self.volume = False, 1, SLEEP_MINUTES, MAX_VOLUME
             self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
@@ -77,4 +78,7 @@ class Boot(Supply):
         """Show the logo until a refresh of the screen ends."""
         self.flags = int(UiFlag.BUSY)
         self._screen.mark(marks.LOGO)
-        self.state, self._next_step_ms = int(UiState.LOGO), self._screen.after_pause(now_ms + times.LOGO_MS)
+        self.state, self._next_step_ms = (
+            int(UiState.LOGO),
+            self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS,
+        )

@@ -91,7 +91,8 @@ class Comm:
             result = self._handle(command, telegram)
             if result.sent:
                 return result.sent
-            reply = bytes((Kind.REPLY, command.opcode, result.status)) + result.payload
+            want_reply, opcode = not inbox[0] & NO_REPLY, inbox[1]  # which IOMapWrite may have overwritten
+            reply = bytes((Kind.REPLY, opcode, result.status)) + result.payload
             reply += bytes(self.outbox[len(reply) : len(reply) + result.stale])
         if want_reply:
             self.outbox[: len(reply)] = reply[:size]

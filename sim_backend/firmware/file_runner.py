@@ -92,12 +92,13 @@ class FileRunner(Boot):
                 self._run, self._next_step_ms = Run.DRAWING, now_ms + 1
                 if self._from_menu:
                     self._screen.mark(marks.OPENING)
-                self._screen.mark(marks.RUNNING)
+                self._mark_framed(marks.RUNNING)
             case Run.DRAWING if self._screen.drawing:
                 self._next_step_ms = now_ms + 1
             case Run.DRAWING if extension(self._file) in states.KNOWN:
                 self._run, self._next_step_ms = Run.TO_OPEN, now_ms + 1
             case Run.DRAWING:  # an unknown file leaves the user interface busy for ever, as on a real brick
+                self._lose_request()
                 self._show_menu()
             case Run.TO_OPEN if self._opens_program and (self.buttons[ENTER].state or self._screen.erase_mask):
                 self._next_step_ms = now_ms + 1
@@ -148,7 +149,12 @@ class FileRunner(Boot):
             self._from_menu = False
             self._begin(self._clock.now_ms)
         else:
+            self._lose_request()
             self._show_menu()
+
+    def _lose_request(self) -> None:
+        if not self._from_menu:
+            self.flags &= ~int(UiFlag.EXECUTE_FILE)
 
     def _show_menu(self) -> None:
         """Show the page of the file: again where it was started there, else by drawing the menus."""
@@ -158,7 +164,6 @@ class FileRunner(Boot):
             self._from_menu = False
             self._menu.show_page()
             return
-        self.flags &= ~int(UiFlag.EXECUTE_FILE)
         self.state = int(UiState.MENU)
         self._menu.show_file(unpack_name(self._file))
         self._menu.redraw()

@@ -15,6 +15,10 @@ _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 
 
+_ENDED, _KNOWN = range(1, 7), 16
+"""States that 1.32 ends as they are carried out; those that it does not end at once."""
+
+
 class HighSpeedState(IntEnum):
     """State byte of the Comm map; another one does nothing."""
 
@@ -80,12 +84,17 @@ class HighSpeed:
 
     def _settle(self) -> None:
         """Carry out requests in the passes since then: initialising takes one, and asks for receiving in the next."""
-        while self._flags & _UPDATE and self._next_ms < self._clock.now_ms:
+        while self._next_ms < self._clock.now_ms and (self._flags & _UPDATE or self._unknown):
             if self._state == HighSpeedState.INITIALISE:
                 self._state = int(HighSpeedState.RECEIVE)
             else:
                 self._carry_out()
             self._next_ms += 1
+
+    @property
+    def _unknown(self) -> bool:
+        """Whether the state is one that 1.32 ends at once, requested or not."""
+        return self._ends_done and self._state >= _KNOWN
 
     def _carry_out(self) -> None:
         self._flags &= ~_UPDATE
@@ -93,5 +102,5 @@ class HighSpeed:
             self._opened_ms = min(self._opened_ms, self._next_ms)
         elif self._state == HighSpeedState.EXIT:
             self._opened_ms = NEVER
-        if self._ends_done:
+        if self._ends_done and (self._state in _ENDED or self._unknown):
             self._state = int(HighSpeedState.DONE)

@@ -154,7 +154,8 @@ class Menu:
             return
         drawn = self._page
         later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
-        self.shows_key, self.runs, self._drawn = True, "", NOTHING if later else drawn
+        first = marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn
+        self.shows_key, self.runs, self._drawn = True, "", first
         self._steps = [(each, drawn if each == UiState.DRAWING else NOTHING) for each in later]
 
     def press(self, key: int) -> None:
@@ -193,8 +194,7 @@ class Menu:
 
     def next_state(self) -> UiState | None:
         """The next state that the last key brings, which lasts a pass; what the one before has drawn is shown."""
-        self._screen.mark(self._drawn)
-        self._settings.flags |= int(UiFlag.ENABLE_STATUS) if any(self._drawn) else 0
+        self._draw()
         if self._state == UiState.DRAWING:
             self._set()
             self._set = _nothing
@@ -202,9 +202,15 @@ class Menu:
         self._state, self._drawn = self._steps.pop(0) if self._steps else (None, NOTHING)
         return self._state
 
+    def _draw(self) -> None:
+        """Draw what the present state draws; a page shows the status bar."""
+        self._screen.mark(self._drawn)
+        if self._drawn not in (NOTHING, marks.ENTRY):
+            self._settings.flags |= int(UiFlag.ENABLE_STATUS)
+
     def interrupt(self) -> None:
         """Draw what the present state draws, and forget the states to come: a file is started, whose page follows."""
-        self._screen.mark(self._drawn)
+        self._draw()
         self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
 
     def _answer(self, key: int) -> None:

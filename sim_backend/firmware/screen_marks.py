@@ -21,6 +21,8 @@ class Marks(NamedTuple):
     again: bool = False
 
 
+FRAME = 0x1000
+"""Bit of the frame around the status bar."""
 _ALL = 0xFFFF_FFFF
 NOTHING = Marks()
 MENU = Marks(0x4000_0200, 0xFF700, drop=0xFF)
@@ -42,6 +44,8 @@ CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
 WARNING = Marks(0x200, 0x11_F200)
 """The warning of a low battery."""
+REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
+"""The parts of a message of the radio."""
 LOGO, EMPTY, ENTRY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000), Marks(0x2000_0000)
 """The first picture of a start, that of an empty battery, and the end of the pictures."""
 STATUS = Marks(0x200, 0x1F200)

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from firmware_protocol.iomap import DisplayFlag
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.screen_marks import Marks
+from sim_backend.firmware.screen_marks import FRAME, Marks
 
-_SCREEN, _FRAME = 0x4000_0000, 0x1000
-"""Bit of EraseMask whose turn clears a bit of UpdateMask, and that one."""
+_SCREEN = 0x4000_0000
+"""Bit of EraseMask whose turn clears that of the frame in UpdateMask."""
 
 _DRAWING = Marks(update=0x2000_0000)
 """What a program's drawing sets."""
@@ -96,9 +96,9 @@ class ScreenRefresh:
         """Show a message over the normal screen: no line is sent, and the flags stay as they are."""
         self._flags = self.flags | DisplayFlag.POPUP
 
-    def after_pause(self, now_ms: int) -> int:
-        """Return the third pass before the end of the first refresh that ends in the given pass or later."""
-        return now_ms + (self._pause_ms - 3 - now_ms) % _PERIOD_MS
+    def next_pause(self, now_ms: int) -> int:
+        """Return the pass that ends the first refresh that ends in the given pass or later."""
+        return now_ms + (self._pause_ms - now_ms) % _PERIOD_MS
 
     def begin(self, pause_ms: int) -> None:
         """Begin the refresh anew, with a pause in the given pass."""
@@ -112,7 +112,7 @@ class ScreenRefresh:
         """Do one part of the screen, and end the refresh when it is switched off."""
         if self.erase_mask:
             if self.erase_mask.bit_length() == _SCREEN.bit_length():
-                self.update_mask &= ~_FRAME
+                self.update_mask &= ~FRAME
             self.erase_mask = _without_highest(self.erase_mask)
         else:
             before, self.update_mask = self.update_mask, _without_highest(self.update_mask)

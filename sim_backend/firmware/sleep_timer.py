@@ -20,19 +20,29 @@ class SleepTimer:
         self._clock = clock
         self.sleep_minutes = SLEEP_MINUTES
         self._timer_started_ms = 0
+        self._rests = False
 
     @property
     def sleep_timer(self) -> int:
         """Whole minutes since the timer was last reset, 8 bits."""
-        return self._minutes & 0xFF if self.sleep_minutes else 0
+        return 0 if self._rests else self._minutes & 0xFF
 
     @sleep_timer.setter
     def sleep_timer(self, minutes: int) -> None:
+        self._rests = False
         self._timer_started_ms += (self._minutes - minutes) * MINUTE_MS
 
     @property
     def _minutes(self) -> int:
         return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
+
+    def follow_request(self, now_ms: int, *, resets: bool) -> bool:
+        """Reset the timer if that is requested; whether that is requested for the next pass: the brick never sleeps."""
+        never = not self.sleep_minutes
+        self._rests = resets and never
+        if resets:
+            self._timer_started_ms = now_ms
+        return never
 
     @property
     def expired(self) -> bool:

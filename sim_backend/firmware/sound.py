@@ -81,6 +81,7 @@ class SoundModule:
         mode: See `SoundMode`.
         volume: 0..4.
         tone: The last tone that was started by a command and not stopped, or None.
+        audible: Whether the firmware is playing a tone or a file, whatever flags and state of the map say.
         from_file: Whether a sampled file was started after it.
     """
 
@@ -93,10 +94,10 @@ class SoundModule:
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
-        self.from_file = False
+        self.from_file = self.audible = False
         self._ends_ms = self._next_ms = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._byte_ms = self._lead_ms = self._from_ms = 0.0
+        self._byte_ms, self._lead_ms, self._from_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST), 0.0, 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
         self._is_melody = self._plays_buffer = False
@@ -156,11 +157,8 @@ class SoundModule:
             self._notes, self._plays_buffer = [], False
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
-            self.flags |= SoundFlag.RUNNING
-            empty = self._handle is None and self._read == self._played
-            if self.state == SoundState.FILE and empty:  # a program or telegram has written the state
-                self._silence()
-            elif now_ms >= self._ends_ms:
+            self.flags, self.audible = self.flags | SoundFlag.RUNNING, True
+            if now_ms >= self._ends_ms:
                 self._continue(now_ms)
         self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
 
@@ -171,8 +169,7 @@ class SoundModule:
             self._queue = []
             self._silence()
             self._begin(SoundState.TONE)
-            self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
-            self._play_waves(self.frequency_hz, self.duration_ms, now_ms)
+            self._start_tone(now_ms)
             return
         status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
         if not status:
@@ -185,8 +182,13 @@ class SoundModule:
                 self._notes, self._plays_buffer = [], False
             self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
 
+    def _start_tone(self, now_ms: int) -> None:
+        """Play the tone of the map."""
+        self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
+        self._play_waves(self.frequency_hz, self.duration_ms, now_ms)
+
     def _begin(self, state: SoundState) -> None:
-        self.flags, self.state = self.flags | SoundFlag.RUNNING, int(state)
+        self.flags, self.state, self.audible = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
         """Play an open file from a pass on; one that is not a sound file stays silent.
@@ -214,9 +216,9 @@ class SoundModule:
         """Go on with a tone or a file: play the next note or buffer, and read another one, or end."""
         if self.state == SoundState.TONE:
             if self.mode & SoundMode.LOOP:
-                self._ends_ms = NEVER
+                self._start_tone(now_ms)
             else:
-                self._silence()
+                self._end()
         elif self._is_melody:
             self._play_note(now_ms)
         else:
@@ -241,20 +243,24 @@ class SoundModule:
 
     def _read_buffer(self) -> bool:
         """Fill a buffer of the ring; at the end of the file, or if its handle was closed, a loop opens it again."""
-        if self._handle is None:
-            return False
-        status, data = self._loader.read(self._handle, _BUFFER)
+        status, data = Status.HANDLE_ALREADY_CLOSED, b""
+        if self._handle is not None:
+            status, data = self._loader.read(self._handle, _BUFFER)
         if status and self.mode == SoundMode.LOOP:
-            self._loader.close(self._handle)
-            failed, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
-            self._handle = None if failed else handle
-            self._loader.read(handle, _HEADER.size)
-            data = self._loader.read(handle, _BUFFER)[1]
-            status = Status.OK
-        if status:
-            return False
-        self._store(data)
-        return True
+            status, data = Status.OK, self._read_again()
+        if not status:
+            self._store(data)
+        return not status
+
+    def _read_again(self) -> bytes:
+        """Open the file of the map, and read its first buffer; silence if it is missing."""
+        self._close_file()
+        failed, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
+        if failed:
+            return bytes(_BUFFER)
+        self._handle, self.from_file, self.tone = handle, True, None
+        self._loader.read(handle, _HEADER.size)
+        return self._loader.read(handle, _BUFFER)[1]
 
     def _store(self, data: bytes) -> None:
         self._buffers[self._read] = data
@@ -294,9 +300,12 @@ class SoundModule:
         """End the sound for the firmware; waves that were handed over still play."""
         if self.state in (SoundState.STOP, SoundState.FILE) and not self._is_melody:
             self._waves_end_ms = 0.0
-        self.flags, self.state = self.flags & ~int(SoundFlag.RUNNING), 0
-        self._ends_ms = self._next_ms = 0
+        self._end()
         self._close_file()
+
+    def _end(self) -> None:
+        self.flags, self.state, self.audible = self.flags & ~int(SoundFlag.RUNNING), 0, False
+        self._ends_ms = self._next_ms = 0
 
     def _close_file(self) -> None:
         if self._handle is not None:

@@ -15,6 +15,7 @@ from sim_backend.firmware.keys import Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.radio import Radio, RadioState
+from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sleep_timer import SleepTimer
 from sim_backend.firmware.ui_states import DrawStatus, Programs, UiState
@@ -40,6 +41,7 @@ class Supply(SleepTimer):
     _menu: Menu
     _keys: Keys
     _answered: bool
+    _starting: bool
 
     def __init__(self, clock: Clock, io_control: IoControl, screen: ScreenRefresh) -> None:
         super().__init__(clock)
@@ -50,6 +52,7 @@ class Supply(SleepTimer):
         self._warned = self._from_menu = False
         self._warned_in = UiState.START
         self._warned_ms = 0
+        self._report: list[Marks] = []
 
     def watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
@@ -87,26 +90,43 @@ class Supply(SleepTimer):
             self._io_control.power_down(announced=passed_ms < times.POWER_OFF_MS)
 
     def watch_radio(self) -> None:
-        """Show in the menu what the radio asks for: a question, or a message."""
-        if self.state in states.RADIO_SHOWN and self.radio.state & (RadioState.ASKING | RadioState.REPORTING):
-            self.flags |= int(UiFlag.BUSY)
+        """Show what the radio asks for, a question or a message, unless the user interface is busy."""
         if self.state == UiState.REPORT and self._clock.now_ms >= self._next_step_ms:
-            self._end_report()
-        asked = self.state == UiState.REPORT and self.radio.state & RadioState.ASKING
-        if self._off_ms != NEVER or self._from_menu or not (asked or self.state in states.MENU_SHOWN):
-            return
-        if self.radio.state & RadioState.ASKING:
-            self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
-        elif self.radio.state & RadioState.REPORTING:
-            self.state, self._next_step_ms = int(UiState.REPORT), self._clock.now_ms + times.REPORT_MS
-        else:
-            return
-        self.flags |= int(UiFlag.BUSY)
-        self._menu.interrupt()
+            self._show_report()
+        asks = self.radio.state & (RadioState.ASKING | RadioState.REPORTING)
+        if asks and not (self.flags & UiFlag.BUSY or self._off_ms != NEVER or self._from_menu or self._starting):
+            if asks & RadioState.ASKING:
+                self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
+            else:
+                self.state = int(UiState.REPORT)
+                self.begin_report()
+            self._menu.interrupt()
+        if asks and self.state in states.RADIO_SHOWN:
+            self.flags |= int(UiFlag.BUSY)
 
     @property
     def _warns(self) -> bool:
         return self.battery.low and not self._warned and self.state in states.MENU_SHOWN and not self._from_menu
+
+    def _mark_framed(self, drawn: Marks) -> None:
+        """Draw parts of the screen, the frame only with the status bar."""
+        frame = 0 if self.flags & UiFlag.ENABLE_STATUS else marks.FRAME
+        self._screen.mark(drawn._replace(update=drawn.update & ~frame))
+
+    def begin_report(self) -> None:
+        """Show a message of the radio."""
+        self._report, self._next_step_ms = [*marks.REPORT], self._clock.now_ms + 2
+
+    def _show_report(self) -> None:
+        """Draw the message part by part, each when the one before is drawn; later end it."""
+        if not self._report:
+            self._end_report()
+            return
+        shown_ms = 1
+        if not self._screen.drawing:
+            self._mark_framed(self._report.pop(0))
+            shown_ms = 1 if self._report else times.REPORT_MS
+        self._next_step_ms = self._clock.now_ms + shown_ms
 
     def _end_report(self) -> None:
         """Draw the menu again, unless a file was requested meanwhile."""

@@ -66,16 +66,29 @@ class UiModule(FileRunner):
 
     @map_state.setter
     def map_state(self, state: int) -> None:
-        idle = self.state != state and self._off_ms == NEVER and not self.runs_file
-        self.state = state
-        if idle and state in states.GONE_ON_FROM:
-            self._next_step_ms = self._clock.now_ms + (state == UiState.RUNNING)
-            self._starting, self._run, self._file = state == UiState.START, Run.TONE, self.program_name
-            self.flags |= int(UiFlag.BUSY) if state == UiState.RUNNING else 0
-            if state in states.MENU_STATES:
-                self._menu.go_on_from(state)
-        elif idle and state == UiState.REPORT:
-            self._next_step_ms = self._clock.now_ms + times.REPORT_MS
+        ran, before, self.state = self.runs_file, self.state, state
+        if before == state or self._off_ms != NEVER:
+            return
+        if ran and state == UiState.DRAWING:
+            self._from_menu = True
+        elif ran and state == UiState.MENU:
+            self._show_menu()
+        elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
+            self._go_on(state)
+        elif not ran and state == UiState.REPORT:
+            self.begin_report()
+        elif ran:
+            self._next_step_ms = NEVER
+
+    def _go_on(self, state: int) -> None:
+        """Go on from a state that was written to the map."""
+        self._next_step_ms, self._from_menu = self._clock.now_ms + 2 * (state == UiState.RUNNING), False
+        self._starting, self._run, self._file = state == UiState.START, Run.TONE, self.program_name
+        self.flags |= int(UiFlag.BUSY) if state == UiState.RUNNING else 0
+        if state in states.MENU_STATES:
+            self._menu.go_on_from(state)
+        elif state == UiState.LOGO:
+            self._next_step_ms = self._screen.next_pause(self._clock.now_ms + 2)
 
     def set_battery(self, raw: int) -> None:
         """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
@@ -116,9 +129,8 @@ class UiModule(FileRunner):
         self.wake()
 
     def _clicks(self, key: int) -> bool:
-        """Whether a press clicks at once; sounds and messages about a file's end read keys themselves."""
-        silent = self.runs_file or self.state in (UiState.OPENING, UiState.REPORT)
-        return not (silent or self._disabled(key))
+        """Whether a press clicks at once: in a question, and in the warning of a low battery."""
+        return self.state in (UiState.QUESTION, UiState.LOW_BATTERY) and not self._disabled(key)
 
     def switch_off(self) -> None:
         """Switch the brick off: exit was held, which counts only in the menus and messages."""
@@ -137,9 +149,8 @@ class UiModule(FileRunner):
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
-        if self.flags & UiFlag.RESET_SLEEP_TIMER or not self.sleep_minutes:
-            self._timer_started_ms, never = now_ms, not self.sleep_minutes  # which keeps the flag
-            self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | never * int(UiFlag.RESET_SLEEP_TIMER)
+        again = self.follow_request(now_ms, resets=bool(self.flags & UiFlag.RESET_SLEEP_TIMER))
+        self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | again * int(UiFlag.RESET_SLEEP_TIMER)
         self.end_start()
         if self._in_menu or (self._off_ms != NEVER and not (self.runs_file or self._takes_keys)):
             self._read_keys(now_ms)
@@ -220,7 +231,7 @@ class UiModule(FileRunner):
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
-        if self.flags & UiFlag.EXECUTE_FILE and not self.flags & UiFlag.BUSY:
+        if self.flags & UiFlag.EXECUTE_FILE and not (self.flags & UiFlag.BUSY or self._starting):
             self._begin(now_ms)
         elif now_ms >= self._next_step_ms:
             self._advance(now_ms)
@@ -237,6 +248,10 @@ class UiModule(FileRunner):
             self._file, self._next_step_ms = self.program_name, now_ms + times.FADE_MS
         elif self.runs_file:
             self._continue(now_ms)
+        elif self.state == UiState.LOGO:
+            self.state = int(UiState.MELODY)
+            self._menu.go_on_from(self.state)
+            self._next_step_ms = now_ms + 1
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
         elif self.state == UiState.QUESTION:
@@ -259,6 +274,7 @@ class UiModule(FileRunner):
             or self._finds_empty
             or self.button
             or self._answered
+            or (self.flags & UiFlag.RESET_SLEEP_TIMER and not self._rests)
             or (self._reads_keys and self._keys.changed(self.buttons))
         )
         due = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)

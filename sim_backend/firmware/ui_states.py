@@ -41,7 +41,7 @@ MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT
 
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
-GONE_ON_FROM = (UiState.START, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
+GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
 """States that the menus go on from if they are written to the map, and all such states."""
 
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)

@@ -18,11 +18,11 @@ WARNING_DEAF_MS = 8
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 
-REPORT_MS = 2631
-"""How long the display shows a message of the radio."""
+REPORT_MS = 2625
+"""How long the display shows a message of the radio, from its last part on."""
 
-LOGO_MS = 2781
-"""How long the logo is shown at least, before it waits for the end of a refresh of the screen."""
+LOGO_MS, LOGO_LEAD_MS = 2784, 3
+"""The logo ends so many passes before the end of the first refresh of the screen that ends after so long or more."""
 
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""

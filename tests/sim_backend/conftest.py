@@ -64,8 +64,8 @@ def seen_in_passes() -> Callable[..., str]:
     The lines of `then`, by their passes, come in front of the reading; `setup` comes before all.
     """
 
-    def see(setup: list[str], then: dict[int, str], read: str, expected: str) -> str:
-        bench = Bench(SimBrick())
+    def see(setup: list[str], then: dict[int, str], read: str, expected: str, firmware: str = "1.29") -> str:
+        bench = Bench(SimBrick(firmware=firmware))
 
         def say(line: str) -> str:
             return bench.control(line) if line.startswith("!") else bench.telegram(line)

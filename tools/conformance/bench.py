@@ -236,7 +236,7 @@ class Bench:
 
     def _sound(self) -> str:
         sound = self.brick.sound
-        playing = "playing" if sound.playing else "done"
+        playing = "playing" if sound.audible else "done"
         if sound.from_file or sound.tone is None:
             return f"{'file' if sound.from_file else 'stopped'} {playing}"
         return f"tone hz={sound.tone.frequency_hz} ms={sound.tone.duration_ms} vol={sound.tone.volume} {playing}"
