@@ -213,6 +213,8 @@ def load_mission(
         MissionError: A file cannot be read or has mistakes; the message lists all of them.
     """
     table = _read(path)
+    if "mission" not in table and "floor" in table:
+        raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
     described = _robot_file(table, path, robot, usual_robot)
     if described is not None:
         table = with_robot(table, described)

@@ -107,11 +107,13 @@ class _Examination:
         """Yield each finding as it is made."""
         from nxtdrive.tools.doctor import computer
         from nxtdrive.transports.address import Address
+        from nxtdrive.transports.record import recorded_address
 
         args = self._args
         address = Address.parse(args.nxt)
-        simulated = address.scheme == "sim"
-        yield from computer.examine(address.scheme, args.camera or (None if simulated else "0"))
+        scheme = Address.parse(recorded_address(args.nxt)).scheme
+        simulated = scheme == "sim"
+        yield from computer.examine(scheme, args.camera or (None if simulated else "0"))
         yield _calibration(args, self._mission)
         yield from self._brick(address, own_camera=simulated and not args.camera)
 
@@ -144,11 +146,12 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     from behaviors.robot_description import RobotFileError, load_robot_file
     from nxtdrive.mission.setup import usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
+    from nxtdrive.transports.record import recorded_address
 
     named = None if mission is None else mission.mission.robot_file
     path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
-    simulated = args.nxt.startswith("sim")
-    options = "" if simulated else f" --nxt {args.nxt} --camera {args.camera or 0}"
+    address = recorded_address(args.nxt)
+    options = "" if address.startswith("sim") else f" --nxt {address} --camera {args.camera or 0}"
     if path is None:
         said = "there is no robot file; the usual values count."
         return warning("calibration", said, f"Measure the robot: nxtdrive calibrate{options}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, existing_folder, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.web import LOOPBACK, add_port_argument, listen, require_extra
@@ -39,7 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
     parser.add_argument(
-        "--folder", metavar="FOLDER", type=Path, default=Path(), help="whose mission files it may start (default: .)"
+        "--folder",
+        metavar="FOLDER",
+        type=existing_folder,
+        default=Path(),
+        help="whose mission files it may start (default: .)",
     )
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"

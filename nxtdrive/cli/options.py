@@ -76,6 +76,13 @@ def new_file(text: str) -> Path:
     return Path(text)
 
 
+def existing_folder(text: str) -> Path:
+    """Convert an argument of argparse: a folder that exists."""
+    if not os.path.isdir(text):
+        raise argparse.ArgumentTypeError(f"there is no folder {text!r}")
+    return Path(text)
+
+
 @contextmanager
 def writing(path: Path, remedy: str = "Name a file in a folder that exists and has room.") -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""

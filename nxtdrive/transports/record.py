@@ -109,6 +109,12 @@ def recording_address(path: Path, address: str, command: str = "") -> str:
     return str(Address("record", str(path), options))
 
 
+def recorded_address(address: str) -> str:
+    """Return the address of the brick that a recording address opens; any other address unchanged."""
+    parsed = Address.parse(address)
+    return parsed.options.get("nxt", address) if parsed.scheme == "record" else address
+
+
 def recorded(transport: Transport) -> Transport:
     """Return the recorded transport of a `RecordTransport`; any other transport unchanged."""
     return transport.inner if isinstance(transport, RecordTransport) else transport

@@ -27,7 +27,10 @@ def load_world(source: str | Path) -> WorldFile:
         ConfigError: There is no such file, or it has mistakes; the message lists all of them.
     """
     path = _find(Path(source))
-    return parse_world(read_tables(path), path)
+    tables = read_tables(path)
+    if "mission" in tables and "floor" not in tables:
+        raise ConfigError(f"{path} is a mission, not a world.", remedy="`nxtdrive world new FILE` writes a world.")
+    return parse_world(tables, path)
 
 
 def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:

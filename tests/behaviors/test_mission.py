@@ -60,6 +60,12 @@ def test_the_built_in_mission_finds_its_pictures_in_another_folder(tmp_path):
     assert lena.pictures == [str(tmp_path / "lena.png")]
 
 
+def test_a_world_in_place_of_a_mission_is_called_one(tmp_path):
+    said = _complaint(tmp_path, "[floor]\nsize_mm = [3000, 2000]\n[robot]\nstart_mm = [500, 500]")
+    assert "is a world, not a mission" in said
+    assert "unknown key" not in said
+
+
 def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
     text = _complaint(
         tmp_path,

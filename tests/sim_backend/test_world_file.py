@@ -57,6 +57,12 @@ def test_every_bundled_world_is_good(path):
     assert load_world(path.stem) == load_world(path) == load_world(path.name)
 
 
+def test_a_mission_in_place_of_a_world_is_called_one(tmp_path):
+    (tmp_path / "cat.toml").write_text('[mission]\ntargets = ["cat"]\n')
+    with pytest.raises(ConfigError, match=r"cat\.toml is a mission, not a world"):
+        load_world(tmp_path / "cat.toml")
+
+
 def test_every_mistake_is_reported_at_once_with_its_path():
     mistakes = mistakes_in(
         """

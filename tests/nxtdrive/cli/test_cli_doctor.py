@@ -60,6 +60,12 @@ def test_the_simulated_brick_is_examined_from_libusb_to_the_sensors(capsys):
         assert findings[topic]["verdict"] == "ok", findings[topic]
 
 
+def test_recording_the_traffic_does_not_change_what_is_found(capsys, tmp_path):
+    _, plain, _ = _examine(capsys, "--nxt", "sim://")
+    _, recorded, _ = _examine(capsys, "--nxt", "sim://", "--trace", str(tmp_path / "doctor.nxttrace"))
+    assert recorded == plain
+
+
 def test_whatever_is_not_ok_has_a_remedy(capsys):
     _, report, _ = _examine(capsys, "--nxt", "sim://")
     assert all(finding["remedy"] for finding in report["findings"] if finding["verdict"] != "ok")

@@ -109,6 +109,11 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     assert f": {first['why']}" in capsys.readouterr().out
 
 
+def test_a_run_that_is_recorded_names_the_brick_it_connects_to(capsys, small):
+    _run(small, "--nxt", "sim://open", "--no-video", "--trace", "run.nxttrace")
+    assert capsys.readouterr().out.splitlines()[0] == "connecting to sim://open"
+
+
 def test_mission_files_may_name_every_profile_there_is():
     for profile in PROFILES:
         assert MissionTable(targets=["tag"], profile=profile).profile == profile
