@@ -15,7 +15,7 @@ TERMINATION = ("SIGTERM", "SIGHUP")
 AGAIN_S = 0.02
 """A signal that could not interrupt the program is delivered again after this time."""
 INSISTENT = 3
-"""So many signals interrupt the program's end, which may hang."""
+"""Number of signals that interrupts the program's end, which may hang."""
 
 
 @contextmanager

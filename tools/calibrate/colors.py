@@ -32,8 +32,10 @@ FARTHEST_DEG = 60.0
 REACH_SPREADS, LEAST_REACH_DEG, MOST_REACH_DEG = 4.0, 16.0, 24.0
 SATURATION_SHARE, VALUE_SHARE = 0.7, 0.5
 """Least saturation and value, as shares of what the dullest twentieth of the patch has; the light changes."""
-FOUND_SHARE, OTHER_SHARE = 0.8, 0.5
-"""In so many of the frames it must be found, and a second patch may have so much of its area."""
+FOUND_SHARE = 0.8
+"""Share of the frames in which the patch must be found."""
+OTHER_SHARE = 0.5
+"""Largest area of a second patch, as a share of the first one's."""
 
 
 def calibrate_color(

@@ -33,9 +33,10 @@ MIDDLE, EDGE = 0.1, 0.38
 shares of the frame's width."""
 NEAR_SHARE, FAR_SHARE = 0.58, 0.2
 """Width of the sheet in the frame from near and from far."""
-SOME, MANY, LACKING = 2, 4, 4
-"""So many markers show where the sheet is, at least, and so many that it is in view, wholly or nearly. Frames in a row
-with fewer mean that it leaves the frame; in one frame, the detector may have missed some."""
+MARKERS_TO_LOCATE, MARKERS_IN_VIEW = 2, 4
+"""Fewest markers that show where the sheet is, and that it is in view, wholly or nearly."""
+FRAMES_TO_LEAVE = 4
+"""Frames in a row with fewer markers mean that the sheet leaves the view; in one frame the detector may miss some."""
 APPROACHES = 2
 AWAY_DEG = 150.0
 """After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
@@ -151,8 +152,8 @@ class Course:
 
         def leaves(seen: Seen) -> bool:
             nonlocal whole
-            whole = whole or seen.markers >= MANY
-            return -sign * self._off(seen) > EDGE or (whole and self._lacking >= LACKING)
+            whole = whole or seen.markers >= MARKERS_IN_VIEW
+            return -sign * self._off(seen) > EDGE or (whole and self._lacking >= FRAMES_TO_LEAVE)
 
         return leaves
 
@@ -162,7 +163,7 @@ class Course:
 
         def back(seen: Seen) -> bool:
             turned_deg = abs(self._rover.pose().heading_deg - begin_deg)
-            return turned_deg > AWAY_DEG and seen.markers >= MANY and sign * self._off(seen) < MIDDLE
+            return turned_deg > AWAY_DEG and seen.markers >= MARKERS_IN_VIEW and sign * self._off(seen) < MIDDLE
 
         self._turn(FULL_TURN_DEG_S * sign, back, most_s=1.4 * 360 / FULL_TURN_DEG_S)
 
@@ -193,8 +194,8 @@ class Course:
             here = self._rover.pose()
             driven_mm = math.hypot(here.x_mm - begin.x_mm, here.y_mm - begin.y_mm)
             if (
-                (done(seen) and seen.markers >= MANY)
-                or self._lacking >= LACKING
+                (done(seen) and seen.markers >= MARKERS_IN_VIEW)
+                or self._lacking >= FRAMES_TO_LEAVE
                 or self._blocked
                 or driven_mm >= most_mm
             ):
@@ -226,7 +227,7 @@ class Course:
         frame = self._camera.read(FRAME_S)
         self._count()
         seen = find_sheet(frame.image)
-        self._lacking = 0 if seen.markers >= MANY else self._lacking + 1
+        self._lacking = 0 if seen.markers >= MARKERS_IN_VIEW else self._lacking + 1
         if seen.markers:
             self.track.views.append(View(frame.time_s, seen))
         if self._sonar and (range_mm := self._rover.range_mm()) is not None:
@@ -243,7 +244,7 @@ class Course:
         return float(seen.in_frame_px[:, 0].mean()) / self.track.size[0] - 0.5 if seen.markers else 0.0
 
     def _is_centred(self, seen: Seen) -> bool:
-        return seen.markers >= SOME and abs(self._off(seen)) < MIDDLE
+        return seen.markers >= MARKERS_TO_LOCATE and abs(self._off(seen)) < MIDDLE
 
     def _share(self, seen: Seen) -> float:
         """Return the sheet's width in the frame as a share of the frame's."""

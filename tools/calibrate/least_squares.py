@@ -48,7 +48,7 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
         start: First guess, which is also the expectation where the measurements say nothing.
         prior_sd: How uncertain the first guess is; infinite where only the measurements count.
         scales: A small change of each parameter, for derivatives.
-        alike: So many residuals share one error, and count as one measurement.
+        alike: Number of residuals that share one error and count as one measurement.
     """
     values, damping = start.astype(np.float64), DAMPING
     known = np.sqrt(alike) / prior_sd

@@ -21,14 +21,14 @@ SHEET_MM = (297.0, 210.0)
 MARKER_MM, PITCH_MM = 80.0, 95.0
 COLUMNS, ROWS = 3, 2
 FIRST_ID = 40
-"""The last ids of the dictionary; missions that use markers rarely have so many."""
+"""The last ids of the dictionary; missions rarely use those."""
 RULE_MM = 100.0
 """A line of this length shows whether the sheet was printed at its true size."""
 COARSE_PX = 500
 """In frames narrower than this, far markers are too small to be found as they are."""
-ENLARGED, MARGIN_PX = 3, 12
-"""The part of a frame with markers, and this much round them, is searched again so many times larger: fits of the edges
-find the corners of small markers to a tenth of a pixel there."""
+ENLARGEMENT, MARGIN_PX = 3, 12
+"""The part of a frame with markers, with a margin, is enlarged and searched again: there, fits of the edges find the
+corners of small markers to a tenth of a pixel."""
 DPI = 254
 """Ten pixels a millimetre, so that markers have their exact size."""
 MM_PER_INCH = 25.4
@@ -80,7 +80,7 @@ def find_sheet(image: Image) -> Seen:
     (left, top), (right, bottom) = (each(np.concatenate(rough), axis=(0, 1)) / finer for each in (np.min, np.max))
     x0, y0 = max(0, int(left) - MARGIN_PX), max(0, int(top) - MARGIN_PX)
     part = grey[y0 : min(height, int(bottom) + MARGIN_PX), x0 : min(width, int(right) + MARGIN_PX)]
-    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(_larger(part, ENLARGED))
+    corners, ids, _ = _detector(cv2.aruco.CORNER_REFINE_APRILTAG).detectMarkers(_larger(part, ENLARGEMENT))
     on_sheet, in_frame, centres = [], [], marker_centres()
     half = MARKER_MM / 2
     for quad, number in zip(corners, () if ids is None else ids.ravel(), strict=True):
@@ -90,7 +90,7 @@ def find_sheet(image: Image) -> Seen:
         x, y = centre
         on_sheet += [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
         # this refinement counts from the corner of the first pixel
-        in_frame += [(float(u) / ENLARGED + x0, float(v) / ENLARGED + y0) for u, v in quad[0]]
+        in_frame += [(float(u) / ENLARGEMENT + x0, float(v) / ENLARGEMENT + y0) for u, v in quad[0]]
     return Seen(np.array(on_sheet).reshape(-1, 2), np.array(in_frame).reshape(-1, 2))
 
 

@@ -20,8 +20,10 @@ BEYOND_DEG = 4.0
 """The beam's edge is known when there are enough echoes from beyond it, by this at least."""
 HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
 """Half angles of the beam that are tried."""
-OUTLIER, GROUPS = 3.0, 5
-"""Errors count up to so many standard deviations; and parts of the echoes, of which each is left out once."""
+OUTLIER = 3.0
+"""Errors count up to this many standard deviations."""
+GROUPS = 5
+"""Parts of the echoes, each of which is left out once (jackknife)."""
 UNEVEN_DEG = 3.0
 """Standard error of the beam's angle through walls that are not plane, such as by the sheet, or a skirting board."""
 

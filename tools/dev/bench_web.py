@@ -41,7 +41,7 @@ MOTOR_COMMANDS = (b"\x80\x04", b"\x81\x95")
 """How telegrams that drive motors begin: SetOutputState, and a write into the output module's IO map."""
 DELAY_P50_MS, DELAY_P95_MS, JOYSTICK_MS, SIZE_MB = 10.0, 30.0, 5.0, 4.0
 CPU_PERCENT = {1: 3.0, 12: 15.0}
-"""Goals; CPU: of so many clients more."""
+"""Goals; of the CPU for this many further clients."""
 
 WATCH = """
 import asyncio, json, struct, sys, time, websockets

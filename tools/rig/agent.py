@@ -146,7 +146,7 @@ def _relay(cable: socket.socket, adapter: int) -> None:
 
 
 def _read(stream: socket.SocketIO, size: int) -> bytes:
-    """Read exactly so many bytes; ConnectionError at the end."""
+    """Read exactly `size` bytes; ConnectionError at the end."""
     data = b""
     while len(data) < size:
         more = stream.read(size - len(data))

@@ -28,7 +28,7 @@ EDGE_MM = 150.0
 LOW_MM = 200.0
 """Objects lower than this hide no picture; they are drawn in outline."""
 STANDING_MOMENTS = 10
-"""A late object that stands still for so many moments is drawn."""
+"""A late object that stands still for this many moments is drawn."""
 MARK_PX = 6.5
 
 SOLID: Color = (190, 194, 200)

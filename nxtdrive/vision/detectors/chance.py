@@ -20,7 +20,7 @@ DETAIL_HEIGHT = 24
 """Details are counted at this height in pixels; finer ones are lost some metres away."""
 
 COARSE_WAVES = 3
-"""The coarse part of a picture: so many cosines along each side, the constant among them."""
+"""The coarse part of a picture: this many cosines along each side, the constant among them."""
 
 COARSE_MATCHED, FINE_MATCHED = 0.9, 0.3
 """Chance explains at most these shares of a picture's coarse contrast and of the rest."""

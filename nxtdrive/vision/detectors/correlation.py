@@ -35,12 +35,12 @@ FINE_HEIGHT, FINE_STEPS = 40, 3
 steps of each alignment."""
 
 PROMISING, LEAST_PROMISING = 16, 4
-"""So many of the best proposals after one step are aligned further: all pictures that are looked for at once share the
-first number, and each has the second."""
+"""Number of the best proposals after one step that are aligned further: all pictures that are looked for at once share
+the first number, and each has the second."""
 
 ALIGNED_AT = 0.65
 CHECKS, LEAST_CHECKS = 4, 2
-"""So many of the best aligned proposals are checked in colour, shared likewise; where the picture is, it is nearly
+"""Number of the best aligned proposals that are checked in colour, shared likewise; where the picture is, it is nearly
 always the best."""
 
 LEAST_RANGE = 16.0

@@ -21,7 +21,7 @@ from nxtdrive.vision.detectors.spec import DetectorSpec
 
 MIN_SCORE = 0.4
 MOST_PLACES = 100
-"""So many of the best places are compared for overlaps."""
+"""Number of the best places that are compared for overlaps."""
 
 
 _LOADED: WeakValueDictionary[tuple[object, ...], OnnxModel] = WeakValueDictionary()

@@ -36,7 +36,7 @@ COCO_GAPS = (0, 12, 26, 29, 30, 45, 66, 68, 69, 71, 83)
 
 
 def coco_labels(count: int) -> tuple[str, ...]:
-    """Return COCO's labels for a model that names none and has so many: 80, or 91 with gaps; else none."""
+    """Return COCO's labels for a model that names none and has as many: 80, or 91 with gaps; else none."""
     if count == len(COCO):
         return COCO
     names = iter(COCO)
@@ -85,7 +85,7 @@ def number_of(label: str, labels: Sequence[str], model: Path) -> int:
 
 
 def listed(labels: Sequence[str], most: int = 100) -> str:
-    """Return the labels in one line, at most so many."""
+    """Return the labels in one line, at most `most` of them."""
     named = [one[:60] for one in labels if one]
     more = f" and {len(named) - most} more" if len(named) > most else ""
     return ", ".join(named[:most]) + more

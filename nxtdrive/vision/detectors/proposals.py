@@ -36,7 +36,7 @@ PROPOSALS = (16, 8, 6, 4, 4)
 """Most proposals per level; the finest level has the smallest templates and the most places for chance matches."""
 
 CROWD = 10
-"""So many times as many places are compared for overlaps."""
+"""For each proposal this many places are compared for overlaps."""
 
 SHAPES_KEPT = 20
 """Shapes of levels for which the templates' spectra are kept: those of whole frames, and of some crops of them."""

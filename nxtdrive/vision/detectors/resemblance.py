@@ -31,7 +31,7 @@ CUT = 250.0
 """Values from here on may be cut; the gains are measured on the others."""
 
 FITS, HARDLY_CUT = 3, 0.98
-"""Gains are measured so many times where less than this share of the values is below `CUT`."""
+"""Gains are measured this many times where less than this share of the values is below `CUT`."""
 
 LEAST_LIT = 0.1
 """Least share of the pixels that must not be cut for the gain of a channel to be measured."""

@@ -25,7 +25,7 @@ from .wire_transports import plug_in
 
 PROFILES = ("thesis", "adaptive")
 CAMERA_EVERY = 25
-"""One mission in so many looks through the camera, which takes some seconds."""
+"""One mission in this many looks through the camera, which takes some seconds."""
 TELEGRAMS = 900
 """About as many as a mission has, over a quick link."""
 LATENCIES_MS = (2, 2, 45)

@@ -25,7 +25,7 @@ from .wire import KINDS, TRANSPORTS, Exchange, Fault, Wire
 from .wire_transports import plug_in
 
 MISSION_EVERY = 60
-"""One trial in so many is a mission, which takes as long as a hundred of the others."""
+"""One trial in this many is a mission, which takes as long as a hundred of the others."""
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of it, modulo 1, spread evenly however many there are."""
 COMBINATIONS = tuple(product(PROGRAMS, TRANSPORTS, KINDS, (False, True)))

@@ -38,7 +38,7 @@ WARM_HOURS = 2
 GROWTH_BLOCKS = 1000
 """Growth of the number of Python's objects, roughly, after the second hour; a leak of one per poll would exceed it."""
 TRACED_EVERY, LEFT_BYTES = 6, 50_000
-"""In one hour of so many all allocations are traced, which takes five times as long, and what is left is limited."""
+"""One hour in this many traces all allocations, which takes five times as long; then what is left is limited."""
 SPARE_TELEGRAMS = 12
 """Keep-alive telegrams of an hour more or less than those of the timers: lost links, a mission, reconnections."""
 KEEP_ALIVE = KeepAlive.opcode
