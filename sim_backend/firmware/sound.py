@@ -97,7 +97,8 @@ class SoundModule:
         self.from_file = self.audible = False
         self._ends_ms = self._next_ms = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._byte_ms, self._lead_ms, self._from_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST), 0.0, 0.0
+        self._byte_ms = self._sample_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST)
+        self._from_ms = 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
         self._is_melody = self._plays_buffer = False
@@ -158,7 +159,10 @@ class SoundModule:
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags, self.audible = self.flags | SoundFlag.RUNNING, True
-            if now_ms >= self._ends_ms:
+            nothing = self._handle is None and self._read == self._played and self.mode != SoundMode.LOOP
+            if self.state == SoundState.FILE and nothing:  # a program or telegram has written the state
+                self._silence()
+            elif now_ms >= self._ends_ms:
                 self._continue(now_ms)
         self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
 
@@ -166,10 +170,11 @@ class SoundModule:
         self.flags &= ~int(SoundFlag.UPDATE)
         interrupts = bool(self.flags & SoundFlag.RUNNING)
         if self.mode & SoundMode.TONE:
+            rest_ms = self._rest_of_sample(now_ms)
             self._queue = []
             self._silence()
             self._begin(SoundState.TONE)
-            self._start_tone(now_ms)
+            self._start_tone(now_ms, rest_ms)
             return
         status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
         if not status:
@@ -182,10 +187,10 @@ class SoundModule:
                 self._notes, self._plays_buffer = [], False
             self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
 
-    def _start_tone(self, now_ms: int) -> None:
-        """Play the tone of the map."""
+    def _start_tone(self, now_ms: int, rest_ms: float = 0.0) -> None:
+        """Play the tone of the map, behind the rest of a file's sample."""
         self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
-        self._play_waves(self.frequency_hz, self.duration_ms, now_ms)
+        self._play_waves(self.frequency_hz, self.duration_ms, now_ms, rest_ms)
 
     def _begin(self, state: SoundState) -> None:
         self.flags, self.state, self.audible = self.flags | SoundFlag.RUNNING, int(state), True
@@ -204,8 +209,8 @@ class SoundModule:
             return
         if not self._is_melody:
             rate, self.sample_rate = self.sample_rate or rate, 0
-        sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
-        self._byte_ms, self._lead_ms = sample_ms * (2 if kind == _COMPRESSED else 1), _QUEUED * sample_ms
+        self._sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
+        self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
         self.from_file, self._from_ms = not self._is_melody, begins_ms + self._rest_of_wave(begins_ms)
         self.tone = None if self._is_melody else self.tone
@@ -239,7 +244,7 @@ class SoundModule:
     @property
     def _place_ms(self) -> float:
         """When the queue has a place."""
-        return self._queue[0] - self._lead_ms if len(self._queue) == _QUEUED else 0.0
+        return self._queue[0] - _QUEUED * self._sample_ms if len(self._queue) == _QUEUED else 0.0
 
     def _read_buffer(self) -> bool:
         """Fill a buffer of the ring; at the end of the file, or if its handle was closed, a loop opens it again."""
@@ -279,13 +284,13 @@ class SoundModule:
         frequency_hz, duration_ms = self._notes.pop(0)
         self._play_waves(frequency_hz, duration_ms, now_ms)
 
-    def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int) -> None:
+    def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play a tone; it begins when the wave that is on the loudspeaker ends.
 
         Tones of more than a hundred waves or so are longer than commanded, as the divider of the clock is rounded up.
         """
         hertz = min(max(frequency_hz, _LOWEST_HZ), _HIGHEST_HZ) if frequency_hz else _REST_HZ
-        waits_ms = self._rest_of_wave(now_ms)
+        waits_ms = max(rest_ms, self._rest_of_wave(now_ms))
         waves = hertz * max(duration_ms, _SHORTEST_MS) // 1000 - _QUEUED - _QUEUED * hertz // 1000
         self._wave_ms = _period_ms(_WAVE_CLOCKS, hertz)
         self._waves_begin_ms = now_ms + waits_ms
@@ -295,6 +300,11 @@ class SoundModule:
     def _rest_of_wave(self, now_ms: int) -> float:
         """How long the wave that is on the loudspeaker still takes."""
         return self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms if now_ms < self._waves_end_ms else 0.0
+
+    def _rest_of_sample(self, now_ms: int) -> float:
+        """How long the sample of a file that is on the loudspeaker still takes."""
+        ends_ms = max(self._queue, default=0.0)
+        return (ends_ms - now_ms) % self._sample_ms if now_ms < ends_ms else 0.0
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""

@@ -325,6 +325,23 @@ def test_a_file_that_replaces_a_tone_waits_for_the_end_of_its_wave(size, hertz, 
     assert speaker.passes_until_idle() == pytest.approx(passes, abs=1)  # the phase of the recordings' timer
 
 
+@pytest.mark.parametrize(("rate", "wait", "passes"), [(8000, 0, 105), (2000, 10, 105), (2000, 0, 104), (2000, 90, 104)])
+def test_a_tone_that_replaces_a_file_waits_for_the_end_of_its_sample(rate, wait, passes):
+    speaker = Loudspeaker()
+    speaker.store("a.rso", SAMPLES, bytes(128), rate)
+    speaker.play("a.rso")
+    speaker.bench.control(f"!tick {wait}")
+    speaker.send(PlayTone(5000, 100))
+    assert speaker.passes_until_idle() == passes
+
+
+def test_a_tone_ends_when_the_map_says_that_it_is_a_file():
+    speaker = Loudspeaker()
+    speaker.send(PlayTone(768, 40))
+    speaker.put(State=FILE)
+    assert (speaker.field("Flags"), speaker.field("State")) == (0, IDLE)
+
+
 @pytest.mark.parametrize(("running", "ms", "passes"), [(0, 40, 30), (0, 100, 90), (2, 40, 1), (2, 100, 1)])
 def test_a_file_of_the_map_waits_for_a_tone_unless_the_flag_says_that_one_is_running(running, ms, passes):
     speaker = Loudspeaker()
