@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, existing_folder, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.web import LOOPBACK, add_port_argument, listen, require_extra
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--folder",
         metavar="FOLDER",
-        type=existing_folder,
+        type=Path,
         default=Path(),
         help="whose mission files it may start (default: .)",
     )
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         require_extra()
     account, address = Account(), in_real_time(args.nxt)
     robot = Robot(address, args.camera, setup.load(args.mission, args.robot), account, args.out)
-    assistant = Assistant(robot, account, Missions(args.folder, args.robot), args.out, args.max_mm)
+    assistant = Assistant(robot, account, Missions(existing(args.folder), args.robot), args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
         robot.open()

@@ -76,11 +76,11 @@ def new_file(text: str) -> Path:
     return Path(text)
 
 
-def existing_folder(text: str) -> Path:
-    """Convert an argument of argparse: a folder that exists."""
-    if not os.path.isdir(text):
-        raise argparse.ArgumentTypeError(f"there is no folder {text!r}")
-    return Path(text)
+def existing(folder: Path) -> Path:
+    """Return the folder of ``--folder``; `ConfigError` if there is none."""
+    if not os.path.isdir(folder):
+        raise ConfigError(f"there is no folder {folder}.", remedy="Name with --folder the one of your missions.")
+    return folder
 
 
 @contextmanager

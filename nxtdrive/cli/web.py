@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing_folder, number
+from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--folder",
         metavar="FOLDER",
-        type=existing_folder,
+        type=Path,
         default=Path(),
         help="whose mission files the page offers (default: .)",
     )
@@ -110,7 +110,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    hub, missions = Hub(), Missions(args.folder, args.robot)
+    hub, missions = Hub(), Missions(existing(args.folder), args.robot)
     robot = Robot(address, args.camera, setup.load(args.mission, args.robot), hub, args.out)
 
     def use(file: Path) -> None:
@@ -147,9 +147,9 @@ def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
             remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
     if args.classroom.isdecimal():
-        config = simulated_class(int(args.classroom), args.folder, args.out)
+        config = simulated_class(int(args.classroom), existing(args.folder), args.out)
     else:
-        config = read_classroom(Path(args.classroom), args.folder, args.out)
+        config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
     classroom = Classroom(config, setup.load(args.mission))
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,

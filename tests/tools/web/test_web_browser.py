@@ -181,6 +181,7 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
         assert "lena reached" in browser.find_element(By.ID, "lines").text
         assert "ended: achieved" in browser.find_element(By.ID, "doing").text
         assert not browser.find_element(By.ID, "notice").is_displayed()
+        assert not browser.find_element(By.ID, "start").is_displayed(), "the command ran its only mission"
 
 
 def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_path):
