@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import logging
+import os
 import re
 import sys
 import traceback
@@ -183,6 +184,8 @@ def _sentence(error: Exception, args: argparse.Namespace) -> str:
         return said
     if isinstance(error, BrickNotFound) and str(getattr(args, "nxt", "")).startswith("usb:"):
         return f"{error} `nxtdrive doctor` looks for the cause."
+    if isinstance(error, AddressError) and os.environ.get("NXT", "") == getattr(args, "nxt", None):
+        return f"{error} The address is that of $NXT."
     if isinstance(error, NXTError):
         return str(error)
     match error:
