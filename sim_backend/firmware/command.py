@@ -194,10 +194,10 @@ class CommandModule:
     def run(self, now_ms: int) -> None:
         """Start, run, stop or remove a program."""
         self.due_ms = NEVER
-        if self._phase is _Phase.ENDED:
-            self._clear_away()
-        elif self._phase is _Phase.RUNNING:
+        if self._phase is _Phase.RUNNING:
             self._advance(now_ms)
+        elif self._phase is _Phase.ENDED:
+            self._clear_away()
         elif self._phase is _Phase.WAITING:
             if self.status == ProgramStatus.RESET:
                 self._phase, self.status = _Phase.IDLE, int(ProgramStatus.IDLE)
@@ -256,17 +256,20 @@ class CommandModule:
         self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
 
     def _execute(self, now_ms: int) -> None:
-        if self._machine is None:
+        machine = self._machine
+        if machine is None:
             return
         steps = self._state == InterpreterState.STEP
-        outcome = self._machine.run(now_ms, most=1 if steps else None)
-        if self._machine.runs:
+        outcome = machine.run(now_ms, 1 if steps else None)
+        runs = machine.runs
+        if runs:
             self._tick_lag = 0
-        if outcome is None:
-            self._state = InterpreterState.PAUSED if steps else self._state
-            self.due_ms = NEVER if steps else self._machine.due_ms
+        if outcome is None and not steps:
+            self.due_ms = now_ms + 1 if runs and not machine.spins else machine.due_ms
+        elif outcome is None:
+            self._state = InterpreterState.PAUSED
         elif outcome is Outcome.ERROR and self._dialect.tells_faults:
-            self._end(self._machine.error & 0xFF)
+            self._end(machine.error & 0xFF)
         else:
             self._end(ProgramStatus(outcome))
 

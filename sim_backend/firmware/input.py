@@ -270,6 +270,7 @@ class InputModule:
         self.due_ms = NEVER
         self._clock = clock
         self._last_ms = clock.now_ms
+        self._watched: list[InputPort] = []
 
     def wake(self) -> None:
         """Run in the next pass: a type, mode or sensor changed."""
@@ -297,18 +298,21 @@ class InputModule:
         """Read the sensors; skipped passes count for settling only."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
         woken = self.due_ms <= now_ms
-        self.due_ms = NEVER
-        for port in self.ports:
+        ports = self.ports if woken else self._watched
+        self.due_ms, self._watched = NEVER, []
+        for port in ports:
             if port.type == port.known_type and not (port.settling or port.invalid):  # nothing to settle
                 if port.type in self._silent:
                     continue  # nothing to read: most ports in most passes
                 if not woken and port.reads_the_same:
                     continue
                 if port.type in NORMALIZE:  # most of the others
+                    self._watched.append(port)
                     port.read()
                     if port.counts:
                         self.due_ms = min(self.due_ms, now_ms + 1)
                     continue
+            self._watched.append(port)
             self._update(port, passes)
             due = NEVER
             if port.invalid & INVALID:

@@ -120,7 +120,7 @@ class OutputModule:
         self.regulates_position = version.regulates_position
         self._common_byte = self._regulation_options = 0
         self._clock = clock
-        self._last_ms = clock.now_ms
+        self._last_ms, self._woken = clock.now_ms, False
 
     @property
     def common_byte(self) -> int:
@@ -153,7 +153,7 @@ class OutputModule:
 
     def wake(self) -> None:
         """Run in the next pass: a command was given or a plant moved."""
-        self.due_ms = self._clock.now_ms + 1
+        self.due_ms, self._woken = self._clock.now_ms + 1, True
 
     def reset(self) -> None:
         """Stop all motors and zero their counters in the next pass."""
@@ -187,7 +187,8 @@ class OutputModule:
                 control.fresh = plant.step(speed, control.brake)
             if speed:
                 turns = True
-        self.due_ms = now_ms + 1 if turns or not all(output.at_rest for output in outputs) else NEVER
+        woken, self._woken = self._woken, False  # a program that sets a motor is likely to do so again
+        self.due_ms = now_ms + 1 if turns or woken or not all(output.at_rest for output in outputs) else NEVER
 
     def _account(self, passes: int) -> None:
         """Advance the regulation timers only: all motors were at rest."""

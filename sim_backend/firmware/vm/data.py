@@ -308,12 +308,13 @@ class Data:
             own = table + DESCRIPTOR_SIZE * index(pool, variable)[0]
             offset, element, length, _, link = descriptor(pool, own)
             following = table + DESCRIPTOR_SIZE * link
+            looks_on = count > length and link != _NO_ARRAY
             if count > length:
-                if offset == NOT_AN_OFFSET or link == _NO_ARRAY or following + DESCRIPTOR_SIZE > len(pool):
+                if offset == NOT_AN_OFFSET or (looks_on and following + DESCRIPTOR_SIZE > len(pool)):
                     return False
-                if element * count & 0xFFFF > index(pool, following)[0] - offset:
+                if element * count & 0xFFFF > (index(pool, following)[0] if looks_on else memory.end) - offset:
                     return False
-            memory.spend(1 + (count > length))
+            memory.spend(1 + looks_on)
             INDEX.pack_into(pool, own + LENGTH_AT, count & 0xFFFF)
             return True
 

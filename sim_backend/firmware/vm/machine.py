@@ -107,7 +107,7 @@ class Machine:
         decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
         self._decode = partial(decoder, program.code)
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
-        self._spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
+        self.spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self.handles = set[int]()
         self.semaphores, self.sending, self.random_state = [0, 0], False, 1
         self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
@@ -143,12 +143,13 @@ class Machine:
 
     def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
         """Run one pass, or at most some instructions; returns the outcome, or None while the program runs."""
-        if self._spins and self._all_spin:
+        if self.spins and self._all_spin:
             for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
                 self.queue.rotate()
         self.now_ms = now_ms
         self.memory.begin_pass()
-        self._wake()
+        if self._sleeping.first != NO_CLUMP:
+            self._wake()
         try:
             self._run_turns(self._timing.instructions if most is None else most)
         except FAILURES as failure:
@@ -258,7 +259,7 @@ class Machine:
         return rest
 
     def _wake(self) -> None:
-        for number in self._sleeping if self._sleeping.first != NO_CLUMP else ():
+        for number in self._sleeping:
             if self._wake_ms(number) <= self.now_ms:
                 self._sleeping.remove(number)
                 self.queue.append(number)
@@ -274,7 +275,7 @@ class Machine:
     @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
-        if self.runs and not (self._spins and self._all_spin):
+        if self.runs and not (self.spins and self._all_spin):
             return self.now_ms + 1
         return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER))
 
@@ -283,7 +284,7 @@ class Machine:
         """Whether each clump that does not sleep is in an empty endless loop, and none is lost from the queue."""
         numbers = list(self.queue)
         return numbers[-1:] == [self.queue.last] and all(
-            self._exists(number) and self.tasks[number].pc in self._spins for number in numbers
+            self._exists(number) and self.tasks[number].pc in self.spins for number in numbers
         )
 
     @property
@@ -358,7 +359,7 @@ class Machine:
     def set_turn(self, number: int, instructions: int) -> None:
         """Set how many instructions a turn of a clump has, at least one."""
         if self._exists(number & 0xFF):
-            self.tasks[number & 0xFF].turn, self._spins = max(instructions & 0xFF, 1), frozenset()
+            self.tasks[number & 0xFF].turn, self.spins = max(instructions & 0xFF, 1), frozenset()
 
     def acquire(self, mutex: int, following: int) -> int:
         """Give the mutex at an offset to the first clump of the queue, or let it wait until it is free."""

@@ -124,11 +124,12 @@ def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder])
         return
     if 0 in lengths:  # the firmware overwrites its memory
         raise ProgramError(ERR_ARG, "a text without a closing zero")
+    pool, put = data.memory.pool, data.put_bytes
     for find in sources:
         at, size = find()
-        data.put_bytes(to, data.memory.pool[at : at + size - 1])
+        put(to, pool[at : at + size - 1])
         to += size - 1
-    data.put_bytes(to, b"\0")
+    put(to, b"\0")
 
 
 def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
