@@ -141,6 +141,7 @@ class MissionChart(StateChart[Any]):
             map_distrusted = trusted.to(distrusted)
             map_trusted = distrusted.to(trusted)
             map_cleared = trusted.to(trusted) | distrusted.to(distrusted)
+            turns_corrected = trusted.to(trusted) | distrusted.to(distrusted)
 
     done = State(final=True)
     # a parallel state is done only when all its regions are; here a finished mission ends the chart

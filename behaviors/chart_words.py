@@ -69,6 +69,7 @@ EVENTS = {
     Event.MAP_DISTRUSTED: "The map shows no path past what is in the way, so it is more likely wrong.",
     Event.MAP_TRUSTED: "The distrust has lasted long enough.",
     Event.MAP_CLEARED: "The map walled the robot in, so its obstacles were forgotten.",
+    Event.TURNS_CORRECTED: "The robot turns farther or less far than its wheels say, which is allowed for from now on.",
     Event.TRIP: "The operator stops the mission.",
     Event.SUSPEND: "An outage or a pause interrupts the mission.",
     Event.RESUME: "The outage or the pause is over.",

@@ -228,6 +228,10 @@ class Body(Protocol):
         """Let the safety stop heed the sonar; with a `doubt`, in words, leave it out as if it had failed."""
         ...
 
+    def correct_turns(self, scale: float, angle_deg: float) -> None:
+        """Count every turn `scale` times as far as so far, and the latest one, by `angle_deg` on the spot, as well."""
+        ...
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         ...

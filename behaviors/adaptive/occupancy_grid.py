@@ -122,6 +122,16 @@ class OccupancyGrid:
         self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
+        self.keep()
+
+    def keep(self) -> None:
+        """Keep a copy of what is known now."""
+        self._kept = self.evidence.copy(), self._heard_deg.copy()
+
+    def recall(self) -> None:
+        """Go back to the copy that was kept."""
+        evidence, heard_deg = self._kept
+        self.evidence, self._heard_deg, self._last = evidence.copy(), heard_deg.copy(), None
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""

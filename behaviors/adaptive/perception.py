@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass
 
 from behaviors.adaptive.sonar_trust import SonarTrust
+from behaviors.adaptive.turn_scale import TurnScale
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Blocker
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Pose, Sighting, StopReason
@@ -29,6 +31,7 @@ class PerceptionNumbers:
         slow_link_s: Where asking for an echo and the pose takes longer than this, the link is slow,
         burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
         test_s: Longest turn to test a doubtful sonar.
+        turn_tests: Turns after which the scale of turns is left alone when the echoes have not told it.
     """
 
     unheard_mm: float = 150.0
@@ -40,6 +43,7 @@ class PerceptionNumbers:
     slow_link_s: float = 0.5
     burst: int = 3
     test_s: float = 8.0
+    turn_tests: int = 2
 
 
 N = PerceptionNumbers()
@@ -78,6 +82,7 @@ class Perception:
 
     Attributes:
         sonar: Whether the sonar works.
+        turns: What was heard in the present turn on the spot.
     """
 
     def __init__(
@@ -88,6 +93,8 @@ class Perception:
         self.world = world
         self._queue = queue
         self.sonar = SonarTrust()
+        self.turns = TurnScale()
+        self._turn_tests = 0 if world.knows_turns else N.turn_tests
         self._looked_s = -math.inf
         self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
@@ -126,6 +133,7 @@ class Perception:
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
+        self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
@@ -151,6 +159,30 @@ class Perception:
             self.drive(0.0, self.profile.scan_deg_s)
             self.step()
         self.context.body.stop()
+
+    @property
+    def doubts_turns(self) -> bool:
+        """Whether a turn should go on until it tells the scale of turns; echoes must come, and often enough."""
+        return self._turn_tests > 0 and not self.sonar.deaf and self.frames == 1
+
+    def begin_turn(self) -> None:
+        """Begin a turn that shall tell the scale of turns."""
+        self.turns.begin()
+        self.world.floor.keep()
+
+    def learn_turns(self) -> None:
+        """Learn the scale of turns from the one that the robot has just made, and draw what it heard anew."""
+        self._turn_tests -= 1
+        scale = self.turns.estimate()
+        if scale is None:
+            return
+        self._turn_tests = 0
+        if scale == 1.0:
+            return
+        turned_deg = self.turns.turned_deg
+        self.context.body.correct_turns(scale, turned_deg)
+        self.world.turned(scale, self.turns.beams)
+        self.context.report(Fact(Event.TURNS_CORRECTED, Reason.HEARD_TWICE, {"scale": scale, "turned_deg": turned_deg}))
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on as `Body.drive` does, slower without a sonar and on a slow link.

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from behaviors.adaptive.perception import Perception, unheard_blocker
+from behaviors.adaptive.turn_scale import N as TURNS
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure, TargetFinding
@@ -98,6 +99,8 @@ class ScanSkill:
         belief = world.targets.beliefs[perception.target]
         if belief.chance_from(*world.here, world.floor) < N.worth_a_turn:
             return None
+        if perception.doubts_turns:
+            return self._look_round_twice()
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.profile.scan_deg_s)
         margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
@@ -115,6 +118,18 @@ class ScanSkill:
             first_deg, sweep_deg = to_end, -width_deg
         fact = self._face(first_deg) if abs(first_deg) > N.aim_deg else None
         return fact or self._rest() or self._sweep(sweep_deg)
+
+    def _look_round_twice(self) -> Fact | None:
+        """Look round and on, until what was heard first is heard again, to learn how far the robot really turns."""
+        perception = self._perception
+        perception.begin_turn()
+        fact = self._sweep(TURNS.enough_deg)
+        while fact is None and not perception.turns.tell:
+            fact = self._sweep(TURNS.further_deg)
+        if fact is None:
+            perception.context.body.stop()
+            perception.learn_turns()
+        return fact
 
     def _face(self, angle_deg: float) -> Fact | None:
         """Turn to where looking begins; on a slow link while looking, since there an exact turn takes longer."""

@@ -12,6 +12,7 @@ from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.adaptive.trail import Trail
+from behaviors.adaptive.turn_scale import Beam
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure
 from behaviors.mission import Mission
@@ -45,6 +46,7 @@ class WorldModel:
     Attributes:
         floor: The map of the floor.
         camera: How the camera is mounted.
+        knows_turns: Whether turns need not be measured: the wheels are calibrated, or a compass corrects the heading.
         trail: Recent poses.
         echoes: Recent echoes.
         attempts: What was tried where, and what failed.
@@ -56,6 +58,7 @@ class WorldModel:
 
     def __init__(self, mission: Mission) -> None:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
+        self.knows_turns = mission.robot.compass != 0 or mission.calibration.wheels is not None
         self.trail = Trail()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
@@ -103,11 +106,14 @@ class WorldModel:
         self.floor.fade(now_s)
         self.floor.stands_on(pose)
         self.floor.unheard = not hears
+        self._hear(pose, range_mm)
+        return self.targets.look(looked_for, glance, range_mm)
+
+    def _hear(self, pose: Pose, range_mm: float | None) -> None:
         if range_mm is not None:
             self.floor.echo(pose, range_mm)
-        elif hears:
+        elif not self.floor.unheard:
             self.floor.no_echo(pose)
-        return self.targets.look(looked_for, glance, range_mm)
 
     def learn(self, target: str, failure: Failure, now_s: float, turn: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
@@ -156,6 +162,14 @@ class WorldModel:
                 since_s = begun_s
         self._blocked = (place, since_s, now_s)
         return replace(blocker, age_s=now_s - since_s)
+
+    def turned(self, scale: float, beams: Sequence[Beam]) -> None:
+        """Draw what was heard in a turn on the spot again: the robot turned `scale` times as far as was believed."""
+        self.floor.recall()
+        begin_deg = beams[0][0].heading_deg
+        for pose, range_mm in beams:
+            heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)
+            self._hear(replace(pose, heading_deg=heading_deg), range_mm)
 
     def polar_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing in degrees, positive right, and its distance in millimetres."""

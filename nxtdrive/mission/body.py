@@ -123,6 +123,10 @@ class MissionBody:
         self._rover.heed_sonar(heed=not doubt)
         self._sensor_changed("sonar", doubt)
 
+    def correct_turns(self, scale: float, angle_deg: float) -> None:
+        """Count every turn `scale` times as far as so far, and the latest one, by `angle_deg` on the spot, as well."""
+        self._rover.correct_turns(scale, angle_deg)
+
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         with link_errors_as_outages():

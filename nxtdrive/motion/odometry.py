@@ -96,6 +96,12 @@ class Odometry:
             self.pose = Pose(self.pose.x_mm, self.pose.y_mm, self.pose.heading_deg + angle_deg)
             self.trip = NOWHERE
 
+    def recalibrate(self, wheels: WheelGeometry, angle_deg: float) -> None:
+        """Go on with another geometry of the wheels, after a correction of the heading by `angle_deg`."""
+        self.correct(angle_deg)
+        with self._lock:
+            self._wheels = wheels
+
     @property
     def rest_s(self) -> float:
         """How long the wheels have stood, as seen in readings."""

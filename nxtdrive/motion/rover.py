@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import Literal, TypeVar, overload
 
@@ -242,6 +243,17 @@ class Rover:
         self._odometry.put(pose)
         if self._correction is not None:
             self._correction.rename(pose.heading_deg - before.heading_deg)
+
+    def correct_turns(self, scale: float, angle_deg: float = 0.0) -> None:
+        """Count every turn `scale` times as far as so far: in the pose, and in what is asked of the wheels.
+
+        Args:
+            scale: 0.5..2.
+            angle_deg: The pose counted this turn on the spot, the latest one, in the old way.
+        """
+        wheels = replace(self._wheels, track_mm=self._wheels.track_mm / in_range("scale", scale, 0.5, 2))
+        self._wheels = wheels
+        self._odometry.recalibrate(wheels, (scale - 1.0) * angle_deg)
 
     def range_mm(self) -> float | None:
         """Measure the distance ahead, millimetres; None without an echo or without a sonar."""

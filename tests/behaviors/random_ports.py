@@ -92,6 +92,9 @@ class RandomPorts:
     def heed_sonar(self, doubt: str = "") -> None:
         """Its sonar has nothing to do with its safety stop."""
 
+    def correct_turns(self, scale: float, angle_deg: float) -> None:
+        self._pose = Pose(self._pose.x_mm, self._pose.y_mm, self._pose.heading_deg + (scale - 1.0) * angle_deg)
+
     def on_sensor_change(self, listener) -> None:
         """No sensor fails here."""
 

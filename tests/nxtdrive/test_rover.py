@@ -73,6 +73,21 @@ def test_the_pose_follows_the_robot_around_a_square(lab, latency_ms):
     assert (pose.x_mm, pose.y_mm) == pytest.approx((truth.x_mm - 1000, truth.y_mm - 1500), abs=40)
 
 
+def test_a_corrected_scale_of_turns_counts_for_the_last_turn_and_for_those_to_come(lab):
+    room = lab()
+    rover = Rover(room.brick.link, axle_track_mm=118)
+    rover.turn(90)
+    settle(room)
+    scale = 118 / 112
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(90 * scale, abs=TURN_TOLERANCE_DEG)
+    rover.correct_turns(scale, 90)
+    assert rover.pose().heading_deg == pytest.approx(90 * scale, abs=TURN_TOLERANCE_DEG)
+    rover.turn(90)
+    settle(room)
+    assert rover.pose().heading_deg == pytest.approx(90 * scale + 90, abs=TURN_TOLERANCE_DEG)
+    assert room.simulation.truth.pose.heading_deg == pytest.approx(90 * scale + 90, abs=2 * TURN_TOLERANCE_DEG)
+
+
 def test_the_pose_can_be_set(lab):
     rover = Rover(lab().brick.link)
     rover.turn(45)

@@ -1,0 +1,127 @@
+"""How far the robot really turns: heard in a turn on the spot that goes beyond a full one.
+
+The track by ruler, a worn tyre or a smooth floor let a robot turn some per cent more or less than its wheels say, and
+after a few looks round its map lies askew. Beyond a full turn the sonar hears everything a second time: how far apart
+both times are by the wheels tells how far the robot has turned by them for 360 degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.ports import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class TurnNumbers:
+    """The numbers of the estimate.
+
+    Attributes:
+        enough_deg: A turn this long, by the wheels, tells the scale where the room has edges to hear at its begin.
+        further_deg: Where it has not, the turn goes on by so much at a time,
+        longest_deg: up to this length.
+        most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
+        least: A smaller share may be an accident of the echoes, and is left.
+        overlap_deg: What is heard twice must be at least this wide.
+        step_deg: Echoes are compared this far apart; the sonar's beam is far wider.
+        farthest_mm: Echoes from farther away, and silence, count as this.
+        outlier_mm: A larger difference counts as this: something moved, or a beam just missed an edge.
+        fits_mm: Echoes that differ by more in the mean do not fit.
+        distinct: Scales that are farther from the best one than `apart_deg` in a turn must fit worse by this share of
+            its misfit,
+        distinct_mm: and by this: where nothing is near, every scale fits.
+        apart_deg: See `distinct`.
+        moved_mm: A robot that moved farther than this has not turned on the spot.
+    """
+
+    enough_deg: float = 425.0
+    further_deg: float = 15.0
+    longest_deg: float = 485.0
+    most: float = 0.15
+    least: float = 0.012
+    overlap_deg: float = 24.0
+    step_deg: float = 2.0
+    farthest_mm: float = 2000.0
+    outlier_mm: float = 150.0
+    fits_mm: float = 60.0
+    distinct: float = 0.6
+    distinct_mm: float = 15.0
+    apart_deg: float = 8.0
+    moved_mm: float = 40.0
+
+
+N = TurnNumbers()
+
+Array = NDArray[np.float64]
+Beam = tuple[Pose, float | None]
+"""Where the robot was by its wheels, and the echo in mm or None."""
+
+
+class TurnScale:
+    """Collects what is heard in one turn on the spot."""
+
+    def __init__(self) -> None:
+        self._beams: list[Beam] = []
+
+    @property
+    def beams(self) -> tuple[Beam, ...]:
+        """What was heard in the present turn, oldest first."""
+        return tuple(self._beams)
+
+    @property
+    def turned_deg(self) -> float:
+        """How far the robot has turned on the spot by its wheels, positive right."""
+        return self._beams[-1][0].heading_deg - self._beams[0][0].heading_deg if self._beams else 0.0
+
+    @property
+    def tell(self) -> bool:
+        """Whether the turn tells the scale of turns, or is too long to go on."""
+        return abs(self.turned_deg) >= N.longest_deg or self.estimate() is not None
+
+    def begin(self) -> None:
+        """Begin with a new turn."""
+        self._beams.clear()
+
+    def note(self, pose: Pose, range_mm: float | None) -> None:
+        """Add an echo or silence; where the robot moved on, a new turn begins."""
+        if self._beams:
+            begin = self._beams[0][0]
+            if math.hypot(pose.x_mm - begin.x_mm, pose.y_mm - begin.y_mm) > N.moved_mm:
+                self._beams.clear()
+        self._beams.append((pose, range_mm))
+
+    def estimate(self) -> float | None:
+        """Return how many degrees the robot turns for one by its wheels; None if the echoes do not tell."""
+        if abs(self.turned_deg) < N.enough_deg:
+            return None
+        begin = self._beams[0][0].heading_deg
+        headings = np.array([abs(pose.heading_deg - begin) for pose, _ in self._beams])
+        ranges = np.array([N.farthest_mm if each is None else min(each, N.farthest_mm) for _, each in self._beams])
+        order = np.argsort(headings, kind="stable")
+        turns, misfits = _misfits(headings[order], ranges[order])
+        if not len(turns):
+            return None
+        best = int(misfits.argmin())
+        elsewhere = misfits[np.abs(turns - turns[best]) > N.apart_deg]
+        least_mm = misfits[best] + max(N.distinct * misfits[best], N.distinct_mm)
+        if misfits[best] > N.fits_mm or elsewhere.min(initial=math.inf) < least_mm:
+            return None
+        scale = 360.0 / float(turns[best])
+        return scale if abs(scale - 1.0) >= N.least else 1.0
+
+
+def _misfits(headings: Array, ranges: Array) -> tuple[Array, Array]:
+    """Return full turns by the wheels that are possible, in degrees, and the mean difference of echoes for each, mm."""
+    at = np.arange(headings[0], headings[-1], N.step_deg)
+    turns = np.arange(360.0 / (1 + N.most), 360.0 / (1 - N.most), N.step_deg / 2)
+    turns = turns[turns <= headings[-1] - headings[0] - N.overlap_deg]
+    misfits = []
+    for turn_deg in turns:
+        first = at[at + turn_deg <= headings[-1]]
+        apart = np.interp(first, headings, ranges) - np.interp(first + turn_deg, headings, ranges)
+        misfits.append(np.minimum(np.abs(apart), N.outlier_mm).mean())
+    return turns, np.array(misfits)
