@@ -49,6 +49,7 @@ class BeliefNumbers:
         refuted: Share of the belief in a place that remains when the target turned out not to be there.
         trust: Share of the belief that a sighting moves to where it was.
         renews_s: Targets move: belief returns to the prior with this time constant.
+        opens_mm: Unknown floor counts as open from no farther away; it is as large as two rooms.
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
         came_s: What a look round costs besides the turn: getting here and deciding.
@@ -79,6 +80,7 @@ class BeliefNumbers:
     refuted: float = 0.02
     trust: float = 0.85
     renews_s: float = 1000.0
+    opens_mm: float = 4000.0
     empty_share: float = 0.8
     unknown_share: float = 0.9
     came_s: float = 9.0
@@ -125,6 +127,13 @@ def _seen_from(x_mm: float, y_mm: float) -> tuple[Array, Array, Array]:
 def _found_at(slant_deg: Array) -> Array:
     """Return the share of looks that find a picture seen so far aside."""
     return np.asarray(1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg)))
+
+
+def _along(sight: Array, distance_mm: Array, bearing_deg: Array) -> Array:
+    """Return the chance of a free line of sight up to each distance in each direction."""
+    direction = np.rint(bearing_deg * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
+    step = np.clip(distance_mm / CELL_MM, 0, sight.shape[1] - 1).astype(np.int64)
+    return np.asarray(sight[direction, step])
 
 
 @dataclass(slots=True)
@@ -233,6 +242,18 @@ class Belief:
         """Return the probability that one look round from a place finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
+    def opens_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
+        """Return the probability that it is on unknown floor with nothing suspected between there and a place.
+
+        Looking round from the place does not show it, but that floor becomes known from there.
+        """
+        distance, bearing_deg, _ = _seen_from(x_mm, y_mm)
+        plausible = self._plausible(floor)
+        mass = self._mass.sum(axis=1) * plausible
+        open_to = _along(floor.sight(x_mm, y_mm, N.opens_mm, N.opens_mm), distance, bearing_deg)
+        opened = (plausible == N.unknown) & (distance <= N.opens_mm)
+        return float((mass * open_to)[opened].sum() / mass.sum())
+
     def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
         """Return the arc of bearings that is most worth looking at, from and to in degrees clockwise.
 
@@ -273,11 +294,9 @@ class Belief:
         distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm)
         share = distance / self._range_mm
         each = np.interp(share, [0.0, N.sure_share, N.poor_share, N.blind_share], [1.0, 1.0, N.poor, 0.0])
-        sight = floor.sight(x_mm, y_mm, self._range_mm)
-        direction = np.rint(bearing_deg * DIRECTIONS / 360.0).astype(np.int64) % DIRECTIONS
         # the place itself is as large as the grid's spacing, and the picture echoes
-        step = np.clip((distance - N.spacing_mm) / CELL_MM, 0, sight.shape[1] - 1).astype(np.int64)
-        return _View((x_mm, y_mm), by_slant * sight[direction, step][:, None], each, bearing_deg)
+        sight = _along(floor.sight(x_mm, y_mm, self._range_mm), distance - N.spacing_mm, bearing_deg)
+        return _View((x_mm, y_mm), by_slant * sight[:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
         """Return how plausible a picture is at each place, as far as the map tells, (places,)."""

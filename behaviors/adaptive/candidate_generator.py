@@ -26,6 +26,7 @@ class CandidateNumbers:
         nearest_mm: Looking from nearer than this is looking from here.
         considered: Viewpoints that are considered: those that can be reached soonest.
         offered: Viewpoints that are offered: the most promising of them.
+        opened: Chance that a target on unknown floor that lies open before a viewpoint is found soon after going there.
         turn_s: What it takes to turn towards a destination.
         scan_s: What it takes to look round there.
         rescan_s: What it takes to look again here.
@@ -42,8 +43,9 @@ class CandidateNumbers:
 
     spacing_mm: float = 400.0
     nearest_mm: float = 350.0
-    considered: int = 60
+    considered: int = 120
     offered: int = 3
+    opened: float = 0.2
     turn_s: float = 1.5
     scan_s: float = 7.0
     rescan_s: float = 8.0
@@ -132,8 +134,8 @@ class CandidateGenerator:
         found = []
         for i in order:
             place = float(places[i, 0]), float(places[i, 1])
-            chance = world.targets.chance_from(target, place) * world.targets.novelty(target, place)
-            found.append((chance, float(travel_s[i]), place))
+            chance = world.targets.chance_from(target, place) + N.opened * world.targets.opens_from(target, place)
+            found.append((chance * world.targets.novelty(target, place), float(travel_s[i]), place))
         # from elsewhere an approach would lead past where one failed lately
         found = [each for each in found if world.new_approach(target, each[2])] or found
         found.sort(key=lambda each: -each[0] / (each[1] + N.scan_s))

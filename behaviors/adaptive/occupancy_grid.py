@@ -2,7 +2,8 @@
 
 A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
 So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
-hint, which a path may cross at a price, until nearer beams confirm or clear it.
+hint, which a path may cross at a price, until nearer beams confirm or clear it. Where something that is known stands on
+the arc, that explains the echo, and the rest of the arc is left as it is: it may be a doorway.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ class GridNumbers:
         free_echo: An echo from beyond a cell lowers its evidence by this.
         passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
+        explains: What has more evidence than this explains a farther echo from its place, give or take a cell.
         free_silent: Silence lowers it by this.
         freest: The least evidence that echoes leave.
         freest_silent: The least evidence that silence leaves.
@@ -67,6 +69,7 @@ class GridNumbers:
     most: float = 3.0
     free_echo: float = 0.35
     passed: float = 0.3
+    explains: float = 0.8
     free_silent: float = 0.1
     freest: float = -2.0
     freest_silent: float = -0.5
@@ -78,9 +81,9 @@ class GridNumbers:
     repeated_deg: float = 2.0
     repeated_range_mm: float = 50.0
     known: float = 0.1
-    behind: float = 0.3
+    behind: float = 0.1
     unknown_hides_mm: float = 2500.0
-    fades_s: float = 90.0
+    fades_s: float = 240.0
     block_radius_mm: float = 250.0
     block: float = 2.2
 
@@ -146,20 +149,20 @@ class OccupancyGrid:
         self._last = (pose, range_mm)
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         reach_mm = min(range_mm, N.far_mm)
-        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM)
-        cells = self.evidence[window]
-        free = (along < reach_mm - N.margin_mm) & (off_deg <= self._beam_deg) & self._heard_so(window, pose.heading_deg)
+        cone = _Cone.of(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM, self._beam_deg)
+        cells = self.evidence[cone.window]
+        free = self._passed(cone, reach_mm - N.margin_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
         if range_mm >= N.far_mm or repeated:
             return
-        hit = (np.abs(along - range_mm) <= CELL_MM * N.arc_cells) & (off_deg <= min(N.arc_deg, self._beam_deg))
+        hit = cone.arc(range_mm, CELL_MM * N.arc_cells) & (np.abs(cone.off_deg) <= N.arc_deg)
         gain, most = N.hit_near, N.most
         if range_mm > N.near_mm:
             gain, most = N.hit_far, N.solid - 0.1
-            elsewhere = hit & (cells > -N.passed)
-            hit = elsewhere if elsewhere.any() else hit
+            for likelier in (hit & (cells > -N.passed), cone.arc(range_mm, CELL_MM) & (cells > N.explains)):
+                hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
-        self._heard_deg[window][hit] = pose.heading_deg
+        self._heard_deg[cone.window][hit] = pose.heading_deg
 
     def no_echo(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
@@ -167,15 +170,25 @@ class OccupancyGrid:
             return
         self._last = (pose, math.inf)
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
-        window, along, off_deg = _polar(x_mm, y_mm, pose.heading_deg, N.silent_mm)
-        cells = self.evidence[window]
-        free = (along < N.silent_mm) & (off_deg <= self._beam_deg) & self._heard_so(window, pose.heading_deg)
+        cone = _Cone.of(x_mm, y_mm, pose.heading_deg, N.silent_mm, self._beam_deg)
+        cells = self.evidence[cone.window]
+        free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
-    def _heard_so(self, window: Window, heading_deg: float) -> Mask:
-        """Which cells would be heard by a beam in this direction: a surface deflects what strikes it at a glance."""
-        along = np.abs(np.cos(np.radians(self._heard_deg[window] - heading_deg)))
-        return np.asarray(~((along < math.cos(math.radians(N.glancing_deg))) & (self.evidence[window] > 0.0)))
+    def _passed(self, cone: _Cone, far_mm: float) -> Mask:
+        """Which cells a beam has passed up to a distance: neither what deflects it nor what lies behind that."""
+        before = cone.inside & (cone.along_mm < far_mm)
+        # a surface deflects what strikes it at a glance
+        along = np.abs(np.cos(np.radians(self._heard_deg[cone.window] - cone.heading_deg)))
+        glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.evidence[cone.window] > 0.0)
+        passed = before & ~glanced
+        deflecting = glanced & (self.evidence[cone.window] > N.hint)
+        if deflecting.any():
+            half_deg = np.degrees(np.arctan2(CELL_MM / 2, np.maximum(cone.along_mm[deflecting], 1.0)))
+            farther = cone.along_mm[passed][:, None] > cone.along_mm[deflecting]
+            in_line = np.abs(cone.off_deg[passed][:, None] - cone.off_deg[deflecting]) <= half_deg
+            passed[passed] = ~(farther & in_line).any(axis=1)
+        return np.asarray(passed)
 
     def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
@@ -203,10 +216,13 @@ class OccupancyGrid:
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
 
-    def sight(self, x_mm: float, y_mm: float, limit_mm: float) -> NDArray[np.float64]:
+    def sight(
+        self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm
+    ) -> NDArray[np.float64]:
         """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
-        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it.
+        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it: in one case
+        out of e on `unknown_hides_mm` of it.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
@@ -215,7 +231,7 @@ class OccupancyGrid:
         evidence[:, :2] = -1.0  # the robot itself stands there
         behind = np.logical_or.accumulate(evidence > N.hint, axis=1)
         unknown_mm = np.cumsum(np.abs(evidence) < N.known, axis=1) * CELL_MM
-        return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / N.unknown_hides_mm)), np.float64)
+        return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
     def clear_between(
         self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
@@ -283,13 +299,34 @@ def _disc(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[n
     return window, np.hypot(dx, dy) <= radius_mm
 
 
-def _polar(
-    x_mm: float, y_mm: float, heading_deg: float, radius_mm: float
-) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
-    """Return the cells around a place: their window, distances, and angles off a heading."""
-    window, dx, dy = _around(x_mm, y_mm, radius_mm)
-    off_deg = np.abs(wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg))
-    return window, np.hypot(dx, dy), off_deg
+@dataclass(frozen=True, slots=True)
+class _Cone:
+    """The cells that a beam may meet.
+
+    Attributes:
+        window: The cells around the sonar.
+        along_mm: How far away each is.
+        off_deg: How far to the right of the beam's axis.
+        inside: Which are in the beam.
+        heading_deg: The direction of its axis.
+    """
+
+    window: Window
+    along_mm: NDArray[np.float64]
+    off_deg: NDArray[np.float64]
+    inside: Mask
+    heading_deg: float
+
+    @classmethod
+    def of(cls, x_mm: float, y_mm: float, heading_deg: float, reach_mm: float, half_deg: float) -> _Cone:
+        """Return the cone of a beam from a place."""
+        window, dx, dy = _around(x_mm, y_mm, reach_mm)
+        off_deg = wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg)
+        return cls(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
+
+    def arc(self, range_mm: float, half_mm: float) -> Mask:
+        """Which cells are at a distance, give or take."""
+        return np.asarray(self.inside & (np.abs(self.along_mm - range_mm) <= half_mm))
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, Mask, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, Grid, Mask, OccupancyGrid, cell, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point
 
@@ -24,12 +24,15 @@ class PlannerNumbers:
         beyond_cells: Paths go this many cells beyond the known floor at most.
         tight: Cost of a cell within the inflation, in cells of free floor.
         doubtful: Cost of a cell that may be occupied.
+        likely: Cost of a cell with more evidence than `likely_evidence`, from several echoes.
+        likely_evidence: See `likely`.
         unknown: Cost of a cell that is not known.
         unknown_unheard: The same without a sonar, which would hear in time what stands there.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
         free: Evidence for a cell to be known as free.
+        frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
         rounds: Paths grow by at least a cell a round; this is twice across the whole map.
     """
 
@@ -38,12 +41,15 @@ class PlannerNumbers:
     beyond_cells: int = 8
     tight: float = 2.0
     doubtful: float = 5.0
+    likely: float = 25.0
+    likely_evidence: float = 0.8
     unknown: float = 1.4
     unknown_unheard: float = 8.0
     few_places: int = 6
     few_spacing_mm: float = 400.0
     touched: float = 0.05
     free: float = 0.2
+    frontier_cells: int = 5
     rounds: int = 400
 
 
@@ -68,8 +74,7 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        # without a sonar no floor but that which was driven over becomes known
-        self._free = (floor.evidence[self._window] < -N.free) | floor.unheard
+        self._evidence, self._unheard = floor.evidence[self._window].copy(), floor.unheard
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
@@ -106,9 +111,11 @@ class PathPlanner:
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
     def places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
-        """Return reachable places, (n, 2), about this far apart; with `known` only on floor known to be free."""
+        """Return reachable places, (n, 2), about this far apart; with `known` only on or near free floor."""
         every = max(1, round(spacing_mm / CELL_MM))
-        within = np.isfinite(self._field) & (self._free | (not known))
+        within = np.isfinite(self._field)
+        if known and not self._unheard:  # without a sonar no floor but that which was driven over becomes known
+            within &= _with_frontier(self._evidence)
         i, j = np.nonzero(within[::every, ::every])
         return np.stack(
             [centre_mm(i * every + self._window[0].start), centre_mm(j * every + self._window[1].start)], axis=1
@@ -170,6 +177,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     cost[np.abs(part) <= N.touched] = N.unknown_unheard if floor.unheard else N.unknown
     cost[_grown(solid, N.inflation_mm)] = N.tight
     cost[_grown((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
+    cost[_grown((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
@@ -178,6 +186,15 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     around[np.isinf(around) & ~near] = N.doubtful
     cost[si, sj] = 1.0
     return window, cost
+
+
+def _with_frontier(evidence: Grid) -> Mask:
+    """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
+    known: Mask = evidence < -N.free
+    open_floor = known | ~_grown(evidence > GRID.hint, math.hypot(CELL_MM, CELL_MM))
+    for _ in range(N.frontier_cells):
+        known = _grown(known, CELL_MM) & open_floor
+    return known
 
 
 def _span(used: NDArray[np.bool_]) -> slice:

@@ -84,6 +84,15 @@ def test_more_frames_speak_more_strongly_but_never_rule_a_place_out():
     assert shares[0] > shares[1] > shares[2] > 0.0
 
 
+def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
+    floor, belief = _room(), _belief()
+    x_mm, y_mm = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]
+    away_mm = np.maximum(np.abs(x_mm), np.abs(y_mm))
+    door = (x_mm > 0.0) & (np.abs(y_mm) < 400.0)
+    floor.evidence[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
+    assert belief.opens_from(1900.0, 0.0, floor) > 3 * belief.opens_from(1900.0, 1200.0, floor)
+
+
 def test_what_is_hidden_behind_something_loses_less():
     wall = _room()
     wall.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = GRID.most

@@ -12,6 +12,8 @@ from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.occupancy_grid import CELLS, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
+from behaviors.events import Event, Reason
+from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import AdaptiveParameters, Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
@@ -114,3 +116,18 @@ def test_places_to_look_from_lie_on_free_floor_and_the_most_promising_for_its_ti
     assert worth == sorted(worth, reverse=True)
     assert all(max(map(abs, view.route[-1])) < 2000.0 for view in views)
     assert all(0.0 <= view.chance <= 1.0 for view in views)
+
+
+def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
+    world = _world()
+    edge = (np.maximum(np.abs(X_MM), np.abs(Y_MM)) >= 2000.0) & (np.maximum(np.abs(X_MM), np.abs(Y_MM)) < 2200.0)
+    world.floor.evidence[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = GRID.solid - 0.1
+    for x_mm, y_mm in ((0.0, 0.0), (-1000.0, 0.0), (800.0, 1000.0), (800.0, -1000.0)):
+        for heading_deg in range(0, 360, 10):
+            world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), hears=False)
+        world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 0.0)
+    world.floor.unheard = False
+    best, *_ = _candidates(world).viewpoints("door")
+    x_mm, y_mm = best.route[-1]
+    assert x_mm > 1700.0
+    assert abs(y_mm) < 450.0

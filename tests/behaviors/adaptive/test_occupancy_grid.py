@@ -68,6 +68,17 @@ def test_a_far_echo_does_not_come_from_where_another_one_passed():
     assert _evidence_at(floor, *Pose(heading_deg=19.0).ahead(100.0 + range_mm)) > GRID.hint
 
 
+def test_a_far_echo_comes_from_what_is_known_to_stand_on_its_arc():
+    """Heard along a wall, it does not close the corridor beside it."""
+    floor, range_mm = OccupancyGrid(), GRID.near_mm + 500.0
+    wall = Pose(heading_deg=10.0).ahead(100.0 + range_mm)
+    floor.evidence[cell(*wall)] = GRID.explains + 0.1
+    _listen(floor, range_mm, times=20)
+    assert _evidence_at(floor, *wall) > GRID.explains + 0.1
+    assert _evidence_at(floor, 100.0 + range_mm, 0.0) == 0.0
+    assert _evidence_at(floor, *Pose(heading_deg=-10.0).ahead(100.0 + range_mm)) == 0.0
+
+
 def test_something_new_within_a_free_beam_is_marked():
     floor = OccupancyGrid()
     range_mm = GRID.near_mm + 400.0
@@ -218,3 +229,18 @@ def test_evidence_stays_within_its_bounds(actions):
     assert np.isfinite(floor.evidence).all()
     assert floor.evidence.max() <= GRID.most
     assert floor.evidence.min() >= -GRID.most
+
+
+@pytest.mark.parametrize("range_mm", [FARTHEST_ECHO_MM, None])
+def test_what_lies_behind_a_wall_that_deflects_a_beam_is_not_known_to_be_free(range_mm):
+    floor = OccupancyGrid()
+    wall = _listen(floor, 500.0)
+    glancing = Pose(*Pose(*wall, -110.0).ahead(400.0), 70.0)
+    for back_mm in (0.0, 40.0) * 6:
+        here = Pose(*glancing.ahead(-back_mm), glancing.heading_deg)
+        if range_mm is None:
+            floor.no_echo(here)
+        else:
+            floor.echo(here, range_mm)
+    assert _evidence_at(floor, *Pose(*wall, 70.0).ahead(-200.0)) < 0.0, "before it"
+    assert _evidence_at(floor, *Pose(*wall, 70.0).ahead(300.0)) == 0.0

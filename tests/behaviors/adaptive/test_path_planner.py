@@ -43,15 +43,26 @@ def _route_mm(route: tuple[Point, ...], start: Point = START) -> float:
     return sum(math.dist(one, other) for one, other in pairwise([start, *route]))
 
 
-def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
-    """Places on the straight legs of a way that are solid."""
-    solid = []
+def _along(route: tuple[Point, ...], start: Point = START) -> list[Point]:
+    """Places on the straight legs of a way."""
+    places = []
     for one, other in pairwise([start, *route]):
         for share in np.linspace(0.0, 1.0, max(2, round(math.dist(one, other) / 10.0))):
-            place = one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
-            if floor.evidence[cell(*place)] > GRID.solid:
-                solid.append(place)
-    return solid
+            places.append((one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])))
+    return places
+
+
+def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
+    """Places on the straight legs of a way that are solid."""
+    return [place for place in _along(route, start) if floor.evidence[cell(*place)] > GRID.solid]
+
+
+@pytest.mark.parametrize(("evidence", "crosses"), [(0.4, True), (1.2, False)])
+def test_what_one_far_echo_suspects_is_crossed_sooner_than_what_several_show(evidence, crosses):
+    floor = _room()
+    floor.evidence[(np.abs(X_MM - 600.0) < CELL_MM) & (Y_MM > -1000.0) & (Y_MM < HALF_ROOM_MM)] = evidence
+    route = PathPlanner(floor, START, SPEED_MM_S).route_to((1300.0, 300.0))
+    assert any(floor.evidence[cell(*place)] > 0 for place in _along(route)) is crosses
 
 
 @pytest.mark.parametrize("goal", [(1200.0, 0.0), (0.0, -1200.0), (900.0, 900.0), (1200.0, -500.0), (-700.0, 1300.0)])
@@ -176,3 +187,14 @@ def test_places_can_be_reached(discs, known):
     assert all(floor.evidence[cell(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
     if known:
         assert all(floor.evidence[cell(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
+
+
+def test_unknown_floor_before_an_opening_may_be_gone_to_and_what_lies_behind_a_wall_may_not():
+    floor = _room()
+    door = (X_MM > 0.0) & (np.abs(Y_MM) < 400.0) & (X_MM >= HALF_ROOM_MM - CELL_MM)
+    floor.evidence[door] = 0.0
+    floor.evidence[floor.evidence == GRID.most] = 0.5
+    places = PathPlanner(floor, START, SPEED_MM_S).places(CELL_MM, known=True)
+    assert places[:, 0].max() > HALF_ROOM_MM + 100.0
+    assert places[:, 0].max() < HALF_ROOM_MM + 500.0
+    assert places[:, 0].min() > -HALF_ROOM_MM
