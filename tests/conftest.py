@@ -5,6 +5,7 @@ The suite uses the plugin that other people's suites use, also where its entry p
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,10 @@ pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 # a deadline is wall time, which tells of the machine and not of the code
 settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")
+
+
+# a shell starts what it runs in the background with interrupts ignored, which programs inherit
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -117,7 +117,7 @@ def test_pictures_that_cannot_be_written_are_reported(tmp_path, small):
     run = _run_with_small_files(command, tmp_path)
     assert run.returncode == INCOMPLETE
     assert "camera/" in _summary(tmp_path)["observer_failures"]
-    assert run.stderr.count("camera/ failed and is left out; the mission goes on") == 1
+    assert run.stderr.count("camera/ failed and is left out; the mission continues") == 1
     assert not (_folder(tmp_path) / "camera.webm").exists()
 
 
