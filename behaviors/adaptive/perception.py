@@ -133,7 +133,8 @@ class Perception:
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
-        self.turns.note(pose, range_mm)
+        if self._turn_tests:
+            self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]

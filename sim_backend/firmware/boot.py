@@ -78,7 +78,5 @@ class Boot(Supply):
         """Show the logo until a refresh of the screen ends."""
         self.flags = int(UiFlag.BUSY)
         self._screen.mark(marks.LOGO)
-        self.state, self._next_step_ms = (
-            int(UiState.LOGO),
-            self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS,
-        )
+        self.state = int(UiState.LOGO)
+        self._next_step_ms = self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS

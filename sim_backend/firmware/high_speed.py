@@ -13,10 +13,10 @@ _UPDATE = 1
 _CAPACITY = 128
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
-
-
-_ENDED, _KNOWN = range(1, 7), 16
-"""States that 1.32 ends as they are carried out; those that it does not end at once."""
+_ENDED = range(1, 7)
+"""States that 1.32 ends as they are carried out."""
+_KNOWN = 16
+"""States from this one on it ends at once."""
 
 
 class HighSpeedState(IntEnum):
