@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from nxtdrive.tools.dev.docs_site import pages, site_links
+from nxtdrive.tools.dev.docs_site import pages, site_links, whole_options
 
 ROOT = Path(__file__).parents[2]
 
@@ -35,6 +35,14 @@ ROOT = Path(__file__).parents[2]
 )
 def test_links_lead_to_pages(page, written, shown):
     assert site_links(written, page) == shown
+
+
+def test_options_in_code_stay_on_one_line():
+    shown = whole_options('<p>as --out</p><code>run --out a-b -v</code><code><a href="x--y -z">--in-order</a></code>')
+    options = [f'<span class="option">{each}</span>' for each in ("--out", "-v", "--in-order")]
+    assert shown == (
+        f'<p>as --out</p><code>run {options[0]} a-b {options[1]}</code><code><a href="x--y -z">{options[2]}</a></code>'
+    )
 
 
 def test_every_example_with_a_readme_is_a_page():

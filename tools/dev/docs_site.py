@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)")
+CODE = re.compile(r"<code>(.*?)</code>", re.DOTALL)
+OPTION = re.compile(r"(?<![\w&;-])--?[A-Za-z][\w-]*(?![^<]*>)")
 ELSEWHERE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 
 
@@ -45,8 +47,17 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:  # noqa: ANN40
 
 
 def on_page_content(html: str, **_: Any) -> str:  # noqa: ANN401 - mkdocs'
-    """Leave out what introduces a program in a docstring; on the page its frame does."""
-    return html.replace("<p>::</p>\n", "")
+    """Leave out what introduces a program in a docstring, which its frame does on the page, and mark options."""
+    return whole_options(html.replace("<p>::</p>\n", ""))
+
+
+def whole_options(html: str) -> str:
+    """Mark the options in code, such as ``--out``, which site.css keeps on one line: browsers break after hyphens."""
+
+    def mark(code: re.Match[str]) -> str:
+        return OPTION.sub(r'<span class="option">\g<0></span>', code.group())
+
+    return CODE.sub(mark, html)
 
 
 def site_links(markdown: str, page: str) -> str:

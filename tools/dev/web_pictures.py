@@ -32,7 +32,7 @@ COLORS = 256
 def main() -> None:
     """Take all pictures, in one mission."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")
-    with _page() as url, _browser() as browser:
+    with _page() as url, chromium() as browser:
         browser.get(url)
         WebDriverWait(browser, WAIT_S).until(lambda page: "stopped" in page.find_element(By.ID, "doing").text)
         Select(browser.find_element(By.ID, "profile")).select_by_value("adaptive")
@@ -69,7 +69,8 @@ def _page() -> Iterator[str]:
 
 
 @contextmanager
-def _browser() -> Iterator[WebDriver]:
+def chromium() -> Iterator[WebDriver]:
+    """Run Chromium without a window."""
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
     for option in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"):
