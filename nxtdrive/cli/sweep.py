@@ -67,7 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--eyes",
         choices=("geometric", "camera"),
         default="geometric",
-        help="geometric skips rendering and detection, camera does both",
+        help="how targets are seen: geometric draws detections from geometry and a law fitted to the detector, without "
+        "images; camera renders frames and searches them (default: geometric)",
     )
     parser.add_argument(
         "--robot",
