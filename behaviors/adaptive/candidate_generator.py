@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -60,6 +60,20 @@ class CandidateNumbers:
 
 
 N = CandidateNumbers()
+
+
+class Promise(NamedTuple):
+    """What a look round from a place promises.
+
+    Attributes:
+        place: Where.
+        travel_s: Time to get there.
+        chance: That the target is found there, or soon after.
+    """
+
+    place: Point
+    travel_s: float
+    chance: float
 
 
 class WorldView(Protocol):
@@ -123,25 +137,27 @@ class CandidateGenerator:
         """Return the places from which a look round is most worth its time."""
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
+        # from elsewhere an approach would lead past where one failed lately
+        promises = self.promises(target)
+        found = [each for each in promises if self._world.new_approach(target, each.place)] or promises
+        found.sort(key=lambda each: -each.chance / (each.travel_s + N.scan_s))
+        route_to = self._world.paths.route_to
+        return tuple(Viewpoint(one.travel_s, N.scan_s, one.chance, route_to(one.place)) for one in found[: N.offered])
+
+    def promises(self, target: str) -> list[Promise]:
+        """Return what a look round from each place that is considered promises."""
         world, paths = self._world, self._world.paths
         places = paths.places(N.spacing_mm, known=True)
         travel_s = paths.seconds_to(places) + N.turn_s
         far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= N.nearest_mm
         places, travel_s = places[far], travel_s[far]
-        order = [
-            i for i in np.argsort(travel_s)[: N.considered] if not world.tried(target, (places[i, 0], places[i, 1]))
-        ]
         found = []
-        for i in order:
+        for i in np.argsort(travel_s)[: N.considered]:
             place = float(places[i, 0]), float(places[i, 1])
-            chance = world.targets.chance_from(target, place) + N.opened * world.targets.opens_from(target, place)
-            found.append((chance * world.targets.novelty(target, place), float(travel_s[i]), place))
-        # from elsewhere an approach would lead past where one failed lately
-        found = [each for each in found if world.new_approach(target, each[2])] or found
-        found.sort(key=lambda each: -each[0] / (each[1] + N.scan_s))
-        return tuple(
-            Viewpoint(seconds, N.scan_s, chance, paths.route_to(place)) for chance, seconds, place in found[: N.offered]
-        )
+            if not world.tried(target, place):
+                chance = world.targets.chance_from(target, place) + N.opened * world.targets.opens_from(target, place)
+                found.append(Promise(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
+        return found
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
         """Return those of other targets that were seen and to which a path leads."""
