@@ -120,7 +120,7 @@ class FileRunner(Boot):
             case Run.MESSAGE:
                 self._open_menu()
             case _:
-                self.flags = self.flags & ~(states.RUNNING_FLAGS | states.STATUS_WORK) | int(UiFlag.ENABLE_STATUS)
+                self.flags = self.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
                 if self._opens_program:
                     self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE

@@ -33,8 +33,22 @@ def free_bytes(sectors: int) -> int:
 
 
 def sectors_for(size: int) -> int:
-    """Number of sectors of a file of `size` bytes: the first has the header and pointers to the others."""
+    """Number of sectors that are counted for a new file: the first has the header and pointers to the others."""
     return max(1, -(-(size + _HEADER - _POINTER) // (SECTOR - _POINTER)))
+
+
+def _sectors_taken(size: int) -> int:
+    """Number of sectors that a file takes: its header is rounded up, for which its last sector may be too small."""
+    sectors = sectors_for(size)
+    return sectors + (sectors * SECTOR - _rounded(_header(sectors)) < size)
+
+
+def _header(sectors: int) -> int:
+    return _HEADER + _POINTER * (sectors - 1)
+
+
+def _rounded(header: int) -> int:
+    return -(-header // _ALIGNMENT) * _ALIGNMENT
 
 
 @dataclass(eq=False)
@@ -64,8 +78,7 @@ class File:
     @property
     def content_at(self) -> int:
         """Where its content begins, in bytes from the first sector; the header is rounded up."""
-        header = _header(self)
-        return self.sectors[0] * SECTOR + header + header % _ALIGNMENT
+        return self.sectors[0] * SECTOR + _rounded(_header(len(self.sectors)))
 
     @property
     def seen(self) -> File:
@@ -86,13 +99,13 @@ class Flash:
         self.files: list[File] = []
         self._total, self._settings = sectors, settings
         self._used: set[int] = set()
-        self._overcounted = 0
+        self._uncounted = 0
         self.power_up()
 
     @property
     def free(self) -> int:
         """Free bytes, as the firmware reports them."""
-        return free_bytes(self._total - len(self._used) - self._overcounted)
+        return free_bytes(self._total - len(self._used) + self._uncounted)
 
     def names_ending(self, extension: str) -> list[str]:
         """The files whose names end like that, in the order of the directory."""
@@ -105,15 +118,16 @@ class Flash:
                 return number
         return len(self.files)
 
-    def reserve(self, file: File, *, contiguous: bool) -> bool:
-        """Allocate sectors for `file`; False if there are too few, or too few contiguous ones."""
-        count = sectors_for(file.size)
+    def reserve(self, file: File, *, contiguous: bool, may_lack: bool = False) -> bool:
+        """Allocate sectors for `file`: all that it needs unless it `may_lack` some, perhaps `contiguous`."""
+        count = _sectors_taken(file.size)
         free = [sector for sector in range(self._total) if sector not in self._used]
-        for start in range(len(free) - count + 1):
+        for start in range(1 if may_lack else len(free) - count + 1):
             chosen = free[start : start + count]
             if not contiguous or chosen[-1] - chosen[0] == count - 1:
                 file.sectors = chosen
                 self._used.update(chosen)
+                self._uncounted += len(chosen) - sectors_for(file.size)
                 return True
         return False
 
@@ -123,7 +137,7 @@ class Flash:
         The header keeps its size, of which at most one sector more is counted than its end and the data need.
         """
         if file.appendable:
-            header = -(-_header(file) // _ALIGNMENT) * _ALIGNMENT
+            header = _rounded(_header(len(file.sectors)))
             file.size = file.data_size
             keep = (header >= SECTOR) + max(1, -(-(header % SECTOR + file.size) // SECTOR))
             file.sectors = file.sectors[:keep]
@@ -145,25 +159,12 @@ class Flash:
                 self.files.insert(0, settings)
 
     def count(self) -> None:
-        """Find the used sectors from the directory, which lacks downloads, as after each deletion.
-
-        A file whose header just fits counts one sector too many, although none is kept for it.
-        """
+        """Find the used sectors from the directory, which lacks downloads, as after each deletion."""
         self._used = {sector for file in self.files for sector in file.sectors}
-        self._overcounted = sum(map(_overflows, self.files))
+        self._uncounted = 0
 
     def erase(self) -> None:
         """Delete all files, including the settings."""
         self.files.clear()
         self._used.clear()
-        self._overcounted = 0
-
-
-def _overflows(file: File) -> bool:
-    """Whether a file with its header rounded up exceeds its sectors."""
-    header = _header(file)
-    return bool(file.sectors) and len(file.sectors) * SECTOR - header - header % _ALIGNMENT < file.size
-
-
-def _header(file: File) -> int:
-    return _HEADER + _POINTER * (len(file.sectors) - 1)
+        self._uncounted = 0

@@ -354,9 +354,9 @@ class Loader:
     def _reserve(self, file: File) -> Status:
         if file.size > self.flash.free:
             return Status.NO_SPACE
-        if not self.flash.reserve(file, contiguous=file.linear):
-            return Status.NO_LINEAR_SPACE if file.linear else Status.NO_SPACE
-        return Status.OK
+        may_lack = self._version.cuts_files_short and not file.linear
+        reserved = self.flash.reserve(file, contiguous=file.linear, may_lack=may_lack)
+        return Status.OK if reserved else Status.NO_LINEAR_SPACE
 
     def _enter(self, number: int, file: File) -> None:
         """Make a file the first of the directory."""

@@ -5,6 +5,16 @@ import pytest
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
 
+UNCOUNTED = [
+    "018b6100000000000000000000000000000000000000da010000",
+    "018400",
+    "018b6200000000000000000000000000000000000000da010000",
+    "018400",
+]
+"""Creates the files a and b, whose rounded headers take a sector more."""
+
+DELETE_B = "01856200000000000000000000000000000000000000"
+
 DATA_FILE = [
     "018b642e74787400000000000000000000000000000088130000",
     "0183005a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a",
@@ -107,6 +117,19 @@ CONVERSATIONS = [
         ["!usb 0", "0003b8016400", "000b", "!usb 1", "000c"],
         "020b004a1e020c00",
     ),
+    (
+        "each move of the cable takes a pass",
+        "1.29",
+        ["!usb 0", "!usb 1", "01940100010014000100"],
+        "02940001000100010072",
+    ),
+    (
+        "a file is created without the sectors that others took uncounted",
+        "1.29",
+        [*UNCOUNTED, "018b63000000000000000000000000000000000000001ad40100", "018400", DELETE_B, "019b"],
+        "029b004e58540000000000000000000000000016530102030000000000d8020000",
+    ),
+    ("but not in 1.05", "1.05", [*UNCOUNTED, "018b6300000000000000000000000000000000000000fee10100"], "028b8900"),
 ]
 
 

@@ -107,7 +107,7 @@ def test_patterns(pattern, name, matches):
 @pytest.mark.parametrize(("sizes", "deleted", "used"), [
     ([474, 1], 1, 3), ([474, 474, 474, 1], 3, 9), ([474, 474, 474], 0, 6), ([1, 474, 1], 0, 4), ([728, 1], 1, 3),
 ])  # fmt: skip
-def test_each_file_whose_header_just_fits_counts_a_sector_more_after_a_deletion(sizes, deleted, used):
+def test_a_sector_that_a_rounded_header_takes_is_counted_from_a_deletion_on(sizes, deleted, used):
     brick = SimBrick()
     fresh = next(count for count in range(600) if free_bytes(count) == brick.loader.free_flash)
     for number, size in enumerate(sizes):

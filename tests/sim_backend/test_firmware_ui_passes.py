@@ -25,6 +25,13 @@ ICONS, BT_BUFFER = "019401000a006c000400", "01940100050085040400"
 
 CASES = [
     (
+        "the end of a program draws the icons, also with a sample in that pass",
+        [*PROGRAM, *START, "!tick 171"],
+        {1: "0001"},
+        ICONS,
+        "1a210111*2 1a210211*6",
+    ),
+    (
         "a start shows an empty battery instead of the logo, once",
         [*OFF, "!battery 445", "!button 8"],
         {},

@@ -22,6 +22,9 @@ _PATIENCE = 100_000
 _MODE_MS = 5
 """Passes that a change of the radio's mode takes."""
 
+_USB_MS = 1
+"""Passes that the cable takes."""
+
 _MESSAGE_MS = 2
 """Passes that a telegram takes outside of stream mode, where it has no reply."""
 
@@ -262,6 +265,7 @@ class Bench:
         self._plugged = plugged != "0"
         if not self._plugged:
             self.brick.unplug_usb()
+        self._hide(_USB_MS)
         return "ok"
 
     def _fill(self, handle: str, size: str) -> str:
