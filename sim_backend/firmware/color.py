@@ -18,6 +18,9 @@ RED, GREEN, BLUE, BLANK = range(4)
 CALIBRATING, OFF = 1, 2
 """Calibration states: the calibration is being read; no sensor answers."""
 
+_ATTEMPT = 158
+"""Passes until the reading of a calibration fails; it begins again in the next one."""
+
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
 _MODE, _SLOPE = 0xE0, 0x1F
@@ -68,7 +71,7 @@ class ColorPort:
 
     def __init__(self) -> None:
         self.device: ColorDevice | None = None
-        self.state = self.waited = 0
+        self.state = self.waited = self._attempt = 0
         self.calibration: tuple[int, ...] = (0,) * 12
         self.limits: tuple[int, ...] = (0, 0)
         nothing: tuple[int, ...] = (0, 0, 0, 0)
@@ -80,6 +83,18 @@ class ColorPort:
         if device is not None:
             self.calibration = tuple(factor for row in device.calibration for factor in row)
             self.limits = tuple(device.limits)
+
+    def begin_calibration(self) -> None:
+        """Begin to read the calibration."""
+        self.state, self.waited, self._attempt = CALIBRATING, 0, 0
+
+    def fails(self, passes: int) -> bool:
+        """Go on with the calibration of a sensor that does not answer; whether it fails and begins again."""
+        self._attempt += passes
+        failed = self._attempt >= _ATTEMPT
+        if failed:
+            self._attempt = -1
+        return failed
 
     def look(self, device: ColorDevice, mode: int) -> Color:
         """Light the lamps in turn and name the colour."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 
-from sim_backend.firmware.flash import File
+from sim_backend.firmware.flash import SECTOR, File
 
 
 class Use(Enum):
@@ -24,8 +24,9 @@ class Handle:
     Attributes:
         use: See `Use`.
         file: The open file.
-        position: Next byte to read; a program's handle goes on where its last file was left.
-        end: Number of bytes that can be read, of that file.
+        source: The file that is read; a program's handle goes on with the last one that it was used for.
+        position: Next byte of it to read.
+        end: Number of its bytes that can be read.
         overrun: Whether more was written than announced.
         name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
         matches: Test of that look-up.
@@ -34,13 +35,31 @@ class Handle:
         slot: Number of its write buffer.
     """
 
-    __slots__ = ("end", "file", "index", "keep", "matches", "name", "overrun", "position", "slot", "use")
+    __slots__ = ("end", "file", "index", "keep", "matches", "name", "overrun", "position", "slot", "source", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
+        self.source = File("", 0)
         self.position = self.end = self.slot = 0
         self.overrun = self.keep = False
         self.name = ""
         self.matches: Callable[[str], bool] = lambda _: True
         self.index = 0
+
+    def read(self, size: int) -> bytes:
+        """Read on; what was not written to the flash is FF."""
+        start, self.position = self.position, min(self.position + size, self.end)
+        return bytes(self.source.content[start : self.position]).ljust(self.position - start, b"\xff")
+
+    def leave_written(self, file: File) -> None:
+        """Leave a file that was written: as many bytes can be read as are missing, from its last page on.
+
+        That page of a download is not in the flash then.
+        """
+        written = len(file.content)
+        pages = (file.content_at + written) % SECTOR
+        self.source, self.position = file, max(self.position, written - pages)
+        self.end = self.position + file.size - written
+        if written < file.size and not file.appendable:
+            del file.content[self.position :]

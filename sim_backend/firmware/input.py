@@ -182,6 +182,12 @@ class InputPort:
             self._scale(normalize(raw) if normalize else raw)
 
     @property
+    def reads_calibration(self) -> bool:
+        """Whether a pass can change something in the reading of a calibration."""
+        misses_sensor = self.type in _COLOR and self.color.device is None
+        return self.awaits_calibration or bool(misses_sensor and self.settling)
+
+    @property
     def awaits_calibration(self) -> bool:
         """Whether the first pin is about to change while the calibration of a colour sensor is awaited."""
         color = self.color
@@ -205,7 +211,7 @@ class InputPort:
         if self.voltage > _EXIT_RAW:
             color.state = OFF
         elif color.state == OFF:
-            color.state, color.waited = CALIBRATING, 0
+            color.begin_calibration()
 
     def read_color(self, device: ColorDevice) -> None:
         """Read the colour sensor: the colour, or the brightness with one lamp on."""
@@ -324,7 +330,7 @@ class InputModule:
                 port.raw = port.voltage
             elif port.color.device is not None and port.type in _COLOR:
                 port.read_color(port.color.device)
-            if self._version.color_sensor and (COLOR_EXIT in (port.type, port.known_type) or port.awaits_calibration):
+            if self._version.color_sensor and (COLOR_EXIT in (port.type, port.known_type) or port.reads_calibration):
                 due = now_ms + 1
             self.due_ms = min(self.due_ms, due)
 
@@ -339,7 +345,7 @@ class InputModule:
             if port.type == COLOR_EXIT:
                 port.color.waited = 0
             if self._version.color_sensor and port.type in _COLOR:
-                port.color.state, port.color.waited = CALIBRATING, 0
+                port.color.begin_calibration()
                 if self._version.absent_color is not None:
                     port.scaled = self._version.absent_color
             port.configure(self._settling(port), self._pins(port.type))
@@ -358,12 +364,17 @@ class InputModule:
         """Handle a type of the colour sensor on a port without one."""
         if self._version.absent_color is None:
             port.await_calibration()
-        elif port.color.state == CALIBRATING and port.voltage <= _EXIT_RAW:
-            port.ask_for_calibration()
-            port.settling = _SETTLING_COLOR
-        else:
+        elif port.voltage > _EXIT_RAW:
             port.color.state = OFF
             port.settle(passes)
+        elif port.color.state == OFF:
+            port.color.begin_calibration()
+            port.settle(passes)
+        else:
+            port.ask_for_calibration()
+            port.settle(passes)
+            if port.color.fails(passes) and port.settling:
+                port.settling = _SETTLING_COLOR
 
     def _settling(self, port: InputPort) -> int | None:
         """Number of passes after a change of type in which the values are invalid, or None if nothing must settle."""

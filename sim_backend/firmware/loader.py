@@ -156,10 +156,9 @@ class Loader:
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
         """Read on; fewer bytes at the end of the file."""
         handle = self._handle(number, Use.READ) or self._handle(number, Use.EXECUTE)
-        if handle is None or handle.file is None:
+        if handle is None:
             return Status.ILLEGAL_HANDLE, b""
-        data = bytes(handle.file.content[handle.position : min(handle.position + size, handle.end)])
-        handle.position += len(data)
+        data = handle.read(size)
         return (Status.OK if len(data) == size else Status.END_OF_FILE), data
 
     def is_reading(self, number: int) -> bool:
@@ -192,6 +191,7 @@ class Loader:
         if handle.use == Use.FREE:
             return Status.HANDLE_ALREADY_CLOSED
         if handle.use == Use.WRITE and handle.file is not None:
+            handle.leave_written(handle.file)
             self._finish(number, handle.file, complete=not handle.overrun)
         handle.use, handle.file = Use.FREE, None
         return Status.OK
@@ -326,7 +326,8 @@ class Loader:
             handle.slot = min(set(range(HANDLES)) - set(self._writers))
         handle.use, handle.file, handle.overrun, handle.keep = use, file, False, keep
         if use != Use.EXECUTE:
-            handle.position, handle.end = 0, file.data_size if use == Use.READ else 0
+            handle.source, handle.end = file, file.data_size
+            handle.position = file.data_size if use == Use.WRITE else 0
 
     def _handle(self, number: int, use: Use) -> Handle | None:
         handle = self._handles[number] if number < HANDLES else None

@@ -13,6 +13,27 @@ UNCOUNTED = [
 ]
 """Creates the files a and b, whose rounded headers take a sector more."""
 
+PROGRAM = [
+    "0181676f2e727865000000000000000000000000000040000000",
+    "0183004d696e6473746f726d734e585400000501000e0004000a0000000a00000000000400010004000501000004000a000100ffffffff000000002540",
+    "01830002002540feff",
+    "018400",
+]
+"""Uploads a program that runs until it is stopped."""
+
+READ_PART = [
+    "01816e2e74000000000000000000000000000000000014000000",
+    "018300000102030405060708090a0b0c0d0e0f10111213",
+    "018400",
+    "01806e2e740000000000000000000000000000000000",
+    "0182000400",
+]
+"""Reads the first four bytes of a file of twenty."""
+
+WRITE = ["0183000102"]
+START = ["0000676f2e7278650000000000000000000000000000", "!tick 9", "0182000300"]
+"""Starts the program and reads by its handle."""
+
 DELETE_B = "01856200000000000000000000000000000000000000"
 
 DATA_FILE = [
@@ -130,6 +151,19 @@ CONVERSATIONS = [
         "029b004e58540000000000000000000000000016530102030000000000d8020000",
     ),
     ("but not in 1.05", "1.05", [*UNCOUNTED, "018b6300000000000000000000000000000000000000fee10100"], "028b8900"),
+    ("the handle of a program reads on in its last file", "1.29", [*PROGRAM, *READ_PART, *START], "028200000300040506"),
+    (
+        "also in a data file that it wrote",
+        "1.29",
+        [*PROGRAM, "018b6e2e74000000000000000000000000000000000014000000", *WRITE, *START],
+        "0282000003000102ff",
+    ),
+    (
+        "which is not in the flash if it was a download",
+        "1.29",
+        [*PROGRAM, "01816e2e74000000000000000000000000000000000014000000", *WRITE, *START],
+        "028200000300ffffff",
+    ),
 ]
 
 

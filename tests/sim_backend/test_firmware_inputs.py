@@ -282,3 +282,22 @@ def test_a_reset_keeps_the_boolean():
     brick.input.ports[0].boolean = 50
     brick.input.reset()
     assert brick.input.ports[0].boolean == 50
+
+
+@pytest.mark.parametrize(("low_from", "passes", "valid_after"), [
+    (0, 157, 400), (0, 158, 558), (0, 160, 558), (0, 400, 717), (50, 158, 400), (50, 159, 608), (300, 300, 400),
+])  # fmt: skip
+def test_the_calibration_of_what_looks_like_a_colour_sensor_fails_in_1_32(low_from, passes, valid_after):
+    bench = Bench(SimBrick(firmware="1.32"))
+    bench.control(f"!sensor 0 {700 if low_from else 34}")
+    bench.telegram("0005001100")
+    if low_from:
+        bench.control(f"!tick {low_from - 1}")
+        bench.control("!sensor 0 34")
+    bench.control(f"!tick {passes}")
+    bench.control("!sensor 0 700")
+    waited = low_from + passes - bool(low_from)
+    if waited < valid_after:
+        bench.control(f"!tick {valid_after - 1 - waited}")
+        assert bench.telegram("000700")[8:10] == "00"
+    assert bench.telegram("000700")[8:10] == "01"
