@@ -1,8 +1,8 @@
 """Makes the pyramid of a frame that correlation works on: gray levels without glare, and the colours.
 
-Glare is white and hides what it lies on. Where a frame has little white, that is replaced by the mean of its
-surroundings, so that it tells correlation nothing, and marked, so that comparisons leave it out. A frame with much
-white is overexposed; there the picture is cut at white instead.
+Glare is white and hides what it lies on. Where a frame has little white, that and its rim are replaced by the mean of
+their surroundings in gray, so that they tell correlation nothing, and are white in the colours, so that comparisons
+leave them out. A frame with much white is overexposed; there the picture is cut at white instead.
 """
 
 from __future__ import annotations
@@ -31,13 +31,17 @@ STEPS = (2, 1, 1, 1, 1)
 FLAT_SD = 1.0
 """Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
 
-GLARE_SPREAD_PX = 12.0
-"""Glare is replaced by the mean of what lies within about this distance, on the finest level."""
+GLARE_SPREAD_PX = 5.0
+"""Glare is replaced by the mean of what lies within about this distance, on the finest level: mostly of the print."""
 
-NEXT_TO, LARGE_GLARE, RIM = (np.ones((side, side), np.uint8) for side in (3, 9, 17))
-BRIGHT = 150
-"""Around white of the size `LARGE_GLARE`, in pixels of the finest level, glare goes on where all channels are above
-this value."""
+DAZZLING, USUAL, LEAST_DAZZLING = 1.5, 0.995, 190.0
+"""Blur and compression darken a small reflection: it is white from this factor of what this share of a frame does not
+exceed, and never below this value."""
+
+NEXT_TO, SOFT, NEAR, LARGE_GLARE, LARGE_RIM = (np.ones((side, side), np.uint8) for side in (3, 5, 7, 9, 17))
+AROUND_PX, RISE = 21, 60
+"""The rim of glare is so much brighter than the mean of what lies around it; it is up to half of `NEAR` wide, and half
+of `LARGE_RIM` around white of the size `LARGE_GLARE`; in pixels of the finest level."""
 
 OVEREXPOSED = 0.2
 """From this share of white pixels on, the picture is compared as an overexposed frame shows it."""
@@ -129,6 +133,9 @@ def pyramid(image: Image) -> Pyramid:
         colors.append((work, scale))
     overexposed, glare = _glare(work)
     gray = cv2.cvtColor(work if glare is None else _filled(work, glare), cv2.COLOR_BGR2GRAY)
+    if glare is not None:
+        colors = [(_whitened(each, glare), one) for each, one in colors]
+        work = colors[-1][0]
     lit: list[NDArray[np.float32] | None] = [None if glare is None else (1 - glare).astype(np.float32)]
     levels = [Level(gray, scale, STEPS[0])]
     while len(levels) < len(STEPS) and min(gray.shape) >= 2 * LEAST_SIDE:
@@ -151,13 +158,24 @@ def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
     """
     blue, green, red = cv2.split(image)
     least, most = cv2.min(cv2.min(blue, green), red), cv2.max(cv2.max(blue, green), red)
-    white = (least > WHITE).astype(np.uint8)
-    share, cut = float(white.mean()), float((most > CUT).mean())
-    if share == 0 or share > OVEREXPOSED or cut > 2 * share + COLORED:
+    share, cut = float((least > WHITE).mean()), float((most > CUT).mean())
+    if share > OVEREXPOSED or cut > 2 * share + COLORED:
         return share > OVEREXPOSED, None
-    bright = (least > BRIGHT).astype(np.uint8)
-    rim = cv2.bitwise_and(cv2.dilate(cv2.erode(white, LARGE_GLARE), RIM), bright)
+    usual = np.searchsorted(np.cumsum(np.bincount(least.ravel())), USUAL * least.size)
+    white = (least > min(WHITE, max(LEAST_DAZZLING, DAZZLING * float(usual)))).astype(np.uint8)
+    if not white.any():
+        return False, None
+    lit = (1 - cv2.dilate(white, SOFT)).astype(np.float32)
+    around = cv2.blur(least * lit, (AROUND_PX, AROUND_PX)) / np.maximum(cv2.blur(lit, (AROUND_PX, AROUND_PX)), 1e-3)
+    near = cv2.bitwise_or(cv2.dilate(white, NEAR), cv2.dilate(cv2.erode(white, LARGE_GLARE), LARGE_RIM))
+    rim = cv2.bitwise_and(near, (least > around + RISE).astype(np.uint8))
     return False, cv2.bitwise_or(rim, cv2.dilate(white, NEXT_TO))
+
+
+def _whitened(image: Image, glare: cv2.typing.MatLike) -> Image:
+    """Return a copy of an image that is white in glare, given at the size of the finest level."""
+    white = cv2.resize(glare, image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    return np.where(white[:, :, None] > 0, np.uint8(255), image)
 
 
 def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:

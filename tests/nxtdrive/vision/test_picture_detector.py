@@ -130,6 +130,21 @@ def test_drawings_are_found_with_glare_on_a_fifth_of_them(make_scene, distractor
     assert depth_mm == pytest.approx(distance_mm, rel=0.1)
 
 
+DIM = [("landscape", 2500), ("landscape", 3000), ("landscape", 3500), ("rilakkuma", 2500), ("rilakkuma", 3000)]
+
+
+@pytest.mark.parametrize(("name", "distance_mm"), DIM)
+def test_a_reflection_is_left_out_in_a_dim_frame_that_shows_it_blurred(make_scene, distractors, name, distance_mm):
+    picture = cv2.imread(str(PICTURES / f"{name}.png"))
+    frame = make_scene(picture, distractors["brick"]).render(distance_mm).astype(np.float32) * 0.65
+    height = PINHOLE.focal_px * 297 / distance_mm
+    radius = height * (0.1 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
+    cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
+    blurred = cv2.GaussianBlur(frame, (0, 0), 1.2)
+    _, depth_mm = locate(detector_without_features(picture), blurred.astype(np.uint8))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.1)
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_picture_that_reaches_out_of_the_frame_is_found(detector, scene, side):
     bearing_deg, depth_mm = locate(detector_without_features(scene.picture), scene.render(900, side * 27))
