@@ -5,6 +5,7 @@ The suite uses the plugin that other people's suites use, also where its entry p
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -14,6 +15,9 @@ from hypothesis import settings
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
+
+# as `nxtdrive` has it: before numpy is imported, and for the processes that run the tests
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 

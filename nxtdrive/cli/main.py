@@ -46,6 +46,9 @@ INTERRUPTED = SIGNALLED + 2
 BUG = "This is a bug of nxtdrive. Please report it with this traceback, the command and the files it was given."
 """Added to the traceback of an error that is none of those above."""
 
+BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+"""Environment variable with the number of threads of numpy's products, read when numpy is imported."""
+
 COMMANDS = {
     "run": ("run", "run a mission: search, drive there, recover (default: the built-in mission, simulated)"),
     "web": ("web", "watch and drive the robot in the browser"),
@@ -120,6 +123,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    os.environ.setdefault(BLAS_THREADS, "1")  # more wait for each other in a loop, which a busy machine lacks time for
     with signals_as_interrupt():
         code = _main(list(sys.argv[1:] if argv is None else argv))
         if argv is None:

@@ -91,15 +91,15 @@ class FeatureMatcher:
         """
         if len(seen.descriptors) == 0 or len(self._descriptors) == 0:
             return np.empty(0, np.intp), np.empty(0, np.intp)
-        # Descriptors are whole numbers up to 255, so these sums are exact.
-        squares = (seen.descriptors**2).sum(axis=1)[:, None] + (self._descriptors**2).sum(axis=1)
-        distances = squares - 2 * (seen.descriptors @ self._descriptors.T)
-        nearest = _smallest(distances, NEIGHBOURS)
+        few = min(NEIGHBOURS, len(self._descriptors))
+        distances, columns = cv2.batchDistance(
+            seen.descriptors, self._descriptors, cv2.CV_32F, normType=cv2.NORM_L2SQR, K=few
+        )
+        nearest = columns.astype(np.intp)
         best = nearest[:, 0]
         elsewhere = np.abs(self._points[nearest] - self._points[best][:, None]).max(axis=2) > SAME_PLACE
         rows = np.arange(len(best))
-        other = nearest[rows, elsewhere.argmax(axis=1)]
-        clear = distances[rows, best] < RATIO**2 * distances[rows, other]
+        clear = distances[:, 0] < RATIO**2 * distances[rows, elsewhere.argmax(axis=1)]
         frame = np.flatnonzero(clear | ~elsewhere.any(axis=1))
         return frame, best[frame]
 
@@ -110,14 +110,6 @@ class FeatureMatcher:
         transform = cv2.getPerspectiveTransform((corners - 0.5).astype(np.float32), straight.astype(np.float32))
         patch = cv2.warpPerspective(image, transform, (width, height), flags=cv2.INTER_LINEAR)
         return float(cv2.matchTemplate(patch, self._small, cv2.TM_CCOEFF_NORMED)[0, 0])
-
-
-def _smallest(values: NDArray[np.float32], number: int) -> NDArray[np.intp]:
-    """Return the columns of the smallest values of each row, the smallest first."""
-    few = min(number, values.shape[1])
-    columns = np.argpartition(values, few - 1, axis=1)[:, :few]
-    order = np.take_along_axis(values, columns, axis=1).argsort(axis=1, kind="stable")
-    return np.take_along_axis(columns, order, axis=1)
 
 
 def _sift(gray: cv2.typing.MatLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.main import COMMANDS, DONE, NO_BRICK, USAGE, _parse, main, make_parser
+from nxtdrive.cli.main import BLAS_THREADS, COMMANDS, DONE, NO_BRICK, USAGE, _parse, main, make_parser
 from nxtdrive.transports import SCHEMES
 
 ROOT = Path(__file__).parents[3]
@@ -55,6 +55,26 @@ def _help(capsys, *words):
 
 def _examples(text):
     return [line.strip() for line in text.splitlines() if line.strip().startswith("nxtdrive ")]
+
+
+PRODUCT = """
+import os
+from nxtdrive.cli.main import main
+main(["explain", "00 0B"])
+import numpy as np
+np.ones((500, 500)) @ np.ones((500, 500))
+print(len(os.listdir("/proc/self/task")))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
+@pytest.mark.parametrize(("chosen", "threads"), [(None, 1), ("2", min(2, os.cpu_count() or 1))])
+def test_products_take_one_thread_unless_the_user_wants_more(chosen, threads):
+    environment = {name: value for name, value in os.environ.items() if name != BLAS_THREADS}
+    environment |= {BLAS_THREADS: chosen} if chosen else {}
+    command = [sys.executable, "-c", PRODUCT]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == str(threads)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
