@@ -27,6 +27,7 @@ from behaviors.target_queue import TargetQueue
 
 REPEATS = 2
 SEQUENCES = 10_000
+POLICY = AdaptivePolicy(repeats=REPEATS)
 PLACES: tuple[Point, ...] = ((0.0, 0.0), (1000.0, 0.0), (0.0, 1000.0))
 """Farther apart than what counts as one place."""
 REASONS = (Reason.NEVER_SEEN, Reason.BLOCKED_LONG, Reason.NO_WAY)
@@ -72,7 +73,7 @@ class Decider:
         reason = self.random.choice(REASONS)
         self.world.attempts.failed(target, 1, reason, self.world.here)
         evidence = self._evidence(target, reason)
-        choice = AdaptivePolicy(repeats=REPEATS).select(evidence)
+        choice = POLICY.select(evidence)
         destination = choice.route[-1] if choice.route else None
         self.world.attempts.chose(target, choice.kind.name, self.world.here, destination)
         self._count(target, reason, choice)
@@ -148,7 +149,7 @@ def test_a_robot_that_drifts_between_its_failures_is_bound_all_the_same(drift_mm
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
-def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_thetwo_targets(seed):
+def test_any_sequence_of_facts_in_which_nothing_is_reached_ends_the_mission(seed):
     """Everything at every place can be tried only so often, so the targets are given up in the end."""
     random, rounds = Random(seed), 3
     queue = TargetQueue(["a", "b"], rounds)

@@ -17,8 +17,13 @@ import nxtdrive
 from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.mission import setup
 from nxtdrive.tools.dev.onnx_models import red_model
+from nxtdrive.vision.geometry import Pinhole
+from sim_backend.simulation import Simulation
 from sim_backend.world.loading import load_world
+
+LENS_FORWARD_MM = 60.0
 
 
 @pytest.fixture(autouse=True)
@@ -96,6 +101,26 @@ def _save(name: str, *, at: Path = Path()) -> Path:
     return path
 
 
+def _find_in_the_room_as_written() -> None:
+    """Place the target of the mission's file in the frames of the world's, from the start and from the arrival."""
+    mission = setup.load(Path("m.toml"))
+    ((name, detector),) = setup.build_detectors(mission).items()
+    simulation = Simulation(load_world("m-world.toml"))
+    start, away_mm = simulation.truth.pose, simulation.truth.distance_mm(name)
+    for driven_mm in (0.0, away_mm - LENS_FORWARD_MM - mission.adaptive.arrive_mm):
+        simulation.world.place_robot((start.x_mm + driven_mm, start.y_mm), 0.0)
+        simulation.advance(1000)
+        image = simulation.webcam.frame()
+        pinhole = Pinhole.from_hfov(image.shape[1], simulation.webcam.hfov_deg)
+        _, distance_mm = pinhole.locate(detector.detector.detect(image)[0], detector.height_mm)
+        assert distance_mm == pytest.approx(away_mm - driven_mm - LENS_FORWARD_MM, rel=0.2)
+
+
+PURSUED = ("A6 Größe (1).png", "alpha.png", "door.jpg", "narrow.jpg", "poster.png", "postcard.jpg", "wide.jpg")
+"""Those that a mission is run with: each shape, the smallest and the largest target, letters, stains, and what is
+transparent."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(PHOTOGRAPHS))
 def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
@@ -104,7 +129,10 @@ def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
     assert "nxtdrive run m.toml --nxt sim://m-world.toml" in capsys.readouterr().out
     assert main(["mission", "check", "m.toml"]) == DONE
     assert capsys.readouterr().out == "m.toml: good\n"
-    assert nxtdrive.run_mission("m.toml", nxt="sim://m-world.toml?seed=0").achieved
+    if name in PURSUED:
+        assert nxtdrive.run_mission("m.toml", nxt="sim://m-world.toml?seed=0").achieved
+    else:
+        _find_in_the_room_as_written()
 
 
 @pytest.mark.slow

@@ -22,6 +22,9 @@ from tests.small_mission import MISSION
 
 FILES = ["camera", "camera.webm", "journal.jsonl", "map.png", "mission.json", "summary.json"]
 
+UNSEEN = "--camera", "geometric", "--no-video"
+"""Where what the robot sees does not matter."""
+
 
 def _run(*arguments: str) -> tuple[int, Path]:
     """Run a mission into ``runs`` of the present folder; the exit code and the run's folder."""
@@ -92,7 +95,7 @@ def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
 def test_a_mission_that_is_not_achieved_ends_with_one(small):
     mission = Path(small)
     mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
-    code, folder = _run(small, "--nxt", "sim://open", "--no-video", "--profile", "thesis")
+    code, folder = _run(small, "--nxt", "sim://open", *UNSEEN, "--profile", "thesis")
     assert code == 1
     assert _journal(folder)[-1]["ending"] == "exhausted"
 
@@ -101,7 +104,7 @@ def test_a_mission_that_is_not_achieved_ends_with_one(small):
 def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     hard = Path(small)
     hard.write_text(MISSION.replace("targets", 'profile = "thesis"\ntargets'), encoding="utf-8")
-    code, folder = _run(small, "--nxt", "sim://figure6", "--no-video", "--policy", "adaptive")
+    code, folder = _run(small, "--nxt", "sim://figure6", *UNSEEN, "--policy", "adaptive")
     assert code == 0
     assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
     first = next(record for record in _journal(folder) if record["kind"] == "choice")
@@ -110,7 +113,7 @@ def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
 
 
 def test_a_run_that_is_recorded_names_the_brick_it_connects_to(capsys, small):
-    _run(small, "--nxt", "sim://open", "--no-video", "--trace", "run.nxttrace")
+    _run(small, "--nxt", "sim://open", *UNSEEN, "--trace", "run.nxttrace")
     assert capsys.readouterr().out.splitlines()[0] == "connecting to sim://open"
 
 
@@ -122,7 +125,7 @@ def test_mission_files_may_name_every_profile_there_is():
 
 @pytest.mark.slow
 def test_a_mission_that_names_no_profile_is_pursued_adaptively(small):
-    _, folder = _run(small, "--nxt", "sim://open", "--no-video")
+    _, folder = _run(small, "--nxt", "sim://open", *UNSEEN)
     assert json.loads((folder / "mission.json").read_text(encoding="utf-8"))["mission"]["profile"] == "adaptive"
 
 

@@ -39,7 +39,9 @@ def _small(tmp_path) -> Path:
 
 
 def _command(mission: Path, *words: str) -> list[str]:
-    return [sys.executable, "-m", "nxtdrive", "run", str(mission), "--nxt", "sim://open", "--no-video", *words]
+    """A run without pictures: what it tells is observed all the same."""
+    command = [sys.executable, "-m", "nxtdrive", "run", str(mission), "--nxt", "sim://open"]
+    return [*command, "--camera", "geometric", "--no-video", *words]
 
 
 def _run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
@@ -113,8 +115,8 @@ def test_a_full_disk_does_not_end_the_mission(tmp_path, small):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
 def test_pictures_that_cannot_be_written_are_reported(tmp_path, small):
-    command = [word for word in _command(small) if word != "--no-video"]
-    run = _run_with_small_files(command, tmp_path)
+    without = "--camera", "geometric", "--no-video"
+    run = _run_with_small_files([word for word in _command(small) if word not in without], tmp_path)
     assert run.returncode == INCOMPLETE
     assert "camera/" in _summary(tmp_path)["observer_failures"]
     assert run.stderr.count("camera/ failed and is left out; the mission continues") == 1
