@@ -145,6 +145,7 @@ class SimBrick:
         status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
         self._watch = ProgramWatch(self.ui, self.sound)
 
+        self.ui.sensor_view.inputs = self.input
         self.ui.on_pass, self.ui.draw_status = self._watch.follow, status_bar.draw
         maps = [
             io_maps.comm_map(self.radio, self.high_speed),

@@ -184,8 +184,7 @@ class InputPort:
     @property
     def reads_calibration(self) -> bool:
         """Whether a pass can change something in the reading of a calibration."""
-        misses_sensor = self.type in _COLOR and self.color.device is None
-        return self.awaits_calibration or bool(misses_sensor and self.settling)
+        return self.awaits_calibration or bool(self.settling and self.type in _COLOR and self.color.device is None)
 
     @property
     def awaits_calibration(self) -> bool:
@@ -281,6 +280,12 @@ class InputModule:
     def wake(self) -> None:
         """Run in the next pass: a type, mode or sensor changed."""
         self.due_ms = self._clock.now_ms + 1
+
+    def set_type(self, port: int, sensor_type: int, mode: int | None = None) -> None:
+        """Set a type and perhaps a mode, as a write to the map does."""
+        self.ports[port].type, old = int(sensor_type), self.ports[port].mode
+        self.ports[port].mode = old if mode is None else int(mode)
+        self.wake()
 
     def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
         """Set type and mode; the values are invalid until a later pass."""

@@ -16,6 +16,7 @@ from sim_backend.firmware.keys import Key
 from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensor_view import VIEW, SensorView
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui_states import UiState
 
@@ -27,7 +28,7 @@ _STATES = {
 }
 
 _MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
-_DATA_LOG, _VIEW = _LISTS = (2,), (3,)
+_DATA_LOG, _VIEW = _LISTS = (2,), (VIEW,)
 _SEARCH = (*_BLUETOOTH, 0)
 _VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
 _PROGRAMS, _SOUNDS = (*_MY_FILES, 0), (*_MY_FILES, 2)
@@ -99,6 +100,7 @@ class Menu:
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
         program: The program that is made on the brick.
+        view: The value of a sensor or motor that is shown.
     """
 
     def __init__(
@@ -114,7 +116,7 @@ class Menu:
         self._data_log = data_log
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self.program = ProgramSteps()
+        self.program, self.view = ProgramSteps(), SensorView(modern=data_log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
         self._drawn = NOTHING
@@ -158,6 +160,11 @@ class Menu:
         self.shows_key, self.runs, self._drawn = True, "", first
         self._steps = [(each, drawn if each == UiState.DRAWING else NOTHING) for each in later]
 
+    @property
+    def shows_value(self) -> bool:
+        """Whether the value of a sensor or motor is shown, until exit is pressed."""
+        return self.view.shown and not self.shows_key
+
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; others do nothing."""
         if key not in tuple(Key):
@@ -172,7 +179,7 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self.runs or self.switches_off or any(self._steps[-1][1])):
+        if not (self.runs or self.switches_off or self.view.chosen or any(self._steps[-1][1])):
             self._draw_last(self._page)
 
     def _show(self, state: UiState) -> None:
@@ -242,6 +249,7 @@ class Menu:
             self._draw_last(marks.BAR, NOTHING)
         if self._is_page(menu) and self._place[-1] == _RUN:
             self._draw_last(*_FILE_PAGE)
+        self._draw_slowly()
         if self._is_list(menu) and (files := self._items(menu)):
             passes = _PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1]
             self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
@@ -252,7 +260,7 @@ class Menu:
             return len(self._listed(menu))
         if self._is_page(menu):
             return len((_RUN, _SEND, _DELETE))
-        return _ITEMS.get(menu, 0) or self.program.items([*menu])
+        return _ITEMS.get(menu, 0) or self.program.items([*menu]) or self.view.items(menu)
 
     def _is_list(self, menu: tuple[int, ...]) -> bool:
         return len(menu) == _LIST_LEVEL and menu[: len(_MY_FILES)] == _MY_FILES
@@ -291,6 +299,23 @@ class Menu:
             self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
         if self._is_list(menu):
             self._draw_list(menu)
+        self._draw_slowly()
+
+    def leave_view(self) -> None:
+        """Leave the value of a sensor or motor for the list of what can be shown."""
+        self._screen.mark(marks.LIST)
+        self.shows_key, self._steps, self._drawn = True, [], NOTHING
+        self._place.pop()
+        self._show(UiState.EXIT)
+        self._draw_last(self._page)
+        self._draw_slowly()
+
+    def _draw_slowly(self) -> bool:
+        """Draw an item of the list of what can be shown, if it takes longer."""
+        slow = self.view.is_slow(tuple(self._place))
+        if slow:
+            self._draw_last(marks.PAGE, *_OPENED[_VIEW])
+        return slow
 
     def _draw_list(self, menu: tuple[int, ...]) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
@@ -319,6 +344,8 @@ class Menu:
         elif self._is_page(menu[:-1]):
             self._place.pop()
             self._answer_page(menu[-1], place[-1])
+        elif self.view.opens(place):
+            return
         elif place in (_TRY_ME, _SEARCH):
             self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
@@ -369,5 +396,5 @@ class Menu:
         elif place[0] in _SLOW:
             if place[0] == PROGRAM:
                 self.program.enter([*place])
-            drawn = _OPENED.get(place, (NOTHING, NOTHING))
-            self._draw_last(*((marks.PAGE,) if place == _VIEW and not self._data_log else ()), *drawn)
+            if not self._draw_slowly():
+                self._draw_last(*_OPENED.get(place, (NOTHING, NOTHING)))

@@ -31,6 +31,8 @@ PAGE = Marks(0xE0600, 0xFF700)
 BAR = Marks(0xC, 0x10_0004)
 """The bar of a value."""
 TYPES = Marks(0xFC, 0x10FC, drop=0x100)
+VALUE = Marks(0x4000_0200, 0x11_F200)
+"""The value of a sensor or motor."""
 LIST = Marks(0x8000_0000, 0x4)
 FILE_NAME = Marks(update=0x8, drop=_ALL)
 

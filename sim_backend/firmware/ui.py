@@ -21,6 +21,7 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import pack_name
 from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensor_view import SensorView
 from sim_backend.firmware.sound import ATTENTION, CLICK, SoundModule
 from sim_backend.firmware.ui_states import Run, UiState
 from sim_backend.firmware.versions import Version
@@ -53,6 +54,11 @@ class UiModule(FileRunner):
         self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=version.data_log)
         self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
+
+    @property
+    def sensor_view(self) -> SensorView:
+        """The value of a sensor or motor that is shown."""
+        return self._menu.view
 
     @property
     def program_steps(self) -> ProgramSteps:
@@ -182,13 +188,17 @@ class UiModule(FileRunner):
     def _reads_keys(self) -> bool:
         """Whether keys count: the menu is drawn, or the brick has been off for a while."""
         if self._off_ms == NEVER:
-            return self.state == UiState.WAITING
+            return self.state == UiState.WAITING or self._menu.shows_value
         return self._clock.now_ms >= self._off_ms + times.DEAF_MS
 
     def _read_keys(self, now_ms: int) -> None:
         """Follow a key when the menu is drawn."""
         key = self._key(now_ms) if self._reads_keys else 0
-        if key and self._off_ms == NEVER:
+        if self._menu.shows_value:
+            if key == Key.EXIT:
+                self._menu.leave_view()
+                self._next_step_ms = now_ms + 1
+        elif key and self._off_ms == NEVER:
             self._menu.press(key)
             self._show_key()
         elif key == Key.ENTER:
@@ -222,12 +232,29 @@ class UiModule(FileRunner):
         state = self._menu.next_state()
         if state is not None:
             self.state, self._next_step_ms = int(state), self._clock.now_ms + 1
+            if self._menu.view.shown:
+                self.flags &= ~int(UiFlag.BUSY)
+                self._menu.view.end()
             return
         if self._menu.runs:
             self._run_from_menu()
             return
+        if self._menu.view.chosen:
+            self._begin_view()
+            return
         self.state, self.force_off = int(UiState.WAITING), self.force_off or int(self._menu.switches_off)
         self._menu.switches_off = False
+
+    def _begin_view(self) -> None:
+        """Show the value of a sensor or motor; the state stays as it is."""
+        view = self._menu.view
+        self.flags |= int(UiFlag.BUSY)
+        self._screen.mark(marks.VALUE)
+        view.shown = True
+        if view.delays:
+            self._next_step_ms = self._clock.now_ms + 1
+        else:
+            view.set_sensor()
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
@@ -242,6 +269,8 @@ class UiModule(FileRunner):
             self.start(now_ms)
         elif self._menu.shows_key:
             self._show_key()
+        elif self._menu.view.chosen:
+            self._menu.view.set_sensor()
         elif self.state == UiState.OPENING:
             self.state, self._run = int(UiState.RUNNING), Run.TONE
             self._screen.mark(marks.OPENING)

@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_protocol import direct, system
-from firmware_protocol.iomap import SOUND, UI
+from firmware_protocol.iomap import SOUND, UI, UiFlag
 from nxtdrive.tools.conformance.bench import Bench
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, store
 from sim_backend.firmware.brick import SimBrick
@@ -303,3 +303,25 @@ def test_the_warning_of_a_low_battery_ends_with_a_button_that_counts_again(press
         bench.control("!tick 1")
         passes += bench.brick.ui.state == 15
     assert passes == shown
+
+
+@pytest.mark.parametrize(
+    ("firmware", "before", "sensor", "left"),
+    [
+        ("1.29", "rrreee", [7, 0x80], "X56"),
+        ("1.29", "rrrelleee", [11, 0], "X56"),
+        ("1.29", "rrrerrrree", [11, 0], "X5666"),
+        ("1.05", "rreee", [7, 0x80], "X5666"),
+        ("1.05", "rrerrrrree", [2, 0xA0], "X56"),
+    ],
+)
+def test_view_sets_a_sensor_until_exit_is_pressed(firmware, before, sensor, left):
+    keypad = Keypad(firmware=firmware)
+    keypad.press(before)
+    port = keypad.bench.brick.input.ports[0]
+    assert [port.type, port.mode] == sensor
+    assert keypad.press("r") == ["6" * 26]
+    assert keypad.bench.brick.ui.flags == UiFlag.ENABLE_STATUS | UiFlag.BUSY
+    assert keypad.press("x")[0].lstrip("6") == left
+    assert [port.type, port.mode] == [0, sensor[1]]
+    assert keypad.bench.brick.ui.flags == UiFlag.ENABLE_STATUS

@@ -181,8 +181,8 @@ def test_a_refused_message_names_the_local_mailbox(bench, box, status):
     ("before", "answer"),
     [
         ([], (Status.END_OF_FILE, bytes(4))),
-        ([system.OpenRead("bad.rxe")], (Status.OK, LOOP[:4])),
-        ([system.OpenRead("note.txt"), system.Read(0, 2)], (Status.END_OF_FILE, LOOP[2:5] + b"\0")),
+        ([system.OpenRead("bad.rxe")], (Status.OK, NO_PROGRAM[:4])),
+        ([system.OpenRead("note.txt"), system.Read(0, 2)], (Status.END_OF_FILE, b"llo\0")),
     ],
 )
 def test_the_handle_of_a_program_reads_on_where_its_last_file_was_left(bench, before, answer):
