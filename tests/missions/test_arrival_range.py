@@ -23,9 +23,11 @@ def _mission(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("height_mm", [12.0, 20.0, 30.0, 60.0])
-def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(perform, mission_for, height_mm):
-    done = perform("open", _mission(mission_for("lena"), height_mm))
+@pytest.mark.parametrize(("height_mm", "geometric"), [(12.0, False), (20.0, True), (30.0, True), (60.0, False)])
+def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(
+    perform, mission_for, height_mm, geometric
+):
+    done = perform("open", _mission(mission_for("lena"), height_mm), geometric=geometric)
     assert done.report.ending is Ending.TIME_UP
     failures = [record.data["evidence"] for record in done.of(Kind.TRANSITION, reason=Reason.RANGE_MISMATCH)]
     assert failures
