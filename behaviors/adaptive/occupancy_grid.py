@@ -54,6 +54,8 @@ class GridNumbers:
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing in one case out of e.
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
+        came_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
+            what came there may leave, too.
         block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
         block: Evidence of such an obstacle: a few echoes clear it.
     """
@@ -84,6 +86,7 @@ class GridNumbers:
     behind: float = 0.1
     unknown_hides_mm: float = 2500.0
     fades_s: float = 240.0
+    came_fades_s: float = 45.0
     block_radius_mm: float = 250.0
     block: float = 2.2
 
@@ -125,6 +128,8 @@ class OccupancyGrid:
         self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
+        self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
+        self._came: Mask = np.zeros((CELLS, CELLS), bool)
         self.keep()
 
     def keep(self) -> None:
@@ -140,7 +145,10 @@ class OccupancyGrid:
         """Let old evidence fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
-                self.evidence *= np.float32(math.exp((self._time_s - now_s) / N.fades_s))
+                self._was_free |= self.evidence < N.freest_silent
+                self._came &= self.evidence > 0.0
+                fades_s = np.where(self._came, N.came_fades_s, N.fades_s)
+                self.evidence *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
 
     def echo(self, pose: Pose, range_mm: float) -> None:
@@ -215,6 +223,7 @@ class OccupancyGrid:
         window, inside = _disc(x_mm, y_mm, N.block_radius_mm)
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
+        self._came[window] |= inside & self._was_free[window]
 
     def sight(
         self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm

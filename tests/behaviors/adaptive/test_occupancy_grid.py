@@ -154,6 +154,19 @@ def test_evidence_fades_to_about_a_third():
     np.testing.assert_allclose(floor.evidence, before / math.e, rtol=0.02, atol=1e-3)
 
 
+def test_what_came_to_where_the_floor_was_free_fades_sooner_than_what_stood_there():
+    floor = OccupancyGrid()
+    _listen(floor, 1200.0)
+    floor.fade(0.0)
+    floor.fade(2.0)
+    floor.block(ORIGIN, 500.0)
+    floor.block(Pose(heading_deg=90.0), 500.0)
+    came, stood = (600.0, 0.0), (0.0, 600.0)
+    assert _evidence_at(floor, *came) == _evidence_at(floor, *stood) > GRID.solid
+    floor.fade(2.0 + GRID.came_fades_s)
+    assert _evidence_at(floor, *came) < GRID.solid < _evidence_at(floor, *stood)
+
+
 def test_the_first_look_at_the_clock_fades_nothing():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
