@@ -44,8 +44,9 @@ class ProgramSteps:
             self._set(step, _CHOICES[step][place[-1]])
 
     def leave(self, place: list[int]) -> None:
-        """Go back from a step other than the first one, and forget what was chosen there."""
-        self._set(len(place) - 1 - _FIRST, _EMPTY)
+        """Go back from a step other than the first one, and forget what was chosen there, if it is a step."""
+        if self.is_step(place[:-1]):
+            self._set(len(place) - 1 - _FIRST, _EMPTY)
 
     def _set(self, step: int, icon: int) -> None:
         icons = bytearray(self.icons)

@@ -91,6 +91,7 @@ def test_the_pages_of_a_file_and_of_a_program_in_steps(before, keys, states):
         ("reeeeexx", "0311010101"),
         ("reeeeexxxx", "0301010101"),
         ("reerrexe", "0901010101"),
+        ("reeeeeeex", "0311031120"),
     ],
 )
 def test_the_steps_of_a_program_have_icons(keys, icons):
