@@ -21,6 +21,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 
+MOST_PROCESSES = 8
+"""Each takes up to 0.7 GB."""
+
 # a deadline is wall time, which tells of the machine and not of the code
 settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")
@@ -36,9 +39,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two processes for folders; none for single files and tests, so that -s and debuggers work there."""
+    """One process more than processors for folders, since tests wait for programs that they start.
+
+    None for single files and tests, so that -s and debuggers work there.
+    """
     single = any("::" in arg or arg.endswith(".py") for arg in config.args)
-    return 0 if single or config.option.capture == "no" else 2
+    return 0 if single or config.option.capture == "no" else min(MOST_PROCESSES, (os.cpu_count() or 1) + 1)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
