@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import settings
 
+from nxtdrive.cli.main import BLAS_THREADS
+
 if TYPE_CHECKING:
     from behaviors.mission import Mission
 
 # as `nxtdrive` has it: before numpy is imported, and for the processes that run the tests
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault(BLAS_THREADS, "1")
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 

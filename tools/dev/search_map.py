@@ -38,7 +38,6 @@ from nxtdrive.simulated.scenario import draw_scenario
 from sim_backend.world.world_file import WorldFile
 
 Image = NDArray[np.uint8]
-Color = tuple[int, int, int]
 
 CELL_PX = 9
 BLUE, BLACK, GREEN, VIOLET = (255, 0, 0), (0, 0, 0), (0, 110, 0), (200, 0, 200)
