@@ -28,12 +28,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     text = read_text(path, MAX_BYTES)
     try:
-        return _parse(text)
-    except RecursionError:
-        reason = f"nested more than {MAX_DEPTH} levels deep"
+        return parse_toml(text)
     except ValueError as error:
-        reason = f"{error}{_line_of(error, text)}"
-    raise InputFileError(f"{path} is not TOML: {reason}. Correct it there.")
+        raise InputFileError(f"{path} is not TOML: {error}{_line_of(error, text)}. Correct it there.") from None
 
 
 def _line_of(error: ValueError, text: str) -> str:
@@ -45,10 +42,18 @@ def _line_of(error: ValueError, text: str) -> str:
     return f": `{line[:SHOWN]}`"
 
 
-def _parse(text: str) -> dict[str, Any]:
+def parse_toml(text: str) -> dict[str, Any]:
+    """Read the tables of a text.
+
+    Raises:
+        ValueError: It is not TOML, or is nested too deeply.
+    """
     if _LONG_KEY.search(text):
         raise ValueError(f"it has a key of more than {MAX_DEPTH} parts")
-    tables = tomllib.loads(text)
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(f"nested more than {MAX_DEPTH} levels deep") from None
     if any(is_too_large(each) for each in leaves(tables)):
         raise ValueError("it has a whole number of more than 64 bits")
     return tables

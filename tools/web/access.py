@@ -51,7 +51,7 @@ class SameSite:
         if scope["type"] in ("http", "websocket"):
             headers = HTTPConnection(scope).headers
             host, origin = headers.get("host", ""), headers.get("origin")
-            if not self._known(host, scope) or (origin is not None and urlsplit(origin).netloc != host):
+            if not self._known(host, scope) or (origin is not None and _host_of(origin) != host):
                 await _refuse(scope, receive, send, "This page is not for other web sites.", 403)
                 return
         await self._app(scope, receive, send)
@@ -147,6 +147,14 @@ class PinGate:
             await RedirectResponse(PIN_PAGE, 303)(scope, receive, send)
         else:
             await _refuse(scope, receive, send, f"Enter the PIN first: open {PIN_PAGE} in the browser.", 401)
+
+
+def _host_of(origin: str) -> str:
+    """Return the host, with its port, of an origin; an empty text for what is none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
 
 
 def _cookie(connection: HTTPConnection) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Protocol
 import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -27,6 +28,7 @@ from firmware_protocol.errors import ConfigError
 from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations, sheet
 from .chart import chart, recoveries
+from .connections import BACKLOG, BoundedHTTP, without_traceback
 from .editor import Editor
 from .hub import Client, Hub, as_message
 from .messages import (
@@ -264,12 +266,17 @@ def guarded(routes: list[BaseRoute], pin: Pin | None) -> Starlette:
     middleware = [Middleware(SameSite, lan=pin is not None)]
     if pin is not None:
         middleware.append(Middleware(PinGate, pin=pin))
-    return Starlette(routes=[session, *routes], middleware=middleware)
+    return Starlette(routes=[session, *routes], middleware=middleware, exception_handlers={ClientDisconnect: _left})
 
 
 def _admit(_request: Request) -> Response:
     """Answer that no PIN is needed."""
     return Response(status_code=204)
+
+
+def _left(_request: Request, _error: Exception) -> Response:
+    """Answer a client that has left in the middle of its request, which nobody reads."""
+    return Response(status_code=400)
 
 
 def serve(server: Server, robot: Robot, listener: socket.socket, ready: Callable[[], None]) -> None:
@@ -313,6 +320,13 @@ def serving(server: Server, listener: socket.socket) -> Iterator[None]:
 def http_server(app: Starlette) -> uvicorn.Server:
     """Return a server of a web application."""
     config = uvicorn.Config(
-        app, log_level="warning", ws_max_size=MAX_MESSAGE_BYTES, timeout_graceful_shutdown=GRACE_S, lifespan="off"
+        app,
+        http=BoundedHTTP,
+        backlog=BACKLOG,
+        log_level="warning",
+        ws_max_size=MAX_MESSAGE_BYTES,
+        timeout_graceful_shutdown=GRACE_S,
+        lifespan="off",
     )
+    logging.getLogger("uvicorn.error").addFilter(without_traceback)
     return uvicorn.Server(config)

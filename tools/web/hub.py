@@ -54,9 +54,10 @@ class Client:
         self._wake()
 
     def append(self, message: str) -> None:
-        """Add an event, none of which may be left out; any thread."""
+        """Add an event, none of which may be left out until the client is too slow and gets no more; any thread."""
         with self._lock:
-            self._events.append(message)
+            if not self.too_slow:
+                self._events.append(message)
             self.too_slow = self.too_slow or len(self._events) > BACKLOG + BEHIND
         self._wake()
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
+from input_files.plain import InputFileError, read_bytes, read_text
+from input_files.toml_file import MAX_BYTES
 from nxtdrive.mission import setup
 from nxtdrive.mission.checking import Findings, check_mission
 from nxtdrive.recording.output_file import draft
@@ -67,7 +69,7 @@ class Missions:
         """
         if name not in self.names():
             raise KeyError(name)
-        content = (self.folder / name).read_bytes()
+        content = read_bytes(self.folder / name, MAX_BYTES)
         return content.decode(), _version(content)
 
     def check(self, text: str) -> Findings:
@@ -92,14 +94,14 @@ class Missions:
 
         Raises:
             Conflict: The file has changed or is gone, or a new one exists already.
-            ValueError: The name is none for a mission file.
+            ValueError: The name is none for a mission file, or what it names is no file of a mission's size.
             OSError: It cannot be written.
         """
         if not NAME.fullmatch(name):
             raise ValueError(f"{name!r} is no name for a mission file. Use letters and digits, and .toml at the end.")
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
-            if (_version(path.read_bytes()) if path.exists() else "") != version:
+            if (_version(read_bytes(path, MAX_BYTES)) if path.exists() else "") != version:
                 told = "has changed on the disk since it was opened" if version else "exists already"
                 raise Conflict(f"{name} {told}. Nothing was saved: open it again, or choose another name.")
             file.replace(path)
@@ -112,6 +114,6 @@ def _version(content: bytes) -> str:
 
 def _is_mission(path: Path) -> bool:
     try:
-        return path.name.isprintable() and path.name[0] != "." and "[mission]" in path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        return path.name.isprintable() and path.name[0] != "." and "[mission]" in read_text(path, MAX_BYTES)
+    except InputFileError:
         return False

@@ -69,8 +69,12 @@ async def _receive(
 ) -> None:
     with contextlib.suppress(WebSocketDisconnect):
         while page.application_state is WebSocketState.CONNECTED:  # a failed send leaves it disconnected
-            text = await page.receive_text()
+            message = await page.receive()
+            if message["type"] == "websocket.disconnect":
+                break
             try:
+                if (text := message.get("text")) is None:
+                    raise ValueError("Send messages as text, not as bytes.")
                 obey(client, text)
             except ValueError as error:
                 await page.send_json({"type": "refused", "text": str(error)})

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import re
 import threading
-import tomllib
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import cv2
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field
 
 from firmware_protocol.errors import ConfigError
+from input_files.toml_file import parse_toml
 from nxtdrive.vision.detectors.picture import PictureDetector
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ KEPT = 20
 LEAST_OVERLAP = 0.5
 """The detector must find the box again where it was drawn: intersection over union."""
 Box = tuple[int, int, int, int]
+BOM = "\ufeff"
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -144,15 +145,26 @@ def text_for(target: NewTarget, file: str) -> str:
     if not target.text.strip():
         return f'[mission]\nname = "find {target.name}"\ntargets = [{quoted}]\n\n{table}'
     try:
-        document = tomlkit.parse(target.text)
-        document["mission"]["targets"].append(target.name)
-        text = f"{tomlkit.dumps(document).rstrip()}\n\n{table}"
-        tomllib.loads(text)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        return f"{_with_name(target.text.removeprefix(BOM), target.name, table)}\n\n{table}"
+    except ValueError as error:
         raise ValueError(
             f"The target cannot be added to this text ({error}). Correct its mistakes, or choose another name."
         ) from None
-    return text
+
+
+def _with_name(text: str, name: str, table: str) -> str:
+    """Return a mission's text with a name at the end of its targets, to which a table can be added.
+
+    Raises:
+        ValueError: The text is no TOML, has no list of targets, or has the table already.
+    """
+    mission = parse_toml(text).get("mission")
+    if not (isinstance(mission, dict) and isinstance(mission.get("targets"), list)):
+        raise ValueError("it has no list of targets under [mission]")  # noqa: TRY004 - as for other mistakes in it
+    parse_toml(f"{text}\n\n{table}")
+    document: Any = tomlkit.parse(text)
+    document["mission"]["targets"].append(name)
+    return tomlkit.dumps(document).rstrip()
 
 
 def _png(image: Image) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -80,13 +81,15 @@ class Runs:
             KeyError: There is no such run, or it has no such file.
         """
         path = self._path(name) / file
-        if not (file in FILES or re.fullmatch(CAMERA + FILE_NAME, file)) or not path.is_file():
+        if not (file in FILES or re.fullmatch(CAMERA + FILE_NAME, file)) or not os.path.isfile(path):
             raise KeyError(file)
         return path
 
     def _path(self, name: str) -> Path:
         path = self._folder / name
-        if path.parent != self._folder or name == ".." or not (path / JOURNAL).exists():
+        if (
+            path.parent != self._folder or name == ".." or not os.path.exists(path / JOURNAL)
+        ):  # also false for a name no folder has
             raise KeyError(name)
         return path
 

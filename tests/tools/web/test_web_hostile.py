@@ -1,0 +1,163 @@
+"""Clients that send what no page of ours would: each gets an answer, and none a traceback on the user's terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import socket
+from contextlib import ExitStack, closing
+from http.client import HTTPConnection
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from nxtdrive.mission import setup
+from nxtdrive.tools.web import connections
+from nxtdrive.tools.web.access import Pin
+from nxtdrive.tools.web.app import Server, http_server, serving
+from nxtdrive.tools.web.hub import BACKLOG, BEHIND, Client, Hub
+from nxtdrive.tools.web.missions import Missions
+from nxtdrive.tools.web.photographs import NewTarget, text_for
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.tools.web.runs import Runs
+from nxtdrive.transports.address import Address
+
+LONG = "x" * 300
+"""No file can have this name."""
+
+
+def _server(folder: Path, pin: Pin | None = None) -> Server:
+    hub = Hub()
+    robot = Robot(Address.parse("sim://open"), None, setup.load(None), hub, folder / "runs")
+    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
+
+
+@pytest.fixture
+def client(tmp_path) -> TestClient:
+    """Raises what the server's own code raises."""
+    return TestClient(_server(tmp_path).app(), base_url="http://127.0.0.1:7080")
+
+
+@pytest.mark.parametrize("origin", ["http://[::1", "http://[x]", "http://[]:1", "//", "\xff"])
+def test_an_origin_that_is_no_address_is_refused(client, origin):
+    assert client.get("/", headers={"origin": origin.encode("latin-1")}).status_code == 403
+
+
+@pytest.mark.parametrize("path", [f"/api/runs/{LONG}", f"/runs/{LONG}/map.png", "/api/runs/a%00b", "/runs/%00/map.png"])
+def test_a_run_no_folder_can_be_called_is_not_there(client, tmp_path, path):
+    (tmp_path / "runs").mkdir()
+    assert client.get(path).status_code == 404
+
+
+def test_a_message_of_bytes_is_refused_and_the_page_stays(client):
+    with client.websocket_connect("ws://127.0.0.1:7080/ws") as page:
+        page.receive_json()
+        page.send_bytes(b'{"type": "stop"}')
+        assert page.receive_json() == {"type": "refused", "text": "Send messages as text, not as bytes."}
+        page.send_text("{}")
+        assert page.receive_json()["type"] == "refused"
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("POST", "/api/check"), ("PUT", "/api/missions/a.toml"), ("POST", "/api/targets"), ("POST", "/api/session")],
+)
+def test_a_client_that_leaves_in_the_middle_of_a_request_is_no_failure(tmp_path, method, path):
+    messages = iter(({"type": "http.request", "body": b"{", "more_body": True}, {"type": "http.disconnect"}))
+    headers = [(b"host", b"192.168.0.7:7080")]
+    pin = Pin()
+    if path != "/api/session":
+        headers.append((b"cookie", f"nxtdrive-7080={pin.enter(pin.digits)}".encode()))
+    scope = {"type": "http", "method": method, "path": path, "query_string": b"", "headers": headers}
+
+    async def receive():
+        return next(messages)
+
+    async def send(_message):
+        pass
+
+    app = _server(tmp_path, pin).app()
+    asyncio.run(app(scope | {"server": ("192.168.0.7", 7080), "client": ("192.168.0.8", 1)}, receive, send))
+    assert os.listdir(tmp_path) == []
+
+
+NO_UTF8 = UnicodeDecodeError("utf-8", b"\xff", 0, 1, "")
+
+
+@pytest.mark.parametrize(("fault", "kept"), [(NO_UTF8, False), (KeyError(), True)])
+def test_text_that_is_no_utf8_is_logged_without_a_traceback(tmp_path, fault, kept):
+    http_server(_server(tmp_path).app())
+    log = logging.getLogger("uvicorn.error")
+    record = log.makeRecord(log.name, logging.ERROR, "", 0, "Invalid UTF-8", (), (type(fault), fault, None))
+    assert log.filter(record)
+    assert bool(record.exc_info) is kept
+
+
+def test_a_client_that_asks_without_reading_keeps_no_more_than_its_backlog():
+    async def ask() -> int:
+        client = Client(asyncio.get_running_loop(), "page 1")
+        for _ in range(BACKLOG + 2 * BEHIND):
+            client.append("answer")
+        assert client.too_slow
+        return client.waiting
+
+    assert asyncio.run(ask()) <= BACKLOG + BEHIND + 1
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
+def test_only_regular_files_of_a_missions_size_are_read_for_the_list(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "endless.toml").symlink_to("/dev/zero")
+    (tmp_path / "long.toml").write_text("[mission]\n" + "# long\n" * 100_000)
+    (tmp_path / "cat.toml").write_text("[mission]\n")
+    assert Missions(tmp_path).names() == ["cat.toml"]
+    with pytest.raises(ValueError, match="regular"):
+        Missions(tmp_path).save("pipe.toml", "", "")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[mission]\ntargets = [1]\ntargets = 2",
+        "[mission]\ntargets = []\n[mission.targets.x]",
+        "[mission]\ntargets = 'a'",
+        "mission = 1",
+        "[[mission]]\ntargets = []",
+        "[x]\nmission.targets = []",
+        "x = " + "[" * 5000,
+        ".".join("a" * 100) + " = 1\n",
+    ],
+)
+def test_a_target_is_not_added_to_a_text_without_a_list_of_targets(text):
+    with pytest.raises(ValueError, match="cannot be added to this text"):
+        text_for(NewTarget(text=text, name="cat", height_mm=100, picture=1, box=(0, 0, 9, 9)), "cat.png")
+
+
+def test_a_target_is_added_to_a_text_with_a_byte_order_mark():
+    target = NewTarget(text="\ufeff[mission]\ntargets = []\n", name="cat", height_mm=100, picture=1, box=(0, 0, 9, 9))
+    assert text_for(target, "cat.png").startswith('[mission]\ntargets = ["cat"]')
+
+
+def test_silent_connections_take_no_place_from_a_page(tmp_path, monkeypatch):
+    """Before there was a limit, a thousand of them left the server no file to open, and it ended."""
+    monkeypatch.setattr(connections, "MAX_CONNECTIONS", 3)
+    with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as stack:
+        host, port = listener.getsockname()
+        stack.enter_context(serving(_server(tmp_path), listener))
+        silent = [stack.enter_context(socket.create_connection((host, port))) for _ in range(9)]
+        with closing(HTTPConnection(host, port, timeout=5)) as page:
+            page.request("GET", "/api/missions")
+            assert page.getresponse().status == 200
+        assert [_is_closed(each) for each in silent] == [True] * 7 + [False] * 2
+
+
+def _is_closed(connection: socket.socket) -> bool:
+    connection.settimeout(0.02)
+    try:
+        return not connection.recv(1)
+    except TimeoutError:
+        return False
+    except ConnectionError:
+        return True

@@ -1,0 +1,45 @@
+"""How many connections the web server keeps open, whoever opens them: their number is limited before any PIN."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from itertools import count
+from typing import Any
+
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+MAX_CONNECTIONS = 100
+"""Of HTTP; pages' WebSockets have a limit of their own. A process may open 256 files on macOS, 1024 on Linux."""
+BACKLOG = 50
+"""Connections that are accepted at once, before the oldest can be closed."""
+
+_numbers = count()
+
+
+class BoundedHTTP(H11Protocol):
+    """A connection of HTTP; when there are too many, the oldest is closed, one without a request under way first."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401 - uvicorn's
+        super().__init__(*args, **options)
+        self._number = next(_numbers)
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own
+        """Take part, in the place of an older connection if there are too many."""
+        super().connection_made(transport)
+        others = [each for each in self.connections if isinstance(each, BoundedHTTP) and each is not self]
+        if len(others) >= MAX_CONNECTIONS:
+            oldest = min(others, key=lambda each: (each._answering, each._number))
+            self.connections.discard(oldest)
+            oldest.transport.abort()
+
+    @property
+    def _answering(self) -> bool:
+        return self.cycle is not None and not self.cycle.response_complete
+
+
+def without_traceback(record: logging.LogRecord) -> bool:
+    """Leave the traceback out of a log message about text of a client that is no UTF-8: it is no defect."""
+    if record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError):
+        record.exc_info = None
+    return True
