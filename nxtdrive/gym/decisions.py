@@ -135,7 +135,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         episode, question = play.episode, play.stepped.question
         before_s, reached = episode.time_s, len(episode.reached)
-        number = int(action) if question and int(action) < len(question.candidates) else 0
+        number = candidate_number(action, len(question.candidates) if question else 0)
         play.stepped.step(number)
         report = play.stepped.report
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
@@ -147,6 +147,19 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         if self._play is not None:
             self._play.end()
         self._play = None
+
+
+def candidate_number(action: np.int64, count: int) -> int:
+    """Return the number of the candidate that an action takes; 0 for a number that none of `count` has.
+
+    Raises:
+        InvalidAction: It is no number.
+    """
+    try:
+        number = int(action)
+    except (ValueError, TypeError, OverflowError):
+        raise gymnasium.error.InvalidAction(f"an action is the number of a candidate, not {action!r}.") from None
+    return number if 0 <= number < count else 0
 
 
 def observed(question: Question | None, left_s: float) -> Observation:

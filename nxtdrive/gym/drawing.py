@@ -32,25 +32,32 @@ class Drawing:
     """
 
     def __init__(self, kinds: Sequence[str], seeds: Sequence[int], profile: str) -> None:
-        unknown = [kind for kind in kinds if kind not in ALL_CLASSES]
-        if unknown or not kinds or not seeds:
-            raise ConfigError(
-                f"there is no class {unknown[0]!r}." if unknown else "there is nothing to draw an episode from.",
-                remedy=f"Classes: {', '.join(ALL_CLASSES)}.",
-            )
+        _check_kinds(kinds)
+        if not kinds or not seeds:
+            raise ConfigError("there is nothing to draw an episode from.", remedy="Name a class and a seed.")
         self._kinds, self._seeds, self._profile = tuple(kinds), seeds, profile
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Scenario:
         """Draw a scenario; the options ``kind`` and ``seed`` name one instead.
 
         Raises:
-            ConfigError: The profile cannot be loaded.
+            ConfigError: The profile cannot be loaded, or an option names nothing that exists.
         """
         options = options or {}
         kind = options.get("kind", self._kinds[int(random.integers(len(self._kinds)))])
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
-        scenario = draw_scenario(kind, int(seed))
+        _check_kinds([kind])
+        try:
+            number = int(seed)
+        except (ValueError, TypeError, OverflowError):
+            raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number.") from None
+        scenario = draw_scenario(kind, number)
         return replace(scenario, mission=setup.with_profile(scenario.mission, self._profile))
+
+
+def _check_kinds(kinds: Sequence[object]) -> None:
+    if unknown := [kind for kind in kinds if kind not in ALL_CLASSES]:
+        raise ConfigError(f"there is no class {unknown[0]!r}.", remedy=f"Classes: {', '.join(ALL_CLASSES)}.")
 
 
 def told(episode: Episode) -> dict[str, Any]:

@@ -103,11 +103,15 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return self._observe(self._episode), told(self._episode)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive until the next frame."""
+        """Drive until the next frame.
+
+        Raises:
+            InvalidAction: The action is not two finite numbers.
+        """
         if (episode := self._episode) is None:
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         before_s, reached = episode.time_s, len(episode.reached)
-        left, right = (float(np.clip(speed, -1.0, 1.0)) for speed in action)
+        left, right = _wheels(action)
         stands = max(abs(left), abs(right)) < STANDS
         if stands and self._standing:  # one step to come to rest
             for target in self._targets(episode):
@@ -174,3 +178,15 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     @staticmethod
     def _limit_s(episode: Episode) -> float:
         return float(episode.scenario.mission.mission.time_limit_s)
+
+
+def _wheels(action: NDArray[np.float32]) -> tuple[float, float]:
+    """Return the speeds of an action, within its limits."""
+    try:
+        speeds = np.asarray(action, np.float64)
+    except (ValueError, TypeError):
+        speeds = np.empty(0)
+    if speeds.shape != (2,) or not np.isfinite(speeds).all():
+        raise gymnasium.error.InvalidAction(f"an action is two finite numbers, not {action!r}.")
+    left, right = np.clip(speeds, -1.0, 1.0)
+    return float(left), float(right)

@@ -103,7 +103,8 @@ class Tools:
 
     async def stop(self) -> dict[str, Any]:
         """Stop the robot now, and end its motion or mission."""
-        return {"stopped": await run_sync(self._assistant.stop)}
+        # a thread of its own: calls that wait may have taken all the others
+        return {"stopped": await run_sync(self._assistant.stop, limiter=anyio.CapacityLimiter(1))}
 
     async def explain(self, run: str = "") -> dict[str, Any]:
         """Explain the decisions of a run, by default the latest: what failed, what was known, the choice, and why."""

@@ -14,6 +14,7 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.gym import DecisionEnv, WheelEnv
+from nxtdrive.gym.decisions import candidate_number
 from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
@@ -83,6 +84,13 @@ def test_an_action_without_a_candidate_is_what_the_profile_proposes():
     env.close()
 
 
+def test_an_action_takes_the_candidate_of_its_number_or_the_first():
+    assert [candidate_number(number, 3) for number in (-100, -1, 0, 2, 3, np.int64(2**62))] == [0, 0, 0, 2, 0, 0]
+    for action in (np.nan, np.inf, None, "x", [1, 2]):
+        with pytest.raises(gymnasium.error.InvalidAction):
+            candidate_number(action, 3)
+
+
 def test_a_robot_that_stands_before_a_target_has_arrived_there_once():
     env = WheelEnv()
     env.reset(options={"kind": "open", "seed": 7})
@@ -110,12 +118,29 @@ def test_the_wheels_turn_as_they_are_told():
     env.close()
 
 
+@pytest.mark.parametrize(
+    "action", [[np.nan, 0.0], [0.5, np.inf], [0.5], [0.1, 0.2, 0.3], 0.5, None, "ab", [[0.1], [0.2]]]
+)
+def test_an_action_that_is_not_two_finite_numbers_is_refused_and_the_robot_stops(action):
+    env = WheelEnv()
+    env.reset(options={"kind": "open", "seed": 7})
+    env.step(np.array([0.5, 0.5], np.float32))
+    with pytest.raises(gymnasium.error.InvalidAction):
+        env.step(action)
+    env._episode.simulation.advance(2000)
+    assert not env._episode.simulation.motors_turn()
+    env.close()
+
+
 @pytest.mark.parametrize("make", [DecisionEnv, WheelEnv])
 def test_what_does_not_exist_is_refused(make):
     with pytest.raises(ConfigError, match="no class"):
         make(kinds=["nowhere"])
     with pytest.raises(ConfigError, match="no eyes"):
         make(eyes="x-ray")
+    for options in ({"kind": "nowhere"}, {"kind": 5}, {"seed": "x"}, {"seed": float("nan")}):
+        with pytest.raises(ConfigError, match=r"no class|no seed"):
+            make().reset(options=options)
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
 

@@ -241,3 +241,14 @@ def test_stop_ends_a_mission(slow):
         assert not status["mission"]["result"]["achieved"]
 
     _converse(slow, talk)
+
+
+def test_stop_needs_no_thread_that_other_calls_have_taken(quick):
+    async def talk(call: Call) -> None:
+        limiter = anyio.to_thread.current_default_thread_limiter()
+        while limiter.available_tokens:
+            await limiter.acquire_on_behalf_of(object())
+        with anyio.fail_after(10):
+            assert (await call("stop"))["stopped"]
+
+    _converse(quick, talk)
