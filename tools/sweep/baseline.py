@@ -55,6 +55,10 @@ class Baseline(ABC):
     def pursue(self, target: str) -> bool:
         """Pursue one target and leave the robot at rest; return True if it was reached, False to give it up."""
 
+    def preferred(self) -> str:
+        """Return the target to continue with; by default the next one in order."""
+        return ""
+
     def run(self) -> Report:
         """Pursue the targets in order and return the report, as `behaviors.executive.Executive.run` does."""
         ending, error = Ending.BROKEN, ""
@@ -111,9 +115,9 @@ class Baseline(ABC):
         """Drive along the heading, backwards if negative; an interrupted drive is completed after the outage."""
         return self._outages.run(ResumableStraight(self.body, distance_mm, self._outages.run(self.body.pose)).call)
 
-    def drive(self, speed_mm_s: float) -> StopReason | None:
-        """Keep driving straight ahead until the next call, for at most one lease."""
-        return self._outages.run(lambda: self.body.drive(speed_mm_s, 0.0))
+    def drive(self, speed_mm_s: float, turn_deg_s: float = 0.0) -> StopReason | None:
+        """Keep driving or turning until the next call, for at most one lease."""
+        return self._outages.run(lambda: self.body.drive(speed_mm_s, turn_deg_s))
 
     def stop(self) -> None:
         """Switch the motors off."""
@@ -154,4 +158,4 @@ class Baseline(ABC):
             self.enter("reached" if reached else "gave_up")
             if not self.queue.more_targets:
                 return Ending.ACHIEVED if self.queue.achieved else Ending.EXHAUSTED
-            self.queue.next_target()
+            self.queue.next_target(self.preferred())

@@ -41,20 +41,24 @@ class Oracle(Baseline):
     Args:
         robot: The robot.
         simulation: The source of the ground truth.
+
+    Attributes:
+        truth: The ground truth.
     """
 
     def __init__(self, robot: Robot, simulation: Simulation) -> None:
         super().__init__(robot)
         self._simulation = simulation
+        self.truth = simulation.truth
 
     def pursue(self, target: str) -> bool:
         """Drive to where a stop counts."""
         self.enter("search")
         self.queue.current.attempts += 1
         waited_s = 0.0
-        while target in self._simulation.truth.pictures and waited_s < PATIENCE_S:
+        while target in self.truth.pictures and waited_s < PATIENCE_S:
             self.context.check_time()
-            path = self._plan(target)
+            path = self.plan(self._stop_before(target))
             if path is None:
                 waited_s += LOOK_S
                 self.rest(LOOK_S)
@@ -62,14 +66,33 @@ class Oracle(Baseline):
                 self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
                 return True
             else:
-                self._drive(path)
+                self.follow(path)
         return False
 
-    def _plan(self, target: str) -> Path | None:
+    def plan(self, goal: Goal) -> Path | None:
         """Return the shortest path among the obstacles of the moment, with the largest clearance that leaves one."""
-        truth = self._simulation.truth
-        plan, picture, here = survey(self._simulation), truth.pictures[target], truth.pose
-        goal = Goal(
+        floor, here = survey(self._simulation), self.truth.pose
+        for margin_mm in MARGINS_MM:
+            path = floor.path((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, inflation_mm=INFLATION_MM)
+            if path is not None:
+                return path
+        return None
+
+    def follow(self, path: Path, most_mm: float = LEG_MM) -> None:
+        """Drive the first leg of a path, or its beginning."""
+        here = self.truth.pose
+        there = path.points[1]
+        bearing_deg = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
+        off_deg = wrapped_deg(bearing_deg - here.heading_deg)
+        if abs(off_deg) > AIM_DEG:
+            self.turn(off_deg)
+        motion = self.straight(min(most_mm, math.dist(path.points[0], there)))
+        if motion.stop is not StopReason.DONE:
+            self.straight(-BACK_OFF_MM)
+
+    def _stop_before(self, target: str) -> Goal:
+        picture = self.truth.pictures[target]
+        return Goal(
             target,
             (picture.x_mm, picture.y_mm),
             picture.heading_deg,
@@ -77,20 +100,3 @@ class Oracle(Baseline):
             nearest_mm=NEAREST_MM,
             reach_deg=REACH_DEG,
         )
-        for margin_mm in MARGINS_MM:
-            path = plan.path((here.x_mm, here.y_mm), goal, ROBOT_RADIUS_MM + margin_mm, inflation_mm=INFLATION_MM)
-            if path is not None:
-                return path
-        return None
-
-    def _drive(self, path: Path) -> None:
-        """Drive the first leg of a path, or its beginning."""
-        here = self._simulation.truth.pose
-        there = path.points[1]
-        bearing_deg = math.degrees(math.atan2(there[1] - here.y_mm, there[0] - here.x_mm))
-        off_deg = wrapped_deg(bearing_deg - here.heading_deg)
-        if abs(off_deg) > AIM_DEG:
-            self.turn(off_deg)
-        motion = self.straight(min(LEG_MM, math.dist(path.points[0], there)))
-        if motion.stop is not StopReason.DONE:
-            self.straight(-BACK_OFF_MM)

@@ -20,6 +20,7 @@ from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
 from .oracle import Oracle
+from .oracle_eyes import OracleEyes
 
 NEVER = 10**9
 """Number of searches for one target before it is given up."""
@@ -58,23 +59,25 @@ ABLATIONS: dict[str, Policy] = {
 }
 """The adaptive profile with one capability removed; run only when selected by name."""
 ORACLE = "oracle"
+ORACLES = {ORACLE: Oracle, "oracle-eyes": OracleEyes}
+"""Policies that read the truth; all but the first are run only when selected by name."""
 NAMES = (*POLICIES, ORACLE)
-ALL_NAMES = (*NAMES, *ABLATIONS)
+ALL_NAMES = (*POLICIES, *ORACLES, *ABLATIONS)
 ORACLES_STOP_MM = 30.0
-"""The oracle's safety stop distance; with the usual one it would stop at obstacles that it passes closely."""
+"""The oracles' safety stop distance; with the usual one they would stop at obstacles that they pass closely."""
 
 
 def equipped(policy: str, mission: Mission) -> Mission:
-    """Return the mission with the robot set up for the policy: the oracle may pass close to obstacles."""
-    if policy != ORACLE:
+    """Return the mission with the robot set up for the policy: oracles may pass close to obstacles."""
+    if policy not in ORACLES:
         return mission
     robot = mission.robot.model_copy(update={"stop_distance_mm": ORACLES_STOP_MM})
     return mission.model_copy(update={"robot": robot})
 
 
 def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
-    """Run a mission with a policy or with a profile from elsewhere; only the oracle gets the simulation."""
-    if policy == ORACLE:
-        return Oracle(robot, simulation).run()
+    """Run a mission with a policy or with a profile from elsewhere; only oracles get the simulation."""
+    if policy in ORACLES:
+        return ORACLES[policy](robot, simulation).run()
     known = POLICIES.get(policy) or ABLATIONS.get(policy)
     return (known or _executive(find_profile(policy)))(robot)
