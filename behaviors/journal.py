@@ -17,6 +17,9 @@ from input_files.json_text import parse_object
 JOURNAL_FORMAT = 3
 """Format of the journals that this version writes; docs/journal.md lists the formats. Format 1 does not say so."""
 
+MAX_TIME_S = 1e9
+"""Thirty years, which fit the formats of all programs to which a run is exported."""
+
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
 
@@ -73,6 +76,8 @@ class Record:
         time_s, kind, state, target = (data.pop(name, None) for name in ("t", "kind", "state", "target"))
         if not isinstance(time_s, int | float) or not isinstance(state, str) or not isinstance(target, str):
             raise ValueError("not a record of a journal")  # noqa: TRY004 - as for what is no JSON
+        if not 0 <= time_s <= MAX_TIME_S:
+            raise ValueError("a time that no mission has")
         return cls(float(time_s), Kind(kind), state, target, data)
 
 

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import re
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,7 @@ EXAMPLES = """\
   nxtdrive what-if flat:100 before:100 --sample 3 --out regret.jsonl"""
 
 FUTURES = 6
+SEED = re.compile("[0-9]{1,18}")
 NEARLY = "within 3 s of the best"
 
 
@@ -75,8 +77,10 @@ def run(args: argparse.Namespace) -> int:
     """Play all branches; returns the exit code."""
     if args.decision is not None and len(args.run_paths) > 1:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
+    from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
+
     sources = {name: _source(name) for name in args.run_paths}
-    kept = _kept(args.out) if args.out else {}
+    kept = read_missions(args.out) if args.out else {}
     results: list[dict[str, Any]] = []
     performs, _, watch = crew(args)
     with performs as executor:
@@ -84,8 +88,8 @@ def run(args: argparse.Namespace) -> int:
             result = kept.get(name) or _played(name, source, args, executor, watch)
             results.append(result)
             if args.out and name not in kept:
-                with writing(args.out), args.out.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(result) + "\n")
+                with writing(args.out):
+                    append_mission(args.out, result)
             if not args.json:
                 _show(name, result["decisions"])
     summary = _summary(results)
@@ -136,20 +140,6 @@ def _wanted(base: Course, args: argparse.Namespace) -> list[int]:
     return numbers
 
 
-def _kept(out: Path) -> dict[str, dict[str, Any]]:
-    """Return the missions that a file has, by name."""
-    from input_files.json_text import MAX_BYTES, parse_object
-    from input_files.plain import read_text
-
-    if not os.path.lexists(out):
-        return {}
-    try:
-        results = [parse_object(line) for line in read_text(out, MAX_BYTES).splitlines()]
-        return {str(each["run"]): each for each in results if isinstance(each["decisions"], list)}
-    except (ValueError, KeyError):
-        raise ConfigError(f"{out} is no file of nxtdrive what-if.", remedy="Name another one with --out.") from None
-
-
 def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
     """Return the mean regret and the share of choices that were nearly the best, each with its interval."""
     from nxtdrive.tools.sweep.regret import over_missions
@@ -167,7 +157,7 @@ def _source(name: str) -> Drawn | Folder:
 
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
-    if kind in ALL_CLASSES and seed.isdecimal() and not os.path.exists(name):
+    if kind in ALL_CLASSES and SEED.fullmatch(seed) and not os.path.exists(name):
         return Drawn(kind, int(seed), profile or "adaptive")
     if not os.path.isdir(name):
         raise ConfigError(

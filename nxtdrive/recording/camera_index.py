@@ -9,14 +9,14 @@ import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from behaviors.ports import Sighting
 from input_files.json_text import MAX_BYTES
-from input_files.picture import read_picture
+from input_files.picture import MAX_PIXELS, read_picture
 from input_files.plain import InputFileError, read_text
 from nxtdrive.recording.run_folder import CAMERA
 from nxtdrive.vision.annotate import annotate
@@ -47,6 +47,12 @@ class Header(_Line):
     width: Size
     height: Size
     fps: Annotated[float, Field(gt=0, le=1000)]
+
+    @model_validator(mode="after")
+    def _fits_in_memory(self) -> Self:
+        if self.width * self.height > MAX_PIXELS:
+            raise ValueError("more pixels than a picture may have")
+        return self
 
 
 class Found(_Line):

@@ -97,7 +97,8 @@ class VideoRecorder:
     def _open(self, image: Image) -> None:
         height, width = image.shape[:2]
         self._begun = True  # Ctrl-C may come between the file and the writer
-        self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
+        with _quiet():
+            self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Name a file in another folder.")
 
@@ -118,7 +119,7 @@ def _is_whole(path: Path) -> bool:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Have OpenCV print no line for each frame that a full disk does not take; `VideoRecorder.close` says so once."""
+    """Have OpenCV print no line for what `VideoRecorder` says once, such as frames that a full disk does not take."""
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     try:

@@ -85,6 +85,12 @@ def test_a_record_is_read_as_it_was_written(kind, data):
     assert Record.from_json(record.to_json()) == record
 
 
+@pytest.mark.parametrize("time_s", ["-0.001", "1.1e9", "1e308", "null", "1e999"])
+def test_a_record_of_a_time_that_no_mission_has_is_refused(time_s):
+    with pytest.raises(ValueError, match=r"time|record|finite"):
+        Record.from_json(f'{{"t": {time_s}, "kind": "end", "state": "", "target": ""}}')
+
+
 @given(st.text())
 def test_any_line_is_a_record_or_refused(line):
     with contextlib.suppress(ValueError):

@@ -20,6 +20,7 @@ QUAD = ((10.0, 10.0), (30.0, 10.0), (30.0, 30.0), (10.0, 30.0))
 SEEN = looked("lena", Sighting("lena", -3.14159, 1500.0, 0.9, 0.0, BOX), [Detection(BOX, 0.9, QUAD)])
 NOTHING = looked("lena", None, [])
 HEADER = '{"version":1,"width":64,"height":48,"fps":5}'
+VAST = '{"version":1,"width":20000,"height":20000,"fps":5}'
 
 
 def _image(value=0):
@@ -102,7 +103,7 @@ def test_a_line_that_is_damaged_is_left_out(tmp_path, line):
     assert [each.t for each in kept.pictures] == [2]
 
 
-@pytest.mark.parametrize("header", ["", "{}", HEADER.replace("1", "2", 1), HEADER.replace("64", "0")])
+@pytest.mark.parametrize("header", ["", "{}", HEADER.replace("1", "2", 1), HEADER.replace("64", "0"), VAST])
 def test_an_index_without_a_header_that_is_known_counts_as_none(tmp_path, header):
     assert _index(tmp_path, header, '{"t":2,"file":"000002.jpg"}') is None
 

@@ -15,8 +15,15 @@ from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.regret import over_missions, regret
 from nxtdrive.tools.sweep.what_if import Branch, Course, Drawn, Made, branches, play
+from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
+TOLD = {
+    "decision": 1,
+    "regret_s": 2,
+    "candidates": [{"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}],
+}
+DECISION = {**TOLD, "biased_regret_s": 2.5, "t": 1.0, "target": "a", "reason": "never_seen"}
 SOURCE = Drawn("wall_start", 103, "adaptive")
 
 
@@ -44,7 +51,7 @@ def test_figures_over_missions_count_decisions_and_resample_missions():
 
 def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
     out = tmp_path / "regret.jsonl"
-    decisions = [{**TOLD, "regret_s": regret_s, "t": 1.0, "target": "a", "reason": "never_seen"} for regret_s in (2, 6)]
+    decisions = [{**DECISION, "regret_s": regret_s} for regret_s in (2, 6)]
     names = ["open:100", "flat:7:adaptive"]
     out.write_text("".join(json.dumps({"run": name, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
@@ -63,13 +70,40 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
         assert "1 decision: mean regret" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("text", ["no JSON\n", "{}\n", '{"run": "open:100", "decisions": 5}\nx\n'])
+def test_a_line_that_was_cut_short_is_written_again(tmp_path):
+    out, mission = tmp_path / "regret.jsonl", {"run": "open:100", "decisions": [DECISION]}
+    append_mission(out, mission)
+    whole = out.read_bytes()
+    out.write_bytes(whole + whole.replace(b"100", b"101")[:40])
+    assert read_missions(out) == {"open:100": mission}
+    append_mission(out, {"run": "open:101", "decisions": []})
+    assert list(read_missions(out)) == ["open:100", "open:101"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no JSON\n",
+        "no line end",
+        "{}\n",
+        '{"run": "open:100", "decisions": 5}\nx\n',
+        '{"run": "open:100", "decisions": [{}]}\n',
+        '{"run": "open:100", "decisions": [3]}\n',
+        json.dumps({"run": "open:100", "decisions": [{**DECISION, "candidates": [{}]}]}) + "\n",
+        json.dumps({"run": "open:100", "decisions": [{**DECISION, "regret_s": 1e999}]}) + "\n",
+    ],
+)
 def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
     out = tmp_path / "other.jsonl"
     out.write_text(text)
     assert main(["what-if", "open:100", "--out", str(out), "--workers", "1"]) == 2
     assert "is no file of nxtdrive what-if" in capsys.readouterr().err
     assert out.read_text() == text
+
+
+def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
+    assert main(["what-if", "open:" + "9" * 5000]) == 2
+    assert "CLASS:SEED" in capsys.readouterr().err
 
 
 def test_one_decision_of_several_runs_is_refused(capsys):
@@ -137,11 +171,6 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
     assert "cannot be repeated" in capsys.readouterr().err
 
 
-TOLD = {
-    "decision": 1,
-    "regret_s": 2,
-    "candidates": [{"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}],
-}
 OTHERS = {
     "no number": {**TOLD, "decision": [1]},
     "no regret": {**TOLD, "regret_s": None},

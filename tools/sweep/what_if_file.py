@@ -1,0 +1,87 @@
+"""The file of ``nxtdrive what-if --out``: one line of JSON per mission."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import InputFileError, read_bytes
+
+BEGIN = b'{"run": '
+"""How each line begins, also one that an interruption cut short."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Candidate(_Model):
+    does: str
+    chosen: bool
+    best: bool
+    cost_s: list[float] = Field(min_length=3, max_length=3)
+
+
+class _Decision(_Model):
+    """The keys of a decision that are shown or summed up."""
+
+    decision: int
+    t: float
+    target: str
+    reason: str
+    regret_s: float
+    biased_regret_s: float
+    candidates: list[_Candidate]
+
+
+class _Mission(_Model):
+    run: str
+    decisions: list[_Decision]
+
+
+def read_missions(path: Path) -> dict[str, dict[str, Any]]:
+    """Return the missions of a file by name, except a last one that an interruption cut short.
+
+    Raises:
+        ConfigError: The file cannot be read, or is not of what-if.
+    """
+    if not os.path.lexists(path):
+        return {}
+    try:
+        *whole, rest = read_bytes(path, MAX_BYTES).split(b"\n")
+    except InputFileError as error:
+        raise ConfigError(str(error)) from None
+    if rest[: len(BEGIN)] != BEGIN[: len(rest)]:
+        raise _foreign(path, len(whole) + 1)
+    missions = [_mission(path, number, line) for number, line in enumerate(whole, start=1)]
+    return {each["run"]: each for each in missions}
+
+
+def append_mission(path: Path, mission: dict[str, Any]) -> None:
+    """Add a mission after the last whole line of a file, which `read_missions` accepts or which is new.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    with open(path, "ab+") as file:
+        file.seek(0)
+        file.truncate(file.read().rfind(b"\n") + 1)
+        file.write(json.dumps(mission).encode() + b"\n")
+
+
+def _mission(path: Path, number: int, line: bytes) -> dict[str, Any]:
+    try:
+        _Mission.model_validate_json(line)
+        return parse_object(line.decode())
+    except (ValidationError, ValueError):
+        raise _foreign(path, number) from None
+
+
+def _foreign(path: Path, line: int) -> ConfigError:
+    return ConfigError(f"{path} is no file of nxtdrive what-if (line {line}).", remedy="Name another one with --out.")
