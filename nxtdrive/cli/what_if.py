@@ -15,19 +15,20 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, number, writing
-from nxtdrive.cli.output import make_console, write_json, write_line
+from nxtdrive.cli.output import complain, make_console, write_json, write_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Executor
 
-    from nxtdrive.tools.sweep.what_if import Course, Drawn, Folder
+    from nxtdrive.tools.sweep.what_if import Course, Source
 
 DESCRIPTION = """\
 Repeat a simulated mission up to each decision, take every candidate there, and say
 what each would have cost: the mean seconds to the targets that were still open. Each
-candidate is played in several futures, which differ in their random events.
-docs/evaluation.md explains the regret and how its bias is removed."""
+candidate is played in several futures, which differ in their random events. A run of
+a real robot is played in a simulated room made from its map. docs/evaluation.md
+explains the regret and how its bias is removed."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
   nxtdrive what-if flat:7:adaptive --decision 3 --futures 10
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run_paths",
         metavar="RUN",
         nargs="+",
-        help="a run's folder with a simulated robot, or CLASS:SEED[:PROFILE] of the sweep",
+        help="a run's folder, or CLASS:SEED[:PROFILE] of the sweep",
     )
     parser.add_argument(
         "--decision",
@@ -104,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _played(
-    name: str, source: Drawn | Folder, args: argparse.Namespace, executor: Executor, watch: Callable[[], None]
+    name: str, source: Source, args: argparse.Namespace, executor: Executor, watch: Callable[[], None]
 ) -> dict[str, Any]:
     """Play a mission and its branches."""
     from behaviors.mission import MissionError
@@ -151,8 +152,8 @@ def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
     return {name: [round(value, 3) for value in (each.mean, each.low, each.high)] for name, each in figures}
 
 
-def _source(name: str) -> Drawn | Folder:
-    from nxtdrive.tools.sweep.what_if import Drawn, Folder
+def _source(name: str) -> Source:
+    from nxtdrive.tools.sweep.what_if import Drawn, Rebuilt, read_folder
     from sim_backend.scenarios.classes import ALL_CLASSES
 
     kind, _, rest = name.partition(":")
@@ -163,7 +164,14 @@ def _source(name: str) -> Drawn | Folder:
         raise ConfigError(
             f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
         )
-    return Folder.read(Path(name))
+    source = read_folder(Path(name))
+    if isinstance(source, Rebuilt):
+        world = source.scenario.world
+        complain(
+            f"{name} is a run of a real robot. It is played in a room made from its map, with {len(world.boxes)} "
+            f"obstacles and {len(world.pictures)} targets; its decisions there may be others."
+        )
+    return source
 
 
 def _keep(folder: Path, result: dict[str, Any]) -> None:

@@ -2,7 +2,8 @@
 
 A mission is repeated from its start with its own seed, which leads to the same decision bit by bit. There a candidate
 is forced, and all chance is seeded anew: each seed is one future, and all candidates face the same futures. Afterwards
-the profile chooses again. Method and figures: docs/evaluation.md.
+the profile chooses again. A run of a real robot is played in a room made from its map. Method and figures:
+docs/evaluation.md.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, cast
 
 from behaviors.executive import Executive
 from behaviors.journal import Kind, Record
@@ -32,8 +33,9 @@ from nxtdrive.mission.setup import with_profile
 from nxtdrive.recording.run_folder import SUMMARY
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.simulated.episode import Episode
+from nxtdrive.simulated.rebuilt_room import rebuilt
 from nxtdrive.simulated.robot import GEOMETRIC
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
@@ -68,27 +70,48 @@ class Folder:
     camera: str
     choices: tuple[tuple[float, str], ...]
 
-    @classmethod
-    def read(cls, path: Path) -> Self:
-        """Read a run.
 
-        Raises:
-            ConfigError: It cannot be repeated, or is no run.
-        """
-        past = read_run(path)
+@dataclass(frozen=True, slots=True)
+class Rebuilt:
+    """A run of a real robot, to be played in a room made from its map.
+
+    Attributes:
+        path: Its folder.
+        scenario: Mission and room.
+    """
+
+    path: Path
+    scenario: Scenario
+
+
+Source = Drawn | Folder | Rebuilt
+
+
+def read_folder(path: Path) -> Folder | Rebuilt:
+    """Read a run.
+
+    Raises:
+        ConfigError: It cannot be played again, or is no run.
+    """
+    past = read_run(path)
+    try:
+        summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
+        nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
+    except (ValueError, KeyError):
+        raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
+    if past.mission is None:
+        raise ConfigError(
+            f"{path} cannot be played again: its mission is not recorded.",
+            remedy="Name another run, or CLASS:SEED:PROFILE.",
+        )
+    if nxt.scheme != "sim":
         try:
-            summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
-            nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
-        except (ValueError, KeyError):
-            raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
-        if past.mission is None or nxt.scheme != "sim":
-            raise ConfigError(
-                f"{path} cannot be repeated: its robot was not simulated, or its mission is not recorded.",
-                remedy="Name a run of a simulated robot, or CLASS:SEED:PROFILE.",
-            )
-        choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
-        nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
-        return cls(path, past.mission, nxt, camera, tuple(choices))
+            return Rebuilt(path, rebuilt(past.records, past.mission))
+        except ValueError as error:
+            raise ConfigError(f"{path} cannot be played in the simulator: {error}.") from None
+    choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
+    nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
+    return Folder(path, past.mission, nxt, camera, tuple(choices))
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +125,7 @@ class Branch:
         future: Seeds what chance decides afterwards; None to leave it as it was.
     """
 
-    source: Drawn | Folder
+    source: Source
     decision: int
     candidate: int
     future: int | None
@@ -158,7 +181,7 @@ def play(branch: Branch) -> Course:
         ConfigError: The run cannot be repeated.
     """
     source = branch.source
-    with _open_drawn(source) if isinstance(source, Drawn) else _open_folder(source) as stage:
+    with _open_folder(source) if isinstance(source, Folder) else _open_scenario(source) as stage:
         stage.observers.add("course", partial(_note, stage.course, stage.simulation))
         stage.run(supervised(stage.mission, partial(_decide, branch, stage.course, stage.simulation.reseed)))
         if stage.observers.failures:
@@ -212,10 +235,14 @@ def _stage(
 
 
 @contextmanager
-def _open_drawn(source: Drawn) -> Iterator[_Stage]:
-    drawn = draw_scenario(source.kind, source.seed)
-    mission = with_profile(drawn.mission, source.profile)
-    with closing(Episode(replace(drawn, mission=mission), GEOMETRIC)) as episode:
+def _open_scenario(source: Drawn | Rebuilt) -> Iterator[_Stage]:
+    if isinstance(source, Drawn):
+        scenario = draw_scenario(source.kind, source.seed)
+        scenario = replace(scenario, mission=with_profile(scenario.mission, source.profile))
+    else:
+        scenario = source.scenario
+    mission = scenario.mission
+    with closing(Episode(scenario, GEOMETRIC)) as episode:
         robot, observers = episode.robot, Observers()
 
         def run(make_profile: MakeProfile) -> None:
@@ -238,7 +265,7 @@ def _open_folder(source: Folder) -> Iterator[_Stage]:
         yield _stage(mission, transport.simulation, observers, run)
 
 
-def branches(source: Drawn | Folder, base: Course, futures: int, only: Collection[int] | None = None) -> list[Branch]:
+def branches(source: Source, base: Course, futures: int, only: Collection[int] | None = None) -> list[Branch]:
     """Return every candidate of every decision, or of some, in every future."""
     return [
         Branch(source, number, candidate, future)

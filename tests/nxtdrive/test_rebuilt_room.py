@@ -1,0 +1,111 @@
+"""A room made from a run's map: like the room that the robot was in, as far as it got to know it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
+from nxtdrive.cli.main import main
+from nxtdrive.simulated.rebuilt_room import OVER_MM, rebuilt
+from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.tools.sweep.performance import perform
+
+MISSION = {
+    "mission": {"targets": ["lena"]},
+    "target": {"lena": {"detector": "picture", "pictures": ["lena.png"], "height_mm": 297}},
+    "robot": {"wheel_diameter_mm": 43.2, "axle_track_mm": 130.0, "left": "A", "right": "B", "left_reversed": True},
+    "camera": {"hfov_deg": 70.0, "height_mm": 180.0},
+}
+LENA_MM = 1500.0
+
+
+def _look(x_mm: float, y_mm: float, range_mm: float | None, *, seen: bool = False) -> Record:
+    """A look at lena, who hangs straight ahead of the start."""
+    sighting = {"distance_mm": LENA_MM - x_mm, "bearing_deg": 0.0} if seen else None
+    data = {"pose": [x_mm, y_mm, 0.0], "range_mm": range_mm, "sighting": sighting}
+    return Record(0.0, Kind.LOOK, "search", "lena", data)
+
+
+def _before(range_mm: float, *, seen: bool) -> list[Record]:
+    """Looks at something in front of the robot, which moves to and fro a little."""
+    return [_look(30.0 * (i % 2), 0.0, range_mm - 30.0 * (i % 2), seen=seen) for i in range(8)]
+
+
+def test_the_robot_is_the_missions_without_its_reversed_motors():
+    scenario = rebuilt([_look(0.0, 0.0, None)], Mission.model_validate(MISSION))
+    robot = scenario.world.robot
+    assert (robot.wheel_diameter_mm, robot.track_mm, robot.left_port, robot.right_port) == (43.2, 130.0, "A", "B")
+    assert (scenario.world.camera.hfov_deg, scenario.world.camera.height_mm) == (70.0, 180.0)
+    assert not scenario.mission.robot.left_reversed
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_an_obstacle_is_low_if_the_target_was_seen_past_it(seen):
+    scenario = rebuilt(_before(500.0, seen=seen), Mission.model_validate(MISSION))
+    (start_x, start_y), camera = scenario.world.robot.start_mm, scenario.world.camera
+    ahead = [box for box in scenario.world.boxes if abs(box.at_mm[1] - start_y) <= OVER_MM]
+    assert ahead
+    assert all(abs(box.at_mm[0] - start_x - 600.0) < 120.0 for box in ahead)
+    assert all((box.height_mm < camera.height_mm) is seen for box in ahead)
+
+
+def test_targets_that_were_never_seen_are_not_there():
+    mission = Mission.model_validate(MISSION)
+    assert not rebuilt(_before(500.0, seen=False), mission).world.pictures
+    (lena,) = rebuilt(_before(500.0, seen=True), mission).world.pictures
+    assert math.cos(math.radians(lena.facing_deg)) == pytest.approx(-1.0)
+
+
+def test_a_journal_without_a_path_makes_no_room():
+    with pytest.raises(ValueError, match="nowhere"):
+        rebuilt([Record(0.0, Kind.START, "idle", "", {})], Mission.model_validate(MISSION))
+
+
+@pytest.fixture(scope="module", name="past")
+def _past():
+    drawn = draw_scenario("clutter", 100)
+    return drawn, *perform(drawn, "adaptive", "geometric")
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("rebuilt")
+def test_what_is_rebuilt_stands_where_it_stood(past):
+    drawn, trace, referee = past
+    room = rebuilt(referee.records, drawn.mission).world
+    turn, start = math.radians(drawn.world.robot.heading_deg), np.array(drawn.world.robot.start_mm)
+    turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+
+    def truly(point: tuple[float, float]) -> np.ndarray:
+        return start + turned @ (np.array(point) - np.array(room.robot.start_mm))
+
+    truth = {picture.name: picture.at_mm for picture in drawn.world.pictures}
+    assert {picture.name for picture in room.pictures} == set(drawn.mission.mission.targets)
+    for picture in room.pictures:
+        assert math.dist(truly(picture.at_mm), truth[picture.name]) < 250.0
+    plan = trace.moments[0].scene.plan
+    gaps_mm = np.abs(plan.clearance_mm(np.array([truly(box.at_mm) for box in room.boxes])))
+    assert np.mean(gaps_mm < 150.0) > 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("rebuilt")
+def test_what_if_plays_a_run_of_a_real_robot_in_its_rebuilt_room(past, tmp_path, capsys):
+    drawn, _, referee = past
+    lines = [record.to_json() for record in referee.records]
+    (tmp_path / "journal.jsonl").write_text("\n".join(lines) + "\n")
+    mission = drawn.mission.model_dump(mode="json")
+    mission["mission"]["time_limit_s"] = 15.0
+    (tmp_path / "mission.json").write_text(json.dumps(mission))
+    (tmp_path / "summary.json").write_text(json.dumps({"nxt": "usb://001653000001", "camera": "0"}))
+    before = sorted(tmp_path.iterdir())
+    assert main(["what-if", str(tmp_path), "--decision", "1", "--futures", "2", "--workers", "1", "--json"]) == 0
+    shown = capsys.readouterr()
+    (result,) = json.loads(shown.out)["runs"]
+    assert len(result["decisions"][0]["candidates"]) > 1
+    assert "room made from its map" in shown.err
+    assert sorted(tmp_path.iterdir()) == before, "its decisions are not those of the journal"
