@@ -35,7 +35,7 @@ from behaviors.robot_description import (
 )
 from input_files.json_text import parse_object
 from input_files.mistakes import listed, shown
-from input_files.plain import MEGABYTE, InputFileError, read_text
+from input_files.plain import MEGABYTE, InputFileError, at_home, read_text
 from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
@@ -309,7 +309,7 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
         others = [] if detector in BUILT_IN_DETECTORS else [key for key in target if key.endswith(FILE)]
         for key in FILES.get(detector, others):
             if isinstance(file := target.get(key), str):
-                target[key] = str(folders[0] / Path(file).expanduser())
+                target[key] = str(folders[0] / at_home(file))
                 if not os.path.isfile(target[key]):
                     beside = f"put it beside the mission file ({folders[0]})"
                     yield f"target.{name}.{key}: there is no file {shown(file)}; {beside}"

@@ -15,6 +15,9 @@ MEGABYTE = 1_000_000
 MAX_DEPTH = 32
 """How deep tables, lists and objects may be nested; ours need 6."""
 
+MAX_DIGITS = 18
+"""Of a whole number that fits 64 bits; Python itself refuses to read one of thousands."""
+
 
 class InputFileError(ValueError):
     """A file that cannot be used; the message names it, says what is wrong and what to do."""
@@ -99,3 +102,13 @@ def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value
 def is_too_large(value: Any) -> bool:  # noqa: ANN401 - any plain value
     """Whether it is a whole number of more than 64 bits, which no format of ours needs and few libraries take."""
     return isinstance(value, int) and abs(value) >= 2**63
+
+
+def whole_number(text: str) -> int | None:
+    """Return the whole number that a text is; None for one of other characters than up to 18 ASCII digits."""
+    return int(text) if len(text) <= MAX_DIGITS and text.isascii() and text.isdecimal() else None
+
+
+def at_home(text: str | Path) -> Path:
+    """Return a path with the user's folder in place of ``~``, which stays where no such user is known."""
+    return Path(os.path.expanduser(text))

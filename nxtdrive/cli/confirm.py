@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.text import Text
 
 from firmware_protocol.printable import printable
+from input_files.mistakes import shown
+from input_files.plain import whole_number
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
 from nxtdrive.recording.wording import failure_words
@@ -72,9 +74,9 @@ class TerminalOperator:
                 raise KeyboardInterrupt
             if not answer:
                 return question.proposed
-            if answer.isdecimal() and 1 <= int(answer) <= count:
-                return question.candidates[int(answer) - 1].choice
-            self._console.print(f"There is no {answer!r}.", markup=False)
+            if (number := whole_number(answer)) is not None and 1 <= number <= count:
+                return question.candidates[number - 1].choice
+            self._console.print(f"There is no {shown(answer)}.", markup=False)
 
 
 def _await_line() -> None:

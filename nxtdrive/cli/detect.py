@@ -12,6 +12,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import at_home
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, number, writing
 from nxtdrive.cli.output import write_json, write_line
@@ -207,7 +208,7 @@ def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
 def _is_image(source: str) -> bool:
     from nxtdrive.vision.sources import IMAGE_SUFFIXES
 
-    path = Path(source).expanduser()
+    path = at_home(source)
     return path.suffix.lower() in IMAGE_SUFFIXES and os.path.isfile(path)
 
 

@@ -128,7 +128,7 @@ def _write_csv(past: PastRun, file: Path) -> None:
 
     path = past.path.parent / "journal.csv" if file == IN_FOLDER else file
     with writing(path):
-        write_file(path, journal_csv(past.records).encode())
+        write_file(path, journal_csv(past.records).encode(errors="replace"))
     _say(path, f"{len(past.records)} rows")
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import whole_number
 from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
@@ -42,6 +43,8 @@ SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
 }
 """Seeds and policies of each suite (none: all). Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
+MAX_SEEDS = 100_000
+"""Of each class; the list of missions is kept in memory."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -189,12 +192,13 @@ def _draw_map(args: argparse.Namespace) -> int:
 
     kind, _, rest = args.map.partition(":")
     seed, _, policy = rest.partition(":")
-    if not seed.isdecimal():
+    number = whole_number(seed)
+    if number is None:
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:PROFILE, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
     _policies([policy])
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
-    play, _ = perform(draw_scenario(kind, int(seed)), policy, args.eyes)
+    play, _ = perform(draw_scenario(kind, number), policy, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {policy}"), out))
     write_line(out)
@@ -232,6 +236,8 @@ def _names(text: str) -> list[str]:
 
 def _seeds(text: str) -> tuple[int, int]:
     first, _, last = text.partition("-")
-    if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no range of seeds; write 100-119, or 7 for one")
-    return int(first), int(last or first)
+    low, high = whole_number(first), whole_number(last or first)
+    if low is None or high is None or not low <= high < low + MAX_SEEDS:
+        limit = f"at most {MAX_SEEDS:,} seeds"
+        raise argparse.ArgumentTypeError(f"{text!r} is no range of {limit}; write 100-119, or 7 for one")
+    return low, high

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
 from nxtdrive.cli.output import print_line
@@ -146,8 +147,8 @@ def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
             "--nxt, --camera and --trace are for one robot.",
             remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
-    if args.classroom.isdecimal():
-        config = simulated_class(int(args.classroom), existing(args.folder), args.out)
+    if (count := whole_number(args.classroom)) is not None:
+        config = simulated_class(count, existing(args.folder), args.out)
     else:
         config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
     classroom = Classroom(config, setup.load(args.mission))

@@ -6,12 +6,12 @@ import argparse
 import json
 import math
 import os
-import re
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import whole_number
 from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, number, writing
@@ -36,7 +36,6 @@ EXAMPLES = """\
   nxtdrive what-if flat:100 before:100 --sample 3 --out regret.jsonl"""
 
 FUTURES = 6
-SEED = re.compile("[0-9]{1,18}")
 NEARLY = "within 3 s of the best"
 
 
@@ -158,8 +157,8 @@ def _source(name: str) -> Source:
 
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
-    if kind in ALL_CLASSES and SEED.fullmatch(seed) and not os.path.exists(name):
-        return Drawn(kind, int(seed), profile or "adaptive")
+    if kind in ALL_CLASSES and (drawn := whole_number(seed)) is not None and not os.path.exists(name):
+        return Drawn(kind, drawn, profile or "adaptive")
     if not os.path.isdir(name):
         raise ConfigError(
             f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."

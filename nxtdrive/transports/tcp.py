@@ -6,6 +6,7 @@ import socket
 from typing import Self
 
 from firmware_protocol.errors import AddressError, BrickNotFound
+from input_files.plain import whole_number
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sockets import SocketTransport
 
@@ -45,6 +46,7 @@ def _split(address: Address) -> tuple[str, int]:
     host, separator, port = address.target.rpartition(":")
     if not separator:
         host, port = address.target, str(DEFAULT_PORT)
-    if not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+    number = whole_number(port)
+    if number is None or not 0 < number < 65536:
         raise AddressError(f"{address}: the port must be a number from 1 to 65535, not {port!r}.")
-    return host.strip("[]") or "localhost", int(port)
+    return host.strip("[]") or "localhost", number

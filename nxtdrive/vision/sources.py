@@ -16,7 +16,7 @@ import numpy as np
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from input_files.picture import read_picture
-from input_files.plain import InputFileError
+from input_files.plain import InputFileError, at_home, whole_number
 from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -29,6 +29,8 @@ from nxtdrive.vision.opencv import configure
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
 FOLDER_FPS = 10.0
 FALLBACK_FPS = 25.0
+LAST_WEBCAM = 255
+"""Linux has 256 minor numbers for ``/dev/video``."""
 WEBCAM_SIZE = (640, 480)
 
 
@@ -74,7 +76,7 @@ def open_camera(
             clock,
             open_timeout_s,
         )
-    return _open_recording(Path(source).expanduser(), clock, paced)
+    return _open_recording(at_home(source), clock, paced)
 
 
 def _open_simulated(clock: Clock | None) -> Camera:
@@ -107,12 +109,14 @@ def _webcam_number(source: str) -> int | None:
     """Return the number of a webcam, given by its number or as ``/dev/video0``; None for other sources.
 
     Raises:
-        CameraError: The webcam is there, but this user may not open it.
+        CameraError: The webcam is there, but this user may not open it, or no webcam can have this number.
     """
     node = re.fullmatch(r"/dev/video(\d+)", os.path.realpath(source) if source.startswith("/dev/") else "")
-    if node is None and not source.isdecimal():
+    number = whole_number(node[1] if node else source)
+    if number is None:
         return None
-    number = int(node[1] if node else source)
+    if number > LAST_WEBCAM:
+        raise CameraError(f"There is no camera {number}.", remedy="Cameras are numbered 0, 1, 2...")
     device = f"/dev/video{number}"
     if is_denied(device):
         raise CameraError(f"this user may not open {device}.", remedy=device_remedy(device, "video"))

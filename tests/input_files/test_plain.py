@@ -1,8 +1,9 @@
 import gzip
+from pathlib import Path
 
 import pytest
 
-from input_files.plain import InputFileError, read_text
+from input_files.plain import InputFileError, at_home, read_text, whole_number
 
 TEXT = "Bär\n" * 1000
 
@@ -36,3 +37,18 @@ def test_a_damaged_one_is_named(compressed, damage):
     compressed.write_bytes(damage(compressed.read_bytes()))
     with pytest.raises(InputFileError, match=r"text\.jsonl\.gz cannot be decompressed"):
         read_text(compressed, limit=10_000)
+
+
+@pytest.mark.parametrize("text", ["", "-1", "1.0", "²", "٣", " 1", "1_0", "9" * 19, "9" * 5000])
+def test_what_is_no_whole_number_of_64_bits_is_none(text):
+    assert whole_number(text) is None
+
+
+def test_a_whole_number_is_read():
+    assert [whole_number(text) for text in ("0", "007", "9" * 18)] == [0, 7, 10**18 - 1]
+
+
+def test_the_folder_of_a_user_who_is_not_known_stays_as_it_was_written(monkeypatch):
+    monkeypatch.setenv("HOME", "/home/lena")
+    assert at_home("~/cat.png") == Path("/home/lena/cat.png")
+    assert at_home("~nosuchuser/cat.png") == Path("~nosuchuser/cat.png")

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import nxtdrive
 from firmware_protocol.errors import AddressError, ConfigError
+from input_files.plain import whole_number
 from nxtdrive.host.environment import install_extra
 
 from .runner import WorkersDied
@@ -207,9 +208,10 @@ def _expect_greeting(address: str) -> None:
     """Check that a scheduler answers; Dask's client waits forever for a greeting from any other program."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
-    if scheme not in ("", "tcp", "tls") or not host or not port.isdecimal() or int(port) > 0xFFFF:
+    number = whole_number(port)
+    if scheme not in ("", "tcp", "tls") or not host or number is None or number > 0xFFFF:
         raise AddressError(f"{address!r} is no address of a Dask scheduler.", remedy="Write tcp://host:8786.")
-    with socket.create_connection((host.strip("[]"), int(port)), CONNECT_S) as connection:
+    with socket.create_connection((host.strip("[]"), number), CONNECT_S) as connection:
         if scheme == "tls":
             return  # there the client speaks first
         with connection.makefile("rb") as stream:

@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 
 from firmware_protocol.errors import ConfigError
-from input_files.plain import MEGABYTE
+from input_files.plain import MEGABYTE, at_home
 from nxtdrive.host.environment import pip_command
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.correlation import distinct
@@ -79,7 +79,7 @@ def cascades() -> list[str]:
 
 
 def _find(cascade: str) -> Path:
-    for path in (Path(cascade).expanduser(), _folder() / f"{cascade}.xml"):
+    for path in (at_home(cascade), _folder() / f"{cascade}.xml"):
         if os.path.isfile(path):
             return path
     raise ConfigError(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import at_home
 
 T = TypeVar("T", str, int, float)
 
@@ -66,11 +67,11 @@ class DetectorSpec:
             raise ConfigError(
                 f"The {self.kind} detector needs {name}, a list of files.", remedy=f'{name} = ["lena.png"]'
             )
-        return [self._folder / Path(one).expanduser() for one in names]
+        return [self._folder / at_home(one) for one in names]
 
     def path(self, text: str) -> Path:
         """Resolve a path relative to the folder."""
-        return self._folder / Path(text).expanduser()
+        return self._folder / at_home(text)
 
     def finish(self) -> None:
         """Refuse options that have not been taken.

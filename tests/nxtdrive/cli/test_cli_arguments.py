@@ -131,6 +131,39 @@ def test_values_out_of_range_are_usage_errors(words, capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
+HUGE = "9" * 5000
+"""More digits than Python reads."""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["info", "--nxt", f"tcp://localhost:{HUGE}"],
+        ["detect", "try", HUGE, "--color", "red"],
+        ["detect", "try", "3000000000", "--color", "red"],
+        ["detect", "try", "~nosuchuser/x.png", "--color", "red"],
+        ["run", "--camera", "~nosuchuser/x.png"],
+        ["what-if", f"open:{HUGE}"],
+        ["sweep", "--map", f"open:{HUGE}:oracle"],
+        ["web", "--classroom", HUGE],
+    ],
+    ids=lambda words: " ".join(words)[:40],
+)
+def test_numbers_of_thousands_of_digits_and_unknown_users_are_refused(words, capsys):
+    assert main(words) == USAGE
+    said = capsys.readouterr().err
+    assert said.startswith("nxtdrive: ")
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("seeds", [HUGE, f"1-{HUGE}", "1-999999999999999", "5-1"])
+def test_seeds_that_are_too_many_are_refused(seeds, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["sweep", "--classes", "open", "--seeds", seeds])
+    assert stopped.value.code == USAGE
+    assert "100,000 seeds" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [

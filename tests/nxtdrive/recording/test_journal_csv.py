@@ -94,3 +94,11 @@ def test_the_documented_lines_read_all_runs_by_pandas(tmp_path, monkeypatch, cap
     assert set(table.columns) == set(COLUMNS)
     assert sorted(set(runs.index.get_level_values(0))) == ["lena-then-rilakkuma-001", "lena-then-rilakkuma-002"]
     assert runs["t"].max() == 3.3
+
+
+def test_text_that_is_no_unicode_makes_a_table_too(tmp_path):
+    record = '{"t": 0, "kind": "start", "state": "idle", "target": "a\\ud800", "mission": "m"}\n'
+    (tmp_path / "journal.jsonl").write_text(record, encoding="utf-8")
+    assert main(["export", str(tmp_path), "--csv"]) == DONE
+    (row,) = _rows((tmp_path / "journal.csv").read_text(encoding="utf-8"))
+    assert row["target"] == "a?"
