@@ -70,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         robot = episode.robot
         Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, _watched(watch)).run()
     if not maps:
-        parser.error("no viewpoint was considered in that time")
+        parser.error("no viewpoint was considered in that time; choose another --from and --to")
     height = max(each.shape[0] for each in maps)
     rows = [cv2.copyMakeBorder(each, 0, height - len(each), 0, 4, cv2.BORDER_CONSTANT) for each in maps]
     write_file(args.out, cv2.imencode(".png", np.hstack(rows))[1].tobytes())
