@@ -19,8 +19,9 @@ def cross_checks(tables: Mapping[str, Any], robot_ports: Mapping[str, object]) -
     """
     yield from _ports_used_twice(_table(tables, "robot"), robot_ports)
     described, wanted = _table(tables, "target"), _table(tables, "mission").get("targets")
-    for name in dict.fromkeys(wanted if isinstance(wanted, list) else ()):
-        if isinstance(name, str) and name not in described:
+    names = [name for name in wanted if isinstance(name, str)] if isinstance(wanted, list) else []
+    for name in dict.fromkeys(names):
+        if name not in described:
             near = difflib.get_close_matches(name, described, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
             yield f"mission.targets: target {name!r} has no table [target.{name}]{hint}"

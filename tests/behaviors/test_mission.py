@@ -1,5 +1,6 @@
 """Mission files: valid ones load, invalid ones report all their errors."""
 
+import contextlib
 import re
 from pathlib import Path
 
@@ -48,6 +49,19 @@ def test_the_defaults_are_the_thesis(tmp_path):
     assert thesis == ThesisParameters()
     numbers = (thesis.wait_s, thesis.turn_deg, thesis.advances, thesis.advance_mm, thesis.max_researches)
     assert numbers == (15.0, 90.0, 10, 150.0, 2)
+
+
+ODD = ("[[1.0]]", "[{}]", "[[]]", "{}", "{a = 1}", "7", "true", '""', '[""]', '["a", ["b"]]', "nan", "1979-05-27")
+
+
+@pytest.mark.parametrize(
+    "key", ["targets", "detector", "color", "[mission]", "[target.box]", "robot", "camera", "adaptive"]
+)
+def test_a_value_of_another_type_is_a_mistake_or_has_no_effect(tmp_path, key):
+    for value in ODD:
+        text, count = re.subn(rf"^{re.escape(key)}.*$", f"{key.strip('[]')} = {value}", GOOD, flags=re.MULTILINE)
+        with contextlib.suppress(MissionError):
+            load_mission(_write(tmp_path, text if count else f"{key} = {value}\n{GOOD}"))
 
 
 def test_the_built_in_mission_finds_its_pictures_in_another_folder(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -164,7 +165,7 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
     missions = folder / table.missions if table.missions else missions
     runs = folder / table.runs if table.runs else runs
     beside = folder / table.world
-    world = str(beside) if beside.is_file() else table.world
+    world = str(beside) if os.path.isfile(beside) else table.world
     if found := list(_mistakes(file, world, Missions(missions))):
         raise mistakes(path, found)
     return _config(file, world, missions, runs)

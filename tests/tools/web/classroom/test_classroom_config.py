@@ -87,6 +87,7 @@ def test_every_mistake_of_a_file_is_told_at_once(tmp_path):
     [
         ("", "no robots"),
         ("[classroom]\nsimulated = 31", "30 or less"),
+        (f'[classroom]\nsimulated = 2\nworld = "{"x" * 300}"', "world"),
         ('[classroom]\nsimulated = 30\n[[robot]]\nname = "Ada"', "31 robots"),
         ('[[robot]]\nname = "../up"', "letters, digits"),
         ('[[robot]]\nname = ""', "letters, digits"),
