@@ -180,7 +180,7 @@ class SimBrick:
             maps={live.layout.name: live for live in self._maps},
             random=Random(self.seed),
             mailboxes=mailboxes,
-            started_ms=self._clock.now_ms,
+            started_ms=self.command.tick,
             calibrations=self._calibrations,
             log_times=lambda: (self.command.sync_time, self.command.sync_tick),
         )

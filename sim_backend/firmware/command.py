@@ -260,10 +260,11 @@ class CommandModule:
         if machine is None:
             return
         steps = self._state == InterpreterState.STEP
+        machine.lag = self._tick_lag
         outcome = machine.run(now_ms, 1 if steps else None)
         runs = machine.runs
         if runs:
-            self._tick_lag = 0
+            self._tick_lag = machine.lag = 0
         if outcome is None and not steps:
             self.due_ms = now_ms + 1 if runs and not machine.spins else machine.due_ms
         elif outcome is None:

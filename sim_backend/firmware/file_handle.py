@@ -31,18 +31,17 @@ class Handle:
         name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
         matches: Test of that look-up.
         index: Directory entry that the last look-up found, `_NOWHERE` if none.
-        keep: Whether it stays open when the USB cable is pulled.
         slot: Number of its write buffer.
     """
 
-    __slots__ = ("end", "file", "index", "keep", "matches", "name", "overrun", "position", "slot", "source", "use")
+    __slots__ = ("end", "file", "index", "matches", "name", "overrun", "position", "slot", "source", "use")
 
     def __init__(self) -> None:
         self.use = Use.FREE
         self.file: File | None = None
         self.source = File("", 0)
         self.position = self.end = self.slot = 0
-        self.overrun = self.keep = False
+        self.overrun = False
         self.name = ""
         self.matches: Callable[[str], bool] = lambda _: True
         self.index = 0

@@ -22,35 +22,40 @@ class FileHandlers:
         self._loader, self._channel = loader, channel
 
     @property
-    def _keep(self) -> bool:
-        """Whether files opened now stay open when the USB cable is pulled."""
-        return self._channel.limits.streams
+    def _over_usb(self) -> bool:
+        return not self._channel.limits.streams
+
+    def _noted(self, opened: Opened) -> Opened:
+        """Note a handle that was opened over USB: the pulled cable closes it, whatever it belongs to then."""
+        if self._over_usb and not opened.status:
+            self._loader.over_usb.add(opened.handle)
+        return opened
 
     @handles(system.OpenRead)
     def open_read(self, command: system.OpenRead) -> HandlerResult:
         """Open for reading."""
-        status, handle, size = self._loader.open_read(command.name, keep=self._keep)
+        status, handle, size = self._noted(self._loader.open_read(command.name))
         return reply_with(system.FileOpened(handle, size), status)
 
     @handles(system.OpenWrite)
     def open_write(self, command: system.OpenWrite) -> HandlerResult:
         """Start a download."""
-        return _opened(self._loader.create(command.name, command.size, keep=self._keep))
+        return _opened(self._noted(self._loader.create(command.name, command.size)))
 
     @handles(system.OpenWriteLinear)
     def open_write_linear(self, command: system.OpenWriteLinear) -> HandlerResult:
         """Start a download into one block."""
-        return _opened(self._loader.create(command.name, command.size, linear=True, keep=self._keep))
+        return _opened(self._noted(self._loader.create(command.name, command.size, linear=True)))
 
     @handles(system.OpenWriteData)
     def open_write_data(self, command: system.OpenWriteData) -> HandlerResult:
         """Create a data file."""
-        return _opened(self._loader.create_data(command.name, command.size, keep=self._keep))
+        return _opened(self._noted(self._loader.create_data(command.name, command.size)))
 
     @handles(system.OpenAppendData)
     def open_append_data(self, command: system.OpenAppendData) -> HandlerResult:
         """Open a data file at its end."""
-        status, handle, remaining = self._loader.append(command.name, keep=self._keep)
+        status, handle, remaining = self._noted(self._loader.append(command.name))
         return reply_with(system.AppendOpened(handle, remaining), status)
 
     @handles(system.Read)
@@ -93,6 +98,8 @@ class FileHandlers:
     @handles(system.Close)
     def close(self, command: system.Close) -> HandlerResult:
         """Close a file or a search."""
+        if self._over_usb:
+            self._loader.over_usb.discard(command.handle)
         return reply_with(system.FileHandle(command.handle), self._loader.close(command.handle))
 
     @handles(system.CropDataFile)
@@ -109,7 +116,9 @@ class FileHandlers:
     @handles(system.FindFirst)
     def find_first(self, command: system.FindFirst) -> HandlerResult:
         """Start a listing."""
-        return _found(*self._loader.find_first(command.pattern, keep=self._keep))
+        found = self._loader.find_first(command.pattern)
+        self._noted(Opened(*found[:2]))
+        return _found(*found)
 
     @handles(system.FindNext)
     def find_next(self, command: system.FindNext) -> HandlerResult:

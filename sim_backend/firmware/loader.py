@@ -48,6 +48,7 @@ class Loader:
         flash: The files.
         handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
+        over_usb: Numbers of the handles that were opened over USB and not closed by a telegram.
     """
 
     def __init__(self, flash: Flash, version: Version) -> None:
@@ -60,6 +61,7 @@ class Loader:
         flash.power_up()
         self.flash = flash
         self.free_flash = flash.free
+        self.over_usb = set[int]()
         self._version = version
         self._handles = [Handle() for _ in range(_ADDRESSABLE)]
         self.handles = self._table = self._handles[:HANDLES]
@@ -78,7 +80,7 @@ class Loader:
 
     def open_program(self, name: str) -> tuple[int | None, bytes]:
         """Open a program to execute it: its handle and its content; None if it fails."""
-        status, number, _ = self.open_read(name, keep=True, use=Use.EXECUTE)
+        status, number, _ = self.open_read(name, use=Use.EXECUTE)
         file = self._handles[number].file
         if status or file is None:
             return None, b""
@@ -98,8 +100,8 @@ class Loader:
         self.close(number)
         return (Status.OK, bytes(file.content)) if file.linear else (Status.NOT_A_LINEAR_FILE, b"")
 
-    def open_read(self, name: str, *, keep: bool = False, use: Use = Use.READ) -> Opened:
-        """Open the first file that matches; `keep` leaves it open when the USB cable is pulled."""
+    def open_read(self, name: str, *, use: Use = Use.READ) -> Opened:
+        """Open the first file that matches."""
         status, number, file = self._find(name)
         if file is None:
             return Opened(status, number)
@@ -107,12 +109,10 @@ class Loader:
             self._handles[number].use = Use.READ  # the firmware leaks it
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
-        self._take(number, use, file, keep=keep)
+        self._take(number, use, file)
         return Opened(Status.OK, number, file.data_size)
 
-    def create(
-        self, name: str, size: int, *, linear: bool = False, appendable: bool = False, keep: bool = False
-    ) -> Opened:
+    def create(self, name: str, size: int, *, linear: bool = False, appendable: bool = False) -> Opened:
         """Create a file open for writing; it enters the directory at once or when closed complete."""
         program = any(part in name.lower() for part in _LINEAR)
         status, number, _ = self._find(name)
@@ -124,20 +124,20 @@ class Loader:
             status = self._reserve(file)
         if status:
             return Opened(status, number)
-        self._take(number, Use.WRITE, file, keep=keep)
+        self._take(number, Use.WRITE, file)
         if appendable:
             self._write_header(file)
             self._enter(number, file)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
 
-    def create_data(self, name: str, size: int, *, keep: bool = False) -> Opened:
+    def create_data(self, name: str, size: int) -> Opened:
         """Create a data file as a telegram does, which checks the name; programs may take any."""
         if self._version.strict_data_names and any(part in name.lower() for part in _LINEAR):
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
-        return self.create(name, size, appendable=True, keep=keep)
+        return self.create(name, size, appendable=True)
 
-    def append(self, name: str, *, keep: bool = False) -> Opened:
+    def append(self, name: str) -> Opened:
         """Open a data file to append; `Opened.size` is the space left."""
         status, number, file = self._find(name)
         if file is None:
@@ -150,7 +150,7 @@ class Loader:
             return Opened(Status.FILE_IS_FULL, number)
         if len(self._writers) >= WRITERS:
             return Opened(Status.NO_WRITE_BUFFERS, number)
-        self._take(number, Use.WRITE, file, keep=keep)
+        self._take(number, Use.WRITE, file)
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
@@ -258,12 +258,11 @@ class Loader:
                 return number, handle.use == Use.WRITE
         return None
 
-    def find_first(self, pattern: str, *, keep: bool = False) -> tuple[Status, int, File | None]:
+    def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""
         found = self._find(pattern)
         if not found[0]:
-            handle = self._handles[found[1]]
-            handle.use, handle.keep = Use.SEARCH, keep
+            self._handles[found[1]].use = Use.SEARCH
         return found
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
@@ -277,9 +276,9 @@ class Loader:
 
     def close_all(self) -> None:
         """Close every handle that was opened over USB, as when the cable is pulled."""
-        for number, handle in enumerate(self._table):
-            if not handle.keep:
-                self.close(number)
+        for number in sorted(self.over_usb):
+            self.close(number)
+        self.over_usb.clear()
 
     def restore_settings(self) -> None:
         """Create the file of the settings if it is missing."""
@@ -320,11 +319,11 @@ class Loader:
         first = self._writers.get(0)
         return Status.END_OF_FILE_EXPECTED if first and first.overrun else Status.OK
 
-    def _take(self, number: int, use: Use, file: File, *, keep: bool) -> None:
+    def _take(self, number: int, use: Use, file: File) -> None:
         handle = self._handles[number]
         if use == Use.WRITE:
             handle.slot = min(set(range(HANDLES)) - set(self._writers))
-        handle.use, handle.file, handle.overrun, handle.keep = use, file, False, keep
+        handle.use, handle.file, handle.overrun = use, file, False
         if use != Use.EXECUTE:
             handle.source, handle.end = file, file.data_size
             handle.position = file.data_size if use == Use.WRITE else 0

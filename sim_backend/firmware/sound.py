@@ -176,11 +176,11 @@ class SoundModule:
             self._begin(SoundState.TONE)
             self._start_tone(now_ms, rest_ms)
             return
-        status, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
+        status, handle, _ = self._loader.open_read(unpack_name(self.name))
         if not status:
             self._loader.close(handle)
             self._close_file()
-            _, handle, size = self._loader.open_read(unpack_name(self.name), keep=True)
+            _, handle, size = self._loader.open_read(unpack_name(self.name))
             self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
             begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
             if begins_anew:
@@ -260,7 +260,7 @@ class SoundModule:
     def _read_again(self) -> bytes:
         """Open the file of the map, and read its first buffer; silence if it is missing."""
         self._close_file()
-        failed, handle, _ = self._loader.open_read(unpack_name(self.name), keep=True)
+        failed, handle, _ = self._loader.open_read(unpack_name(self.name))
         if failed:
             return bytes(_BUFFER)
         self._handle, self.from_file, self.tone = handle, True, None

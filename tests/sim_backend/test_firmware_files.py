@@ -9,6 +9,7 @@ from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.flash import free_bytes, sectors_for
+from sim_backend.firmware.loader import HANDLES
 from sim_backend.firmware.names import matcher
 
 PIECE = 58
@@ -56,7 +57,8 @@ def test_memory_is_given_back(sizes):
     before = brick.loader.flash.free
     names = [f"{number}.bin" for number, _ in enumerate(sizes)]
     made = [name for name, size in zip(names, sizes, strict=True) if brick.loader.create(name, size).status == 0]
-    brick.loader.close_all()
+    for handle in range(HANDLES):
+        brick.loader.close(handle)
     for name in made:
         brick.loader.delete(name)
     assert brick.loader.flash.free == before

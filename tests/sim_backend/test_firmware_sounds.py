@@ -277,8 +277,9 @@ def test_a_program_waits_for_the_end_of_a_sound_file(loop, status):
     speaker = Loudspeaker()
     loader = speaker.bench.brick.loader
     program = assemble(Variables(), [FOREVER])
-    loader.write(loader.create("p.rxe", len(program))[1], program)
-    loader.close_all()
+    handle = loader.create("p.rxe", len(program)).handle
+    loader.write(handle, program)
+    loader.close(handle)
     speaker.store("a.rso", SAMPLES, bytes(6400))
     speaker.play("a.rso", loop=loop)
     speaker.send(StartProgram("p.rxe"))

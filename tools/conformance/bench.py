@@ -201,7 +201,7 @@ class Bench:
         device = self._devices[index]
         match action:
             case "attach":
-                device.address, self._attached[index] = int(arguments[0], 16), True
+                device.address, self._attached[index], self._silent[index] = int(arguments[0], 16), True, False
             case "detach":
                 self._attached[index] = False
             case "set":

@@ -18,7 +18,7 @@ from functools import lru_cache
 from types import CodeType
 from typing import NamedTuple
 
-from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
+from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, ProgramError
 from sim_backend.firmware.vm.instructions import Branch, Effect, Instruction, Next, Ports, Translation
 from sim_backend.firmware.vm.linear_loops import linear
 from sim_backend.firmware.vm.memory import OutOfMemory
@@ -39,6 +39,13 @@ _CELL = re.compile(r"\b[bhif]\[\d+\]", re.IGNORECASE)
 
 Run = Callable[[int], tuple[int, int]]
 """Carries out at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
+
+
+def error_code(failure: Exception) -> int:
+    """Code of the error that one of the `FAILURES` is, a negative number of eight bits."""
+    if isinstance(failure, ProgramError):
+        return failure.code
+    return ERR_MEM if isinstance(failure, OutOfMemory) else ERR_ARG
 
 
 class Block:

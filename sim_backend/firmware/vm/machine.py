@@ -12,13 +12,13 @@ from enum import IntEnum
 from functools import partial
 
 from sim_backend.firmware.module import NEVER
-from sim_backend.firmware.vm.blocks import FAILURES, Block, Compiler
+from sim_backend.firmware.vm.blocks import FAILURES, Block, Compiler, error_code
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP, ClumpQueue
-from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, FIRST_FIELD, NO_FIELDS, Data, ProgramError
+from sim_backend.firmware.vm.data import ERR_INSTR, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Ports, Translation, decode
-from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import Memory
 from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Clump, Program, Type
 
@@ -79,6 +79,7 @@ class Machine:
         devices: The brick's modules.
         task: The clump that runs now.
         now_ms: The current pass.
+        lag: Passes by which the Tick of the Command map, which clumps wake up by, is behind.
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
@@ -117,7 +118,7 @@ class Machine:
             self.reset(task)
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
-        self.now_ms = self.asked_time = self._turns_left = self.error = self.turn_start = 0
+        self.now_ms = self.lag = self.asked_time = self._turns_left = self.error = self.turn_start = 0
         self._stopped = False
         if self.runs:
             self.task = self.tasks[self.queue.first]
@@ -153,7 +154,7 @@ class Machine:
         try:
             self._run_turns(self._timing.instructions if most is None else most)
         except FAILURES as failure:
-            self.error = _error_code(failure)
+            self.error = error_code(failure)
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
 
@@ -260,7 +261,7 @@ class Machine:
 
     def _wake(self) -> None:
         for number in self._sleeping:
-            if self._wake_ms(number) <= self.now_ms:
+            if self._wake_ms(number) <= self.now_ms - self.lag:
                 self._sleeping.remove(number)
                 self.queue.append(number)
 
@@ -277,7 +278,7 @@ class Machine:
         """The next pass in which a clump continues."""
         if self.runs and not (self.spins and self._all_spin):
             return self.now_ms + 1
-        return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER))
+        return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER) + self.lag)
 
     @property
     def _all_spin(self) -> bool:
@@ -321,7 +322,7 @@ class Machine:
         number = self.queue.first
         self.suspend(following)
         if duration_ms and self._exists(number):
-            self.tasks[number].wake_ms = self.now_ms + duration_ms
+            self.tasks[number].wake_ms = self.now_ms - self.lag + duration_ms
         (self._sleeping if duration_ms else self.queue).append(number)
         return END_TURN
 
@@ -392,9 +393,3 @@ class Machine:
     def stop(self) -> None:
         """End the program."""
         self._stopped = True
-
-
-def _error_code(failure: Exception) -> int:
-    if isinstance(failure, ProgramError):
-        return failure.code
-    return ERR_MEM if isinstance(failure, OutOfMemory) else ERR_ARG
