@@ -26,6 +26,9 @@ _POOL_AT = COMMAND.field("MemoryPool").offset
 """Offset of the memory pool in the IO map."""
 
 
+_CALIBRATIONS = "*.cal"
+"""Files that the firmware looks for at the start of a program."""
+
 BREAKPOINTS = 4
 """Breakpoints of a clump."""
 
@@ -242,6 +245,8 @@ class CommandModule:
         self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
         self.breakpoints = [[(0, 0)] * BREAKPOINTS for _ in program.clumps]
+        if self._dialect.searches_calibrations:
+            self._loader.list_all(_CALIBRATIONS)
         self._reset_devices()
         self.due_ms = now_ms + 1
 

@@ -181,6 +181,7 @@ _V1_05 = replace(
         runs_past_end=True,
         records=WORDS,
         abort_stops_tick=False,
+        searches_calibrations=False,
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
 )

@@ -55,6 +55,7 @@ class Dialect(NamedTuple):
             wrong place if it is not made.
         records: How the records of clumps are laid out.
         abort_stops_tick: Whether the Tick of the Command map leaves out the pass in which a program is aborted.
+        searches_calibrations: Whether the start of a program looks for files of calibrations.
     """
 
     timing: Timing
@@ -81,3 +82,4 @@ class Dialect(NamedTuple):
     misses_jumps: bool = False
     records: RecordFormat = ADDRESSES
     abort_stops_tick: bool = True
+    searches_calibrations: bool = True
