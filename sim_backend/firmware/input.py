@@ -281,15 +281,10 @@ class InputModule:
         """Run in the next pass: a type, mode or sensor changed."""
         self.due_ms = self._clock.now_ms + 1
 
-    def set_type(self, port: int, sensor_type: int, mode: int | None = None) -> None:
-        """Set a type and perhaps a mode, as a write to the map does."""
-        self.ports[port].type, old = int(sensor_type), self.ports[port].mode
-        self.ports[port].mode = old if mode is None else int(mode)
-        self.wake()
-
-    def set_mode(self, port: InputPort, sensor_type: int, mode: int) -> None:
-        """Set type and mode; the values are invalid until a later pass."""
-        port.type, port.mode, port.invalid = sensor_type, mode, INVALID
+    def store(self, number: int, **values: int) -> None:
+        """Store attributes of a port, as a write to the map does; a new type or mode takes effect in the next pass."""
+        for name, value in values.items():
+            setattr(self.ports[number], name, int(value))
         self.wake()
 
     def plug_in(self, port: InputPort, sensor: object) -> None:

@@ -13,7 +13,7 @@ from sim_backend.firmware.handler_result import (
     refuse_with_zeros,
     reply_with,
 )
-from sim_backend.firmware.input import InputModule
+from sim_backend.firmware.input import INVALID, InputModule
 from sim_backend.firmware.low_speed import LowSpeedModule
 
 
@@ -28,7 +28,7 @@ class InputHandlers:
         """Store type and mode; only the port is checked."""
         if not self._exists(command.port):
             return OUT_OF_RANGE
-        self._input.set_mode(self._input.ports[command.port], int(command.type), int(command.mode))
+        self._input.store(command.port, type=command.type, mode=command.mode, invalid=INVALID)
         return DONE
 
     @handles(direct.GetInputValues)
@@ -56,8 +56,7 @@ class InputHandlers:
         """Clear the scaled value, and nothing else."""
         if not self._exists(command.port):
             return OUT_OF_RANGE
-        self._input.ports[command.port].scaled = 0
-        self._input.wake()
+        self._input.store(command.port, scaled=0)
         return DONE
 
     @handles(direct.LSGetStatus)

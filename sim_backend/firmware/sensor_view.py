@@ -54,8 +54,8 @@ _SENSOR_PORTS, _MOTOR_PORTS = 4, 3
 class Inputs(Protocol):
     """What sets the type of an input."""
 
-    def set_type(self, port: int, sensor_type: int, mode: int | None = None) -> None:
-        """Set the type and perhaps the mode, as a write to the map does."""
+    def store(self, number: int, **values: int) -> None:
+        """Store attributes of a port, as a write to the map does."""
 
 
 class SensorView:
@@ -102,10 +102,10 @@ class SensorView:
         self.chosen = False
         value = self._values[self._item]
         if value and self.inputs:
-            self.inputs.set_type(self._port, *value)
+            self.inputs.store(self._port, type=value[0], mode=value[1])
 
     def end(self) -> None:
         """Leave the page: the input has no type then."""
         self.shown = False
         if self._values[self._item] and self.inputs:
-            self.inputs.set_type(self._port, SensorType.NONE)
+            self.inputs.store(self._port, type=SensorType.NONE)

@@ -138,8 +138,7 @@ class Devices:
             return
         port, field = _normal(port, field, INPUT_FIELDS)
         narrow = _NARROW[_INPUT_TYPES[field]]
-        setattr(self.input.ports[port], INPUT_FIELDS[field], narrow(value))
-        self.input.wake()
+        self.input.store(port, **{INPUT_FIELDS[field]: narrow(value)})
 
     def get_output(self, port: int, field: int) -> int:
         """A field of an output port, 0..2, or of the ports after it; 0 if there is none."""
