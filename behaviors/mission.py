@@ -12,7 +12,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, AliasChoices, Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from behaviors.detector_names import BUILT_IN_DETECTORS
 from behaviors.mission_cross_checks import cross_checks
@@ -146,8 +146,8 @@ class MissionTable(Table):
         rounds: Rounds of the list at most; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
-            longer. Files may still call it `link_patience_s`.
-        robot_file: A robot file beside this one; keys of [robot] and [camera] below come before those of it.
+            longer.
+        robot_file: A robot file beside this one; keys of [robot] and [camera] in this file take precedence over it.
     """
 
     name: str = "mission"
@@ -155,9 +155,7 @@ class MissionTable(Table):
     profile: Annotated[str, AfterValidator(profile_name)] = ADAPTIVE
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float = Field(default=600.0, gt=0, le=86400)
-    reconnect_timeout_s: float = Field(
-        default=30.0, ge=0, le=3600, validation_alias=AliasChoices("reconnect_timeout_s", "link_patience_s")
-    )
+    reconnect_timeout_s: float = Field(default=30.0, ge=0, le=3600)
     robot_file: str | None = None
 
 

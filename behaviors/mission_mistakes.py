@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -29,13 +29,17 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
     """
     for problem in error.errors():
         path = list(problem["loc"])
+        detector: int | str | None = None
         if len(path) > 2 and path[0] == "target":
-            del path[2]  # the kind of detector, which is in no path of the file
+            detector = path.pop(2)  # the tag of the union, which is in no path of the file
         where = ".".join(str(part) for part in path) or "mission file"
         message = words(problem["type"], problem.get("ctx", {}), problem["msg"])
         if problem["type"] == "extra_forbidden":
             homes = _homes(str(path[-1]), model)
-            message = f"belongs into the table {homes}" if homes else f"unknown key; {_advice(path, model)}"
+            here = _known_keys(path[:-1], model, detector)
+            message = f"belongs in the table {homes}" if homes else f"unknown key; {_advice(str(path[-1]), here)}"
+            if detector is not None and path[-1] in _known_keys(path[:-1], model):
+                message = f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
             message = _detector_advice(problem["input"])
         elif problem["type"] in NO_TABLE:
@@ -75,9 +79,9 @@ def _homes(key: str, model: type[BaseModel]) -> str:
     return " or ".join(names)
 
 
-def _advice(path: Sequence[int | str], model: type[BaseModel]) -> str:
+def _advice(key: str, keys: Iterable[str]) -> str:
     """Name the nearest key that exists, or all of them."""
-    key, known = str(path[-1]), sorted(_known_keys(path[:-1], model))
+    known = sorted(keys)
     stem = key.rsplit("_", 1)[0]
     near = [name for name in known if name.rsplit("_", 1)[0] == stem] or difflib.get_close_matches(key, known, n=1)
     if near:
@@ -85,12 +89,20 @@ def _advice(path: Sequence[int | str], model: type[BaseModel]) -> str:
     return f"known here: {', '.join(known)}"
 
 
-def _known_keys(path: Sequence[int | str], model: type[BaseModel]) -> set[str]:
-    """Return the keys of the table at a path; of a table that may be of several kinds, those of all kinds."""
+def _known_keys(path: Sequence[int | str], model: type[BaseModel], detector: object = None) -> set[str]:
+    """Return the keys of the table at a path.
+
+    Args:
+        path: Names of tables, from the outermost one.
+        model: The model of the file.
+        detector: The detector of the target at that path; without it, a target has the keys of all detectors.
+    """
     tables = [model]
     for part in path:
         fields = (table.model_fields[str(part)] for table in tables if part in table.model_fields)
         tables = [nested for field in fields for nested in _tables(field.annotation)] or tables
+    if detector is not None:
+        tables = [each for each in tables if detector in get_args(each.model_fields["detector"].annotation)]
     return {key for table in tables for key in table.model_fields}
 
 

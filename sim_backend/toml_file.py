@@ -106,7 +106,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
 def hint(name: str, known: Iterable[str]) -> str:
     """Suggest the closest known name, or list all of them."""
     near = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known) or 'none'}"
+    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:

@@ -128,5 +128,5 @@ class AdaptivePolicy:
         best = max((each.chance for each in evidence.viewpoints), default=0.0)
         for each in evidence.viewpoints:
             chance, situation = self.chances.of(MOVE_TO, evidence, each.chance, best)
-            why = f"{each.travel_s:.0f} s from here the chance to see it is {chance:.0%}"
+            why = f"{each.travel_s:.0f} s from here, with a {chance:.0%} chance to see it"
             yield Candidate(Choice(MOVE_TO, why, route=each.route), each.seconds, chance, situation=situation)

@@ -15,12 +15,12 @@ from nxtdrive.cli.options import add_json_argument
 DESCRIPTION = """\
 Measure this machine, area by area: protocol (encoding and requests, next to bare
 struct), import, simulation (with and without a camera), firmware (the simulated
-brick's telegrams, passes, memory and programs), detectors, doors (of the
-simulated brick), behaviors (facts, frames, decisions, missions per minute; also
-called mind), motion, nxt-python (its turns and ours), sensors, web (delays and
-CPU time of the page), classroom (CPU time and lag of twelve simulated robots);
-both need the extra nxtdrive[web]. Where nxt-python has a counterpart, it is
-measured in the same run in a separate process, and a table at the end shows
+brick's telegrams, passes, memory and programs), detectors, doors (the simulated
+brick's ports for other programs), behaviors (facts, frames, decisions, missions
+per minute), motion, nxt-python (its turns and ours), sensors, web (delays and
+CPU time of the page), classroom (CPU time and lag of twelve simulated robots).
+The last two need the extra nxtdrive[web]. Where nxt-python has a counterpart, it
+is measured in the same run in a separate process, and a table at the end shows
 both; `driver` selects all areas with such figures. Without areas everything is
 measured, which takes some minutes. With --nxt, motion is measured on a real brick
 with a free motor on port A. The command needs a checkout of nxtdrive: run it

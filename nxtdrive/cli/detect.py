@@ -273,18 +273,18 @@ def _place(one: Found) -> str:
 
 def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bool) -> int:
     seen = sum(bool(look.found) for look in looks)
-    ms = round(median(look.ms for look in looks), 2) if looks else None
+    median_ms = median(look.ms for look in looks) if looks else math.nan
     if as_json:
         details: dict[str, object] = {
             "frames": len(looks),
             "seen": seen,
-            "median_ms": ms,
+            "median_ms": round(median_ms, 2) if looks else None,
             "out": str(path) if looks else None,
         }
         details |= {"detector": about} if about else {}
         write_json({**details, "looks": [asdict(look) for look in looks]}, indent=2)
     elif looks:
-        write_line(f"seen in {seen} of {len(looks)} frames, {ms} ms per frame (median); drawn into {path}")
+        write_line(f"seen in {seen} of {len(looks)} frames, {median_ms:.1f} ms per frame (median); drawn into {path}")
     return DONE
 
 

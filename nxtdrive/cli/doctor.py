@@ -153,7 +153,7 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     address = recorded_address(args.nxt)
     options = "" if address.startswith("sim") else f" --nxt {address} --camera {args.camera or 0}"
     if path is None:
-        said = "there is no robot file; the usual values count."
+        said = "there is no robot file; the default values are used."
         return warning("calibration", said, f"Measure the robot: nxtdrive calibrate{options}")
     try:
         calibration = load_robot_file(path).calibration

@@ -80,7 +80,7 @@ COMMANDS = {
     "explain": ("explain", "decode the bytes of a telegram"),
     "trace": ("trace", "show, compare and replay recorded traffic with a brick"),
     "sweep": ("sweep", "compare profiles on many simulated missions"),
-    "bench": ("bench", "measure this machine: protocol, simulation, detectors, doors, behaviors, motion"),
+    "bench": ("bench", "measure this machine: protocol, simulation, detectors, behaviors, motion"),
     "completion": ("completion", "print a script with which a shell completes commands and options"),
 }
 """Command -> (module in this package, one line of help); a module is imported when its command is used."""

@@ -113,6 +113,7 @@ def _show(args: argparse.Namespace) -> int:
 
 def _described(mission: Mission) -> str:
     """Format every number the mission runs with; a star marks those that the mission or its robot file sets."""
+    from behaviors.profile_names import ADAPTIVE, THESIS
     from nxtdrive.cli.mission_template import meanings
 
     tables = {
@@ -125,13 +126,16 @@ def _described(mission: Mission) -> str:
         **{f"color.{name}": shade for name, shade in mission.color.items()},
     }
     lines = ["Parameters; * marks those that the mission or its robot file sets, the others are defaults"]
-    idle = {"adaptive", "thesis"} - {mission.mission.profile}
+    profile = mission.mission.profile
+    built_in = {ADAPTIVE, THESIS}
+    idle = built_in - {profile} if profile in built_in else set[str]()  # one from elsewhere may use either table
+    width = max(len(name) for table in tables.values() for name in type(table).model_fields)
     for title, table in tables.items():
-        lines += ["", printable(f"[{title}]") + "   no effect: the mission has the other profile" * (title in idle)]
+        lines += ["", printable(f"[{title}]") + f"   no effect: the profile is {profile}" * (title in idle)]
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "
-            lines.append(printable(f"{star} {name:<17}  {_short(value):<15}  {about.get(name, '')}".rstrip()))
+            lines.append(printable(f"{star} {name:<{width}}  {_short(value):<15}  {about.get(name, '')}".rstrip()))
     return "\n".join(lines)
 
 

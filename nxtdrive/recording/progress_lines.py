@@ -67,7 +67,7 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
         case "arrive", Event.TARGET_SEEN:
             yield f"{target} seen{_where(data['evidence'].get('sighting'))}; driving to it"
         case "verify", Event.DOUBTED:
-            yield f"{target}: standing before it, to make sure that it is the target"
+            yield f"{target}: standing in front of it to make sure that it is the target"
         case "retreat", Event.BACKING_OFF:
             yield f"backing off: {RETREATS.get(str(data.get('reason')), 'something is in the way')}"
         case "distrusted", Event.MAP_DISTRUSTED:

@@ -49,7 +49,7 @@ STALE_PACKETS = 8
 _UNREADABLE = (ValueError, NotImplementedError)
 """What pyusb raises, besides its own error, for texts of a device that cannot be opened."""
 
-_PLUG_IN = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
+_PLUG_IN = "Plug the brick in and switch it on, then wait a few seconds."
 _HOLDERS = (
     "Close the other program that holds the brick: another nxtdrive, an nxt-server, LEGO's or Bricx's software, "
     "or a virtual machine that has taken it over."

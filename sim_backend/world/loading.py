@@ -99,20 +99,21 @@ def _wrong_names(world: WorldFile, lost: Mapping[str, list[str]]) -> Iterator[st
 
 
 def _unknown_names(path: str, event: Event, names: Mapping[str, list[str]]) -> Iterator[str]:
-    pictures, events = names["pictures"], names["events"]
-    references: dict[str, tuple[str | None, list[str]]] = {
-        "person": (event.person, names["people"]),
-        "box": (event.box, names["boxes"]),
-        "picture": (event.picture, pictures),
-        "blocks": (event.blocks, pictures),
-        "when.sees": (event.when.sees, pictures),
-        "when.of": (event.when.of, [*names["boxes"], *names["people"], *pictures]),
-        "when.after": (event.when.after, events),
-        "when.after_end_of": (event.when.after_end_of, events),
+    references: dict[str, tuple[str | None, tuple[str, ...]]] = {
+        "person": (event.person, ("people",)),
+        "box": (event.box, ("boxes",)),
+        "picture": (event.picture, ("pictures",)),
+        "blocks": (event.blocks, ("pictures",)),
+        "when.sees": (event.when.sees, ("pictures",)),
+        "when.of": (event.when.of, ("boxes", "people", "pictures")),
+        "when.after": (event.when.after, ("events",)),
+        "when.after_end_of": (event.when.after_end_of, ("events",)),
     }
-    for key, (name, known) in references.items():
+    for key, (name, tables) in references.items():
+        known = [each for table in tables for each in names[table]]
         if name is not None and name not in known:
-            yield f"{path}.{key}: there is no {name!r}; {hint(name, known)}"
+            advice = hint(name, known) if known else f"describe it in a table [[{']] or [['.join(tables)}]]"
+            yield f"{path}.{key}: there is no {name!r}; {advice}"
 
 
 def _wrong_ports(world: WorldFile) -> Iterator[str]:

@@ -222,6 +222,12 @@ def test_mistakes_in_sensors_are_reported_with_their_path(sensors, mistakes):
     assert [line[: len(start)] for line, start in zip(found, mistakes, strict=True)] == mistakes
 
 
+def test_an_event_about_nobody_says_which_table_to_add():
+    event = "[[events]]\nname = 'visit'\nwhen = { at_s = 1 }\nperson = 'tom'\nto_mm = [500, 500]"
+    tables = "[floor]\nsize_mm = [3000, 2000]\n[robot]\nstart_mm = [500, 500]\n"
+    assert mistakes_in(tables + event) == ["events[0].person: there is no 'tom'; describe it in a table [[people]]"]
+
+
 def test_a_taken_port_comes_with_a_way_out():
     [mistake] = mistakes_in(GOOD + "[[sensors]]\nkind = 'light'\nport = 4")
     assert mistake.endswith("take another one (free: 2, 3) or set robot.ultrasonic_port to 0")

@@ -84,9 +84,6 @@ AREAS: dict[str, tuple[str, str]] = {
 }
 """Area to (module in this package, function that yields figures); a module is imported when its area is measured."""
 
-ALIASES = {"mind": "behaviors"}
-"""Former names of areas; they are still accepted."""
-
 DRIVER = "driver"
 DRIVER_AREAS = ("protocol", "doors", "motion", "nxt-python", "sensors")
 """The areas of the driver and their common name; they compare with nxt-python where it has a counterpart."""

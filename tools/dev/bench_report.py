@@ -19,7 +19,7 @@ def report(areas: list[str], address: str | None, out: Path | None, *, as_json: 
     """Measure and print figure by figure; a missed goal is reported, but is not an error.
 
     Args:
-        areas: Names from `bench.AREAS` or `bench.ALIASES`, or `bench.DRIVER`; all areas when empty.
+        areas: Names from `bench.AREAS`, or `bench.DRIVER`; all areas when empty.
         address: A real brick, for areas that can be measured on one; None for the simulator.
         out: File for the figures as JSON, or None.
         as_json: Print JSON only.
@@ -79,7 +79,6 @@ def _areas(wanted: list[str], address: str | None) -> list[str]:
     Raises:
         ConfigError: There is no such area, or it cannot be measured on a real brick.
     """
-    wanted = [bench.ALIASES.get(word, word) for word in wanted]
     wanted = [area for word in wanted for area in (bench.DRIVER_AREAS if word == bench.DRIVER else (word,))]
     known = bench.REAL_AREAS if address else tuple(bench.AREAS)
     for area in wanted:

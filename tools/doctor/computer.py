@@ -144,7 +144,7 @@ def _read(file: Path) -> str:
 
 
 def _no_brick() -> str:
-    hint = "Plug the brick in and switch it on; it needs some seconds before USB sees it."
+    hint = "Plug the brick in and switch it on, then wait a few seconds."
     if sys.platform == "win32":
         hint += " If LEGO's own driver is installed, put WinUSB in its place with Zadig (zadig.akeo.ie)."
     return hint

@@ -187,7 +187,7 @@ class Calibrations:
     def _known(self) -> str:
         """Say what the robot file has."""
         if not os.path.lexists(self._file):
-            return "there is none yet; the usual values count"
+            return "there is none yet; the default values are used"
         try:
             return load_robot_file(self._file).calibration.summary
         except RobotFileError as error:

@@ -48,11 +48,6 @@ def test_the_areas_of_the_driver_end_with_both_programs_side_by_side(measured, t
     assert told["before"]["cores"] == told["after"]["cores"] >= 1
 
 
-def test_the_former_name_of_an_area_still_works(measured, capsys):
-    assert main(["bench", "mind"]) == DONE
-    assert measured == ["behaviors"]
-
-
 def test_json_is_all_that_is_printed(measured, capsys):
     assert main(["bench", "protocol", "--json"]) == DONE
     assert len(json.loads(capsys.readouterr().out)["figures"]) == len(FIGURES)

@@ -157,7 +157,17 @@ def test_show_says_which_profiles_numbers_count(good, capsys):
     assert main(["mission", "show", str(good)]) == DONE
     text = capsys.readouterr().out
     assert "[adaptive]\n" in text
-    assert "[thesis]   no effect" in text
+    assert "[thesis]   no effect: the profile is adaptive" in text
+
+
+def test_show_says_nothing_of_numbers_that_a_profile_from_a_package_may_use(tmp_path, capsys, monkeypatch):
+    (tmp_path / "eager.py").write_text("from behaviors.profiles.adaptive import AdaptiveProfile as Eager\n")
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "mission.toml"
+    assert main(["mission", "new", str(path)]) == DONE
+    path.write_text(path.read_text().replace('profile = "adaptive"', 'profile = "eager:Eager"'))
+    assert main(["mission", "show", str(path)]) == DONE
+    assert "no effect" not in capsys.readouterr().out
 
 
 def test_show_without_a_file_is_the_built_in_mission(capsys):

@@ -20,7 +20,7 @@ MISSION = """
 [mission]
 name = "lena"
 targets = ["lena"]
-link_patience_s = {patience_s}
+reconnect_timeout_s = {patience_s}
 [target.lena]
 detector = "picture"
 pictures = ["lena.png"]

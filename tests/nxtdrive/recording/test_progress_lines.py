@@ -56,7 +56,10 @@ def test_targets_that_are_searched_for_and_reached_are_named():
 @pytest.mark.parametrize(
     ("transition", "says"),
     [
-        (("arrive", "verify", "doubted", "doubtful"), "lena: standing before it, to make sure that it is the target"),
+        (
+            ("arrive", "verify", "doubted", "doubtful"),
+            "lena: standing in front of it to make sure that it is the target",
+        ),
         (("arrive", "retreat", "backing_off", "contact"), "backing off: it touched something"),
         (("detour", "retreat", "backing_off", "stalled"), "backing off: something holds its wheels"),
         (("select", "gave_up"), "lena given up: it had its last turn"),
