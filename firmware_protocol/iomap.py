@@ -2,9 +2,9 @@
 
 A field is found by the firmware's name for it; where a map repeats a group (three motors), an index chooses::
 
-    spot = OUTPUT.field("RunState", 1)  # of motor B
-    reply = brick.request(spot.read())
-    value = spot.decode(reply.data)
+    state = OUTPUT.field("RunState", 1)  # of motor B
+    reply = brick.request(state.read())
+    value = state.decode(reply.data)
 
 Source of all names, identifiers, sizes and offsets: docs/firmware.md section 5.2. RAM pointers, buffers without a known
 inner layout and spare bytes are left out.
@@ -17,7 +17,7 @@ from typing import Annotated
 
 from firmware_protocol.enums import OpenEnum
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.iomap_layout import Array, IOMap, Spot, repeated, single
+from firmware_protocol.iomap_layout import Array, IOMap, IOMapVariable, repeated, single
 from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, RunStateField, Scalar, SensorTypeField, Text
 
 
@@ -343,7 +343,7 @@ IO_MAPS = {
 """All of them by module id."""
 
 
-def pixel(x: int, y: int, *, popup: bool = False) -> tuple[Spot, int]:
+def pixel(x: int, y: int, *, popup: bool = False) -> tuple[IOMapVariable, int]:
     """Locate a pixel: its byte in the Display map, and its bit as a mask.
 
     Raises:
@@ -352,7 +352,7 @@ def pixel(x: int, y: int, *, popup: bool = False) -> tuple[Spot, int]:
     if not (0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT):
         raise LocalProtocolError(f"the display has {DISPLAY_WIDTH} x {DISPLAY_HEIGHT} pixels, there is no ({x}, {y}).")
     line = DISPLAY.field("Popup" if popup else "Normal", y // 8)
-    return Spot(line.module_id, line.offset + x, 1, _BYTE), 1 << y % 8
+    return IOMapVariable(line.module_id, line.offset + x, 1, _BYTE), 1 << y % 8
 
 
 def picture(lines: bytes) -> list[list[bool]]:

@@ -56,7 +56,7 @@ class Field(NamedTuple):
         return self.offset + (self.copies - 1) * self.stride + self.size
 
 
-class Spot(NamedTuple):
+class IOMapVariable(NamedTuple):
     """One variable of one map, and the requests that access it.
 
     Attributes:
@@ -133,7 +133,7 @@ class IOMap:
         self.size_1_05 = size if size_1_05 is None else size_1_05
         self.fields = fields
 
-    def field(self, name: str, index: int = 0) -> Spot:
+    def field(self, name: str, index: int = 0) -> IOMapVariable:
         """Return the location of a variable.
 
         Raises:
@@ -144,21 +144,21 @@ class IOMap:
             raise LocalProtocolError(f"{self.name} has no field {name!r}; it has {', '.join(self.fields)}.")
         if not 0 <= index < found.copies:
             raise LocalProtocolError(f"{self.name} has {found.copies} of {name}, there is no number {index}.")
-        return Spot(self.module_id, found.offset + index * found.stride, found.size, found.wire)
+        return IOMapVariable(self.module_id, found.offset + index * found.stride, found.size, found.wire)
 
-    def between(self, first: str, last: str, index: int = 0) -> Spot:
+    def between(self, first: str, last: str, index: int = 0) -> IOMapVariable:
         """Return the range from one field to another, inclusive, as raw bytes for a single access."""
         start, end = self.field(first, index), self.field(last, index)
         size = end.offset + end.size - start.offset
-        return Spot(self.module_id, start.offset, size, Block(size))
+        return IOMapVariable(self.module_id, start.offset, size, Block(size))
 
     def decode(self, data: bytes) -> dict[str, Any]:
         """Decode all variables within `data`, which starts at the map's first byte; repeated ones become lists."""
         values: dict[str, Any] = {}
         for name, field in self.fields.items():
             if field.end <= len(data):
-                spots = [self.field(name, index) for index in range(field.copies)]
-                decoded = [spot.decode(data[spot.offset : spot.offset + spot.size]) for spot in spots]
+                variables = [self.field(name, index) for index in range(field.copies)]
+                decoded = [each.decode(data[each.offset : each.offset + each.size]) for each in variables]
                 values[name] = decoded if field.copies > 1 else decoded[0]
         return values
 

@@ -132,7 +132,7 @@ def _try(args: argparse.Namespace) -> int:
     name, detector, mission_hfov_deg = _target(args)
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
-    film = _Film(args.out or Path("detected.png" if still else "detected.webm"))
+    drawing = _AnnotatedOutput(args.out or Path("detected.png" if still else "detected.webm"))
     looks: list[Look] = []
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
     if args.onnx and args.height_mm is None:
@@ -144,15 +144,15 @@ def _try(args: argparse.Namespace) -> int:
         for frame in _frames(args.source, 1 if still else args.frames):
             pinhole = Pinhole.from_hfov(frame.image.shape[1], hfov_deg)
             look, detections = _look(frame, detector, pinhole)
-            film.add(_drawn(frame, name, look, detections), seen=bool(look.found))
+            drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not args.json:
                 write_line(_line(name, look))
     except KeyboardInterrupt:
         pass  # write what has been recorded so far
     finally:
-        film.close()
-    return _report(looks, film.path, about, args.json)
+        drawing.close()
+    return _report(looks, drawing.path, about, args.json)
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
@@ -288,7 +288,7 @@ def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bo
     return DONE
 
 
-class _Film:
+class _AnnotatedOutput:
     """Writes the annotated frames: a video, or one image of the last frame that shows the target."""
 
     def __init__(self, path: Path) -> None:

@@ -196,7 +196,9 @@ def _fix_udev(*, install: bool) -> int:
     if not sys.platform.startswith("linux"):
         raise ConfigError("only Linux has udev.", remedy="Other systems need no rule.")
     if os.geteuid() != 0:
-        raise ConfigError("writing the rule needs root.", remedy=f"Run: sudo {_myself()} doctor --fix-udev --install")
+        raise ConfigError(
+            "writing the rule needs root.", remedy=f"Run: sudo {_own_command()} doctor --fix-udev --install"
+        )
     try:
         write_text(udev.install(Path(UDEV_FILE), udev.UDEV_COMMANDS, os.environ.get("SUDO_USER", "")))
     except OSError as error:
@@ -206,7 +208,7 @@ def _fix_udev(*, install: bool) -> int:
     return DONE
 
 
-def _myself() -> str:
+def _own_command() -> str:
     """Return a command for this program that works in root's shell, whose PATH lacks virtual environments."""
     program = shutil.which("nxtdrive")
     return shlex.join([program] if program else [sys.executable, "-m", "nxtdrive.cli.main"])

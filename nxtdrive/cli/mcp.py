@@ -65,17 +65,17 @@ def run(args: argparse.Namespace) -> int:
             remedy=f"Install it: {install_extra('mcp')}",
         )
     from nxtdrive.mission import setup
-    from nxtdrive.tools.mcp.account import Account
     from nxtdrive.tools.mcp.assistant import Assistant
+    from nxtdrive.tools.mcp.mission_status import MissionStatusHub
     from nxtdrive.tools.mcp.server import make_server, serve
     from nxtdrive.tools.web.missions import Missions
     from nxtdrive.tools.web.robot import Robot
 
     if args.web:
         require_extra()
-    account, address = Account(), in_real_time(args.nxt)
-    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), account, args.out)
-    assistant = Assistant(robot, account, Missions(existing(args.folder), args.robot), args.out, args.max_mm)
+    status_hub, address = MissionStatusHub(), in_real_time(args.nxt)
+    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), status_hub, args.out)
+    assistant = Assistant(robot, status_hub, Missions(existing(args.folder), args.robot), args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
         robot.open()
@@ -94,7 +94,7 @@ def _page(robot: Robot, assistant: Assistant, address: str, listener: socket.soc
     from nxtdrive.tools.web.app import Server, serving
     from nxtdrive.tools.web.runs import Runs
 
-    server = Server(robot, assistant.account, assistant.missions, Runs(assistant.runs), address)
+    server = Server(robot, assistant.status_hub, assistant.missions, Runs(assistant.runs), address)
     complain(f"the page is http://{LOOPBACK}:{listener.getsockname()[1]}/")
     with serving(server, listener):
         yield

@@ -175,7 +175,7 @@ def _console(style: str) -> Callable[[Record], None]:
 
 def _supervised(mission: Mission, status: StatusLine) -> MakeProfile:
     from behaviors.profiles.registry import supervised
-    from nxtdrive.cli.confirm import TerminalOperator
+    from nxtdrive.cli.terminal_operator import TerminalOperator
 
     return supervised(mission, TerminalOperator(status))
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
-from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
+from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="robot file that the missions believe; the robots stay those of their classes",
     )
-    add_crew_arguments(parser, 1, "1")
+    add_worker_arguments(parser, 1, "1")
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help=f"file for the results, one line per mission (default: {DEFAULT_OUT})"
     )
@@ -152,7 +152,7 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
-    executor, number, watch = crew(args)
+    executor, number, watch = open_workers(args)
     with executor as performs, Progress(*columns, console=screen, disable=args.json) as progress:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
-from nxtdrive.cli.crew import add_crew_arguments, crew
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, number, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
+from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="add each mission to this file; those that it has are not repeated"
     )
-    add_crew_arguments(parser, os.cpu_count() or 1, "one per core")
+    add_worker_arguments(parser, os.cpu_count() or 1, "one per core")
     add_json_argument(parser)
 
 
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     sources = {name: _source(name) for name in args.run_paths}
     kept = read_missions(args.out) if args.out else {}
     results: list[dict[str, Any]] = []
-    performs, _, watch = crew(args)
+    performs, _, watch = open_workers(args)
     with performs as executor:
         for name, source in sources.items():
             result = kept.get(name) or _played(name, source, args, executor, watch)

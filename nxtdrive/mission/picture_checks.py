@@ -14,7 +14,7 @@ from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.truth import shows
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
-from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, Prospect, prospect
+from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, RangePrediction, predict_range
 from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
 
@@ -45,26 +45,26 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
             )
 
 
-def _tried(file: str) -> tuple[Image, Prospect] | None:
+def _tried(file: str) -> tuple[Image, RangePrediction] | None:
     """Return a photograph and what to expect of it; None if it cannot be used."""
     try:
         stat = Path(file).stat()
-        return _prospect_of(file, stat.st_mtime_ns, stat.st_size)
+        return _prediction_of(file, stat.st_mtime_ns, stat.st_size)
     except (OSError, CameraError, ConfigError):
         return None
 
 
 @lru_cache(maxsize=32)
-def _prospect_of(file: str, _mtime_ns: int, _size: int) -> tuple[Image, Prospect]:
+def _prediction_of(file: str, _mtime_ns: int, _size: int) -> tuple[Image, RangePrediction]:
     """Try the detector on a photograph, once for each version of its file: editors check at each pause in typing."""
     image = read_image(Path(file))
     check_picture(image)
-    return image, prospect(image)
+    return image, predict_range(image)
 
 
-def _hard_to_find(mission: Mission, name: str, prospects: list[Prospect]) -> Iterator[str]:
+def _hard_to_find(mission: Mission, name: str, predictions: list[RangePrediction]) -> Iterator[str]:
     """Warn if no photograph of a target is found from as far as most prints are."""
-    best = min(prospects, key=lambda each: each.height_px or math.inf)
+    best = min(predictions, key=lambda each: each.height_px or math.inf)
     pinhole = Pinhole.from_hfov(FRAME_WIDTH, mission.camera.hfov_deg)
     height_mm = mission.target[name].height_mm
     usual_m = pinhole.distance_mm(USUAL_HEIGHT_PX, height_mm) / 1000

@@ -9,7 +9,7 @@ from typing import Protocol
 from behaviors.ports import Blind, Clock, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
-from nxtdrive.vision.confirm import Confirmation
+from nxtdrive.vision.confirmation import Confirmation
 from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
 from nxtdrive.vision.detectors.shared_frame import detect_each

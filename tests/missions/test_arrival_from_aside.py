@@ -25,11 +25,11 @@ def test_a_slanted_print_is_not_farther_away_than_its_echo_says(kind, seed):
     world = world.model_copy(update={"robot": robot, "camera": world.camera.model_copy(update={"hfov_deg": 51.0})})
     trace, _ = perform(replace(scenario, world=world), "adaptive", "geometric")
     stops = [
-        mark for mark in trace.marks if mark.record.kind is Kind.TRANSITION and mark.record.data["to"] == "reached"
+        entry for entry in trace.judged if entry.record.kind is Kind.TRANSITION and entry.record.data["to"] == "reached"
     ]
     assert len(stops) == 2
     for stop in stops:
-        x_mm, y_mm, heading_deg = stop.moment.pose
+        x_mm, y_mm, heading_deg = stop.sample.pose
         heading = math.radians(heading_deg)
         lens = x_mm + LENS_FORWARD_MM * math.cos(heading), y_mm + LENS_FORWARD_MM * math.sin(heading)
-        assert math.dist(lens, stop.moment.scene.goals[stop.record.target].at_mm) < 1.08 * ARRIVE_MM
+        assert math.dist(lens, stop.sample.scene.goals[stop.record.target].at_mm) < 1.08 * ARRIVE_MM

@@ -87,7 +87,7 @@ def test_what_is_rebuilt_stands_where_it_stood(past):
     assert {picture.name for picture in room.pictures} == set(drawn.mission.mission.targets)
     for picture in room.pictures:
         assert math.dist(truly(picture.at_mm), truth[picture.name]) < 250.0
-    plan = trace.moments[0].scene.plan
+    plan = trace.samples[0].scene.plan
     gaps_mm = np.abs(plan.clearance_mm(np.array([truly(box.at_mm) for box in room.boxes])))
     assert np.mean(gaps_mm < 150.0) > 0.9
 

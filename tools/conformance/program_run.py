@@ -16,7 +16,7 @@ from typing import Any
 
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMMAND, DISPLAY, LOADER, UI, ProgramStatus, UiFlag
-from firmware_protocol.iomap_layout import Spot
+from firmware_protocol.iomap_layout import IOMapVariable
 from firmware_protocol.telegram import Command
 from sim_backend.firmware.flash import SETTINGS
 
@@ -139,8 +139,8 @@ def _ask(exchange: Exchange, command: Command[Any]) -> Any:  # noqa: ANN401 - th
     return type(command).decode_reply(bytes.fromhex(exchange(_hex(command))))
 
 
-def _value(exchange: Exchange, spot: Spot) -> Any:  # noqa: ANN401 - as the IO map has it
-    return spot.decode(_ask(exchange, spot.read()).data)
+def _value(exchange: Exchange, variable: IOMapVariable) -> Any:  # noqa: ANN401 - as the IO map has it
+    return variable.decode(_ask(exchange, variable.read()).data)
 
 
 def _upload(exchange: Exchange, name: str, content: bytes) -> None:

@@ -17,7 +17,7 @@ from ..web.missions import Missions
 from ..web.motions import ShortMotion
 from ..web.robot import Robot
 from ..web.runs import Runs
-from .account import Account
+from .mission_status import MissionStatusHub
 
 if TYPE_CHECKING:
     from behaviors.ports import MotionResult
@@ -43,14 +43,14 @@ class Assistant:
 
     Attributes:
         robot: The robot, open.
-        account: The robot's hub.
+        status_hub: The robot's hub.
         missions: The missions that can be started.
         runs: Folder of the runs.
         max_mm: Farthest that one call drives.
     """
 
     robot: Robot
-    account: Account
+    status_hub: MissionStatusHub
     missions: Missions
     runs: Path
     max_mm: float = MAX_MM
@@ -109,8 +109,8 @@ class Assistant:
         until_s = time.monotonic() + wait_s
         while time.monotonic() < until_s and self.robot.busy and not self._question()["open"]:
             time.sleep(POLL_S)
-        running, lost = self.robot.busy, self.account.lost
-        told: dict[str, Any] = {"running": running, "mission": self.account.mission(), "question": self._question()}
+        running, lost = self.robot.busy, self.status_hub.lost
+        told: dict[str, Any] = {"running": running, "mission": self.status_hub.mission(), "question": self._question()}
         if lost:
             told["link_lost"] = lost
         return told if running else {**told, "robot": dict(self.robot.state)}
@@ -144,8 +144,8 @@ class Assistant:
             raise ValueError(str(error)) from None
 
     def _begin(self, begin: Callable[[Rover], Motion[MotionResult]] | None) -> ShortMotion:
-        if self.account.lost:
-            raise ValueError(f"{self.account.lost} It is tried again and again.")
+        if self.status_hub.lost:
+            raise ValueError(f"{self.status_hub.lost} It is tried again and again.")
         if begin is not None and any(self.robot.controls.wanted(self.robot.time_s)):
             raise ValueError("A person is driving the robot by hand. Try again later.")
         motion = ShortMotion(begin)

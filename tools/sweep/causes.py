@@ -21,7 +21,7 @@ from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
 from .metrics import PACE, spans
-from .referee import Disturbance, EpisodeTrace, Mark, Moment
+from .referee import Disturbance, EpisodeTrace, JudgedRecord, TruthSample
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this count as made in the same place."""
@@ -66,9 +66,9 @@ def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
     """Judge every choice of a mission, except those that gave a target up and those for an absent target."""
     return [
         judgement
-        for i, mark in enumerate(trace.marks)
-        if mark.record.kind is Kind.CHOICE and mark.record.data["choice"] != CHANGE_TARGET.name
-        if (judgement := _judge(trace, i, mark)) is not None
+        for i, entry in enumerate(trace.judged)
+        if entry.record.kind is Kind.CHOICE and entry.record.data["choice"] != CHANGE_TARGET.name
+        if (judgement := _judge(trace, i, entry)) is not None
     ]
 
 
@@ -82,11 +82,11 @@ def recognition_s(trace: EpisodeTrace) -> list[float]:
     )
     delays = []
     for onset_s, target in onsets:
-        noticed = (mark for mark in _choices(trace, onset_s) if mark.record.target == target)
+        noticed = (entry for entry in _choices(trace, onset_s) if entry.record.target == target)
         after = next(noticed if target else _suspensions(trace, onset_s), None)
         newer = [other_s for other_s, other in onsets if other_s > onset_s and other == target]
-        if after and not (newer and newer[0] < after.moment.time_s):
-            delays.append(after.moment.time_s - onset_s)
+        if after and not (newer and newer[0] < after.sample.time_s):
+            delays.append(after.sample.time_s - onset_s)
     return delays
 
 
@@ -96,13 +96,13 @@ def longest_run(trace: EpisodeTrace) -> int:
     Whatever was chosen counts, except to leave the target, which ends a run.
     """
     longest = run = 0
-    first: Mark | None = None
-    for mark in _choices(trace, -math.inf):
-        if mark.record.data["choice"] == CHANGE_TARGET.name:
+    first: JudgedRecord | None = None
+    for entry in _choices(trace, -math.inf):
+        if entry.record.data["choice"] == CHANGE_TARGET.name:
             run, first = 0, None
             continue
-        same = first is not None and _failed_as(mark) == _failed_as(first) and _at_one_place(mark, first)
-        run, first = (run + 1, first) if same else (1, mark)
+        same = first is not None and _failed_as(entry) == _failed_as(first) and _at_one_place(entry, first)
+        run, first = (run + 1, first) if same else (1, entry)
         longest = max(longest, run)
     return longest
 
@@ -113,21 +113,23 @@ def soonest_s(trace: EpisodeTrace) -> float | None:
     return min((other.record.time_s - one.record.time_s for one, other in pairs), default=None)
 
 
-def _failed_as(mark: Mark) -> tuple[str, str]:
-    evidence = mark.record.data.get("evidence")
-    return mark.record.target, str(evidence["reason"]) if isinstance(evidence, dict) else ""
+def _failed_as(entry: JudgedRecord) -> tuple[str, str]:
+    evidence = entry.record.data.get("evidence")
+    return entry.record.target, str(evidence["reason"]) if isinstance(evidence, dict) else ""
 
 
-def _at_one_place(one: Mark, other: Mark) -> bool:
-    return math.dist(one.moment.pose[:2], other.moment.pose[:2]) <= SAME_PLACE_MM
+def _at_one_place(one: JudgedRecord, other: JudgedRecord) -> bool:
+    return math.dist(one.sample.pose[:2], other.sample.pose[:2]) <= SAME_PLACE_MM
 
 
-def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
-    return (mark for mark in trace.marks if mark.record.kind is Kind.CHOICE and mark.moment.time_s >= since_s)
+def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
+    return (entry for entry in trace.judged if entry.record.kind is Kind.CHOICE and entry.sample.time_s >= since_s)
 
 
-def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[Mark]:
-    return (mark for mark in trace.marks if mark.record.data.get("to") == "suspended" and mark.moment.time_s >= since_s)
+def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
+    return (
+        entry for entry in trace.judged if entry.record.data.get("to") == "suspended" and entry.sample.time_s >= since_s
+    )
 
 
 def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
@@ -137,21 +139,21 @@ def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
     """
     if not disturbance.target:
         return disturbance.time_s
-    for moment in (moment for span in spans(trace, disturbance.target) for moment in span):
-        goal = moment.scene.goals.get(disturbance.target)
-        if moment.time_s < disturbance.time_s or goal is None:
+    for sample in (sample for span in spans(trace, disturbance.target) for sample in span):
+        goal = sample.scene.goals.get(disturbance.target)
+        if sample.time_s < disturbance.time_s or goal is None:
             continue
         if not disturbance.blocker:
             # a picture that moved before its pursuit began is simply elsewhere
-            return moment.time_s if moment.time_s - disturbance.time_s < AFTER_IT_S else None
-        if disturbance.blocker in _in_the_way(moment.pose[:2], moment, goal):
-            return moment.time_s
+            return sample.time_s if sample.time_s - disturbance.time_s < AFTER_IT_S else None
+        if disturbance.blocker in _in_the_way(sample.pose[:2], sample, goal):
+            return sample.time_s
     return None
 
 
-def _judge(trace: EpisodeTrace, index: int, mark: Mark) -> Judgement | None:
-    here, choice = mark.moment, str(mark.record.data["choice"])
-    goal = here.scene.goals.get(mark.record.target)
+def _judge(trace: EpisodeTrace, index: int, entry: JudgedRecord) -> Judgement | None:
+    here, choice = entry.sample, str(entry.record.data["choice"])
+    goal = here.scene.goals.get(entry.record.target)
     if goal is None:
         return None
     if not _could_be_seen(trace, here, goal):
@@ -170,7 +172,7 @@ def _judge(trace: EpisodeTrace, index: int, mark: Mark) -> Judgement | None:
     return Judgement(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)
 
 
-def _could_be_seen(trace: EpisodeTrace, here: Moment, goal: Goal) -> bool:
+def _could_be_seen(trace: EpisodeTrace, here: TruthSample, goal: Goal) -> bool:
     """Whether the picture could be recognised from this place without the late objects."""
     eye = np.array([here.pose[:2]])
     reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, trace.view_mm, 0.0, VIEW_ANGLE_DEG)
@@ -178,23 +180,23 @@ def _could_be_seen(trace: EpisodeTrace, here: Moment, goal: Goal) -> bool:
     return bool(reach.covers(eye)[0] and plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 
-def _in_the_way(place: tuple[float, float], moment: Moment, goal: Goal) -> list[str]:
-    return [each.name for each in moment.scene.plan.in_the_way(place, goal.at_mm, ROBOT_RADIUS_MM)]
+def _in_the_way(place: tuple[float, float], sample: TruthSample, goal: Goal) -> list[str]:
+    return [each.name for each in sample.scene.plan.in_the_way(place, goal.at_mm, ROBOT_RADIUS_MM)]
 
 
 def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
     return FloorPlan(plan.size_mm, tuple(each for each in plan.obstacles if each.name not in names))
 
 
-def _remaining_s(trace: EpisodeTrace, here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
+def _remaining_s(trace: EpisodeTrace, here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:
     """Return how much longer the straight path from here stays blocked; infinity if until the end."""
-    for moment in trace.moments:
-        if moment.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], moment, goal)):
-            return moment.time_s - here.time_s
+    for sample in trace.samples:
+        if sample.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], sample, goal)):
+            return sample.time_s - here.time_s
     return math.inf
 
 
-def _detour_s(here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
+def _detour_s(here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:
     """Return how much longer the detour takes than the straight path; infinity if there is no detour."""
     plan = here.scene.plan
     paths = [each.path(here.pose[:2], goal, ROBOT_RADIUS_MM) for each in (plan, _without(plan, blocking))]
@@ -204,8 +206,8 @@ def _detour_s(here: Moment, goal: Goal, blocking: frozenset[str]) -> float:
 
 def _waited_s(trace: EpisodeTrace, index: int) -> float:
     """Return the time from a choice to the next search or approach."""
-    begun_s = trace.marks[index].moment.time_s
+    begun_s = trace.judged[index].sample.time_s
     later = (
-        mark for mark in trace.marks[index + 1 :] if mark.record.data.get("to") in ("search", "arrive", "finished")
+        entry for entry in trace.judged[index + 1 :] if entry.record.data.get("to") in ("search", "arrive", "finished")
     )
-    return next((mark.moment.time_s - begun_s for mark in later), trace.duration_s - begun_s)
+    return next((entry.sample.time_s - begun_s for entry in later), trace.duration_s - begun_s)

@@ -12,7 +12,7 @@ from sim_backend.judge import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
 from sim_backend.scenarios.floor_plan import Pace, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .referee import EpisodeTrace, Moment
+from .referee import EpisodeTrace, TruthSample
 
 PACE = Pace(SETTINGS.speed_mm_s, SETTINGS.acceleration_mm_s2, SETTINGS.turn_deg_s, SETTINGS.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
@@ -67,7 +67,7 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     covered = 0.0 if path is None or left is None else max(0.0, 1.0 - left.length_mm / max(path.length_mm, 1.0))
     return TargetResult(
         target=target,
-        reachable=any(target in moment.scene.goals for moment in trace.moments),
+        reachable=any(target in sample.scene.goals for sample in trace.samples),
         success=bool(right),
         wrong_stops=len(claims) - len(right),
         time_s=right[0].time_s if right else None,
@@ -81,34 +81,34 @@ def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
     )
 
 
-def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[Moment]:
-    """Return the moments at which one of some states was entered for a target."""
+def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[TruthSample]:
+    """Return the samples at which one of some states was entered for a target."""
     return [
-        mark.moment
-        for mark in trace.marks
-        if mark.record.kind is Kind.TRANSITION and mark.record.target == target and mark.record.data["to"] in states
+        entry.sample
+        for entry in trace.judged
+        if entry.record.kind is Kind.TRANSITION and entry.record.target == target and entry.record.data["to"] in states
     ]
 
 
-def spans(trace: EpisodeTrace, target: str) -> list[list[Moment]]:
+def spans(trace: EpisodeTrace, target: str) -> list[list[TruthSample]]:
     """Return the stretches of the mission during which it pursued a target."""
     found = []
-    turns = [next(group) for _, group in groupby(trace.marks, key=lambda mark: mark.record.target)]
+    turns = [next(group) for _, group in groupby(trace.judged, key=lambda entry: entry.record.target)]
     for i, turn in enumerate(turns):
         if turn.record.target == target:
-            end = turns[i + 1].moment if i + 1 < len(turns) else trace.marks[-1].moment
-            between = [m for m in trace.moments if turn.moment.time_s < m.time_s < end.time_s]
-            found.append([turn.moment, *between, end])
+            end = turns[i + 1].sample if i + 1 < len(turns) else trace.judged[-1].sample
+            between = [m for m in trace.samples if turn.sample.time_s < m.time_s < end.time_s]
+            found.append([turn.sample, *between, end])
     return found
 
 
-def _longest(begin: Moment, end: Moment, target: str) -> Path | None:
+def _longest(begin: TruthSample, end: TruthSample, target: str) -> Path | None:
     """Return the shortest path to where the picture was at the end, or at first if that is longer."""
-    paths = [path for moment in (begin, end) if (path := _path(begin, moment, target)) is not None]
+    paths = [path for sample in (begin, end) if (path := _path(begin, sample, target)) is not None]
     return max(paths, key=lambda path: path.length_mm, default=None)
 
 
-def _path(begin: Moment, end: Moment, target: str) -> Path | None:
+def _path(begin: TruthSample, end: TruthSample, target: str) -> Path | None:
     """Return the shortest path, among the obstacles of the beginning, to where the picture was at the end."""
     goal = end.scene.goals.get(target)
     if goal is None:

@@ -75,11 +75,11 @@ def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, R
             raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
         # closing the brick takes time, and the robot may still roll
         ended_s = report.duration_s
-        moments = [moment for moment in referee.moments if moment.time_s <= ended_s]
+        samples = [sample for sample in referee.samples if sample.time_s <= ended_s]
     trace = EpisodeTrace(
         targets=list(scenario.mission.mission.targets),
-        moments=moments,
-        marks=referee.marks,
+        samples=samples,
+        judged=referee.judged,
         disturbances=[each for each in referee.disturbances() if each.time_s <= ended_s],
         late_objects=late_objects(scenario.world),
         view_mm=min(VIEW_RANGE_MM, scenario.sight.farthest_mm),
@@ -139,11 +139,11 @@ def judge(trace: EpisodeTrace) -> Line:
         "ending": trace.ending.value,
         "error": trace.error,
         "duration_s": trace.duration_s,
-        "contacts": trace.moments[-1].contacts,
+        "contacts": trace.samples[-1].contacts,
         "targets": [asdict(result) for result in results],
         "recognition_s": recognition_s(trace),
         "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(trace)],
-        "transitions": taken(mark.record for mark in trace.marks),
+        "transitions": taken(entry.record for entry in trace.judged),
         "longest_run": longest_run(trace),
         "soonest_s": soonest_s(trace),
     }

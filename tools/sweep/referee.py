@@ -18,7 +18,7 @@ JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class TruthSample:
     """The ground truth at one time.
 
     Attributes:
@@ -35,11 +35,11 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class JudgedRecord:
     """A record of the journal, and the ground truth when it was written."""
 
     record: Record
-    moment: Moment
+    sample: TruthSample
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +63,8 @@ class EpisodeTrace:
 
     Attributes:
         targets: Names in order.
-        moments: Samples of the ground truth, one every `SAMPLE_MS`.
-        marks: The judged records.
+        samples: Samples of the ground truth, one every `SAMPLE_MS`.
+        judged: The judged records.
         disturbances: Events that hindered the robot.
         late_objects: Names of the objects that appeared after the start.
         view_mm: Largest distance at which a print can be recognised in this scenario.
@@ -74,8 +74,8 @@ class EpisodeTrace:
     """
 
     targets: Sequence[str]
-    moments: Sequence[Moment]
-    marks: Sequence[Mark]
+    samples: Sequence[TruthSample]
+    judged: Sequence[JudgedRecord]
     disturbances: Sequence[Disturbance]
     late_objects: frozenset[str]
     view_mm: float
@@ -95,8 +95,8 @@ class Referee:
         self._simulation = simulation
         self._start_ms = simulation.now_ms
         self._known: tuple[object, Scene] | None = None
-        self.moments: list[Moment] = []
-        self.marks: list[Mark] = []
+        self.samples: list[TruthSample] = []
+        self.judged: list[JudgedRecord] = []
         self.records: list[Record] = []
         self._watch()
 
@@ -104,7 +104,7 @@ class Referee:
         """Keep a record, together with the ground truth if it is judged."""
         self.records.append(record)
         if record.kind in JUDGED:
-            self.marks.append(Mark(record, self._moment()))
+            self.judged.append(JudgedRecord(record, self._sample()))
 
     def disturbances(self) -> Iterator[Disturbance]:
         """Yield the disturbances so far."""
@@ -118,13 +118,13 @@ class Referee:
             yield Disturbance((start_ms - self._start_ms) / 1000, "", "")
 
     def _watch(self) -> None:
-        self.moments.append(self._moment())
+        self.samples.append(self._sample())
         self._simulation.at(self._simulation.now_ms + SAMPLE_MS, self._watch)
 
-    def _moment(self) -> Moment:
+    def _sample(self) -> TruthSample:
         truth = self._simulation.truth
         time_s = (self._simulation.now_ms - self._start_ms) / 1000
-        return Moment(time_s, truth.pose, truth.contacts, self._scene())
+        return TruthSample(time_s, truth.pose, truth.contacts, self._scene())
 
     def _scene(self) -> Scene:
         truth = self._simulation.truth

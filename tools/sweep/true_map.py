@@ -20,15 +20,15 @@ from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .referee import EpisodeTrace, Moment
+from .referee import EpisodeTrace, TruthSample
 
 AXES = Axes("x, m", "y, m", up=False)
 EDGE_MM = 150.0
 """Around the room."""
 LOW_MM = 200.0
 """Objects lower than this hide no picture; they are drawn in outline."""
-STANDING_MOMENTS = 10
-"""A late object that stands still for this many moments is drawn."""
+STANDING_SAMPLES = 10
+"""A late object that stands still for this many samples is drawn."""
 MARK_PX = 6.5
 
 SOLID: Color = (190, 194, 200)
@@ -52,8 +52,8 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
     """Compose the map of one mission."""
     events = dict(_events(trace))
     shown = numbering(list(events))
-    width_mm, depth_mm = trace.moments[0].scene.plan.size_mm
-    goals = [goal for goal in trace.moments[-1].scene.goals.values() if goal.name in trace.targets]
+    width_mm, depth_mm = trace.samples[0].scene.plan.size_mm
+    goals = [goal for goal in trace.samples[-1].scene.goals.values() if goal.name in trace.targets]
     return Page(
         title=title,
         subtitle="; ".join(_result(trace)),
@@ -64,25 +64,25 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
         heading="What happened" if shown.numbered else "",
         notes=list(_notes(shown, events)),
         tags=[*(Tag(goal.at_mm, goal.name, ARRIVE, number=False) for goal in goals), *_tags(shown, events)],
-        avoid=[moment.pose[:2] for moment in trace.moments[::3]],
+        avoid=[sample.pose[:2] for sample in trace.samples[::3]],
         keep=[goal.at_mm for goal in goals],
     )
 
 
 def _result(trace: EpisodeTrace) -> Iterator[str]:
     yield f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.1f} s"
-    yield f"contacts: {trace.moments[-1].contacts}"
+    yield f"contacts: {trace.samples[-1].contacts}"
     yield "all as it really was"
 
 
 def _events(trace: EpisodeTrace) -> Iterator[tuple[MapEvent, MarkStyle]]:
     """Yield the events of a mission at their true places, and how they are marked."""
     reader = EventReader()
-    for mark in trace.marks:
-        x_mm, y_mm, heading_deg = mark.moment.pose
-        event = reader.read(mark.record, Pose(x_mm, y_mm, heading_deg))
+    for entry in trace.judged:
+        x_mm, y_mm, heading_deg = entry.sample.pose
+        event = reader.read(entry.record, Pose(x_mm, y_mm, heading_deg))
         if event and event.kind == "reached":
-            counts = stop_counts(mark.moment.pose, mark.moment.scene, mark.record.target)
+            counts = stop_counts(entry.sample.pose, entry.sample.scene, entry.record.target)
             yield event, RIGHT_STOP if counts else WRONG_STOP
         elif event:
             yield event, mark_style(event)
@@ -102,19 +102,19 @@ def _place(event: MapEvent) -> Point:
 
 
 def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> None:
-    sheet, first = view.sheet, trace.moments[0]
+    sheet, first = view.sheet, trace.samples[0]
     for obstacle in first.scene.plan.obstacles:
         _paint_obstacle(view, obstacle, None if obstacle.height_mm < LOW_MM else SOLID, DIM)
     for obstacle in _late_objects(trace):
         _paint_obstacle(view, obstacle, None, LATE)
     (left, top), (right, bottom) = view.all_at([(0.0, 0.0), first.scene.plan.size_mm])
     sheet.box((left, top, right, bottom), None, INK, 4.0)
-    for goals in (first.scene.goals, trace.moments[-1].scene.goals):
+    for goals in (first.scene.goals, trace.samples[-1].scene.goals):
         for goal in goals.values():
             _paint_picture(view, goal, ARRIVE if goal.name in trace.targets else DIM)
     for style, points in _pieces(trace):
         sheet.line(view.all_at(points), style.color, style.width, style.dash)
-    for at in view.all_at([moment.pose[:2] for moment in _contacts(trace)]):
+    for at in view.all_at([sample.pose[:2] for sample in _contacts(trace)]):
         sheet.circle(at, 9.0, None, FAILED, 2.5)
     x_mm, y_mm, heading_deg = first.pose
     _paint_start(sheet, view.at((x_mm, y_mm)), ROBOT_RADIUS_MM * view.scale, heading_deg)
@@ -131,7 +131,7 @@ def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Ke
         yield Key(mark.text, marker_sample(mark.marker, mark.color))
     if any(_contacts(trace)):
         yield Key("touched something", ring_sample(9.0, FAILED, 2.5))
-    first = trace.moments[0].scene
+    first = trace.samples[0].scene
     yield Key("picture of a target, and where it faces", line_sample(ARRIVE, 5.0))
     if any(name not in trace.targets for name in first.goals):
         yield Key("another picture", line_sample(DIM, 5.0))
@@ -146,18 +146,18 @@ def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Ke
 
 def _pieces(trace: EpisodeTrace) -> Iterator[tuple[LineStyle, Sequence[Point]]]:
     """Yield the path in pieces, one for each stretch for one target."""
-    marks = iter(trace.marks)
-    mark, target = next(marks, None), ""
+    judged = iter(trace.judged)
+    entry, target = next(judged, None), ""
     piece: list[Point] = []
-    for moment in trace.moments:
-        piece.append(moment.pose[:2])
+    for sample in trace.samples:
+        piece.append(sample.pose[:2])
         before = target
-        while mark is not None and mark.moment.time_s <= moment.time_s:
-            target, mark = mark.record.target, next(marks, None)
+        while entry is not None and entry.sample.time_s <= sample.time_s:
+            target, entry = entry.record.target, next(judged, None)
         if target != before:
             if len(piece) > 1:
                 yield _path_style(trace, before), piece
-            piece = [moment.pose[:2]]
+            piece = [sample.pose[:2]]
     if len(piece) > 1:
         yield _path_style(trace, target), piece
 
@@ -168,16 +168,16 @@ def _path_style(trace: EpisodeTrace, target: str) -> LineStyle:
     return PATHS[min(trace.targets.index(target), len(PATHS) - 1)]
 
 
-def _contacts(trace: EpisodeTrace) -> list[Moment]:
-    """Return the moments at which the robot touched something anew."""
-    pairs = zip(trace.moments, trace.moments[1:], strict=False)
+def _contacts(trace: EpisodeTrace) -> list[TruthSample]:
+    """Return the samples at which the robot touched something anew."""
+    pairs = zip(trace.samples, trace.samples[1:], strict=False)
     return [other for one, other in pairs if other.contacts > one.contacts]
 
 
 def _late_objects(trace: EpisodeTrace) -> list[Obstacle]:
     """Return the late objects at every place where one stood still."""
-    drawn, found = {id(trace.moments[0].scene)}, []
-    for one, other in zip(trace.moments, trace.moments[STANDING_MOMENTS:], strict=False):
+    drawn, found = {id(trace.samples[0].scene)}, []
+    for one, other in zip(trace.samples, trace.samples[STANDING_SAMPLES:], strict=False):
         if one.scene is other.scene and id(one.scene) not in drawn:
             drawn.add(id(one.scene))
             found += [each for each in one.scene.plan.obstacles if each.name in trace.late_objects]

@@ -29,6 +29,7 @@ from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations, sheet
 from .chart import chart, recoveries
 from .connections import BACKLOG, BoundedHTTP, without_traceback
+from .driver_arbiter import DriverArbiter
 from .editor import Editor
 from .hub import Client, Hub, as_message
 from .messages import (
@@ -59,7 +60,6 @@ from .page_socket import converse
 from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
-from .wheel import Wheel
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import Image
@@ -126,7 +126,9 @@ class Server:
     _numbers: Iterator[int] = field(default_factory=lambda: count(1))
 
     def __post_init__(self) -> None:
-        self._wheel = Wheel(lambda driver, asking: self.hub.show("wheel", {"driver": driver, "asking": asking}))
+        self._arbiter = DriverArbiter(
+            lambda driver, asking: self.hub.show("wheel", {"driver": driver, "asking": asking})
+        )
 
     def app(self) -> Starlette:
         """Return the web application."""
@@ -176,9 +178,9 @@ class Server:
         )
 
     def _disconnect(self, client: Client) -> None:
-        if self._wheel.driver == client.name and isinstance(self.robot, Robot):
+        if self._arbiter.driver == client.name and isinstance(self.robot, Robot):
             self.robot.let_go()
-        self._wheel.give(client.name)
+        self._arbiter.give(client.name)
 
     def _obey(self, client: Client, message: Message) -> None:
         """Do what a client asks.
@@ -214,18 +216,18 @@ class Server:
     def _control(self, robot: Robot, client: Client, message: Message) -> None:
         match message:
             case Drive():
-                if not self._wheel.take(client.name) and (message.ahead or message.aside):
-                    raise ValueError(f"{self._wheel.driver} drives; it has been asked for the wheel.")
-                if self._wheel.driver == client.name:
+                if not self._arbiter.take(client.name) and (message.ahead or message.aside):
+                    raise ValueError(f"{self._arbiter.driver} drives; it has been asked for the wheel.")
+                if self._arbiter.driver == client.name:
                     robot.drive(message.ahead, message.aside)
             case Release():
                 robot.release()
             case SpeedLimit(percent=percent):
                 robot.controls.percent = percent
             case TakeWheel():
-                self._wheel.take(client.name)
+                self._arbiter.take(client.name)
             case GiveWheel():
-                self._wheel.give(client.name)
+                self._arbiter.give(client.name)
             case StartMission(mission=name):
                 mission = self.missions.load(name, message.profile)
                 robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))

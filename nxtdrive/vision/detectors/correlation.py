@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, overlap
 from nxtdrive.vision.detectors.alignment import Aligner, Places, Poses, align
-from nxtdrive.vision.detectors.chance import coarseness, distinctness, least_score
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
 from nxtdrive.vision.detectors.resemblance import resemblance
 from nxtdrive.vision.detectors.scaling import at_height
+from nxtdrive.vision.detectors.score_threshold import coarseness, distinctness, min_score
 
 CORE = 0.6
 """Close up, the centre of the picture is searched for, too (this share of width and height): its rim may lie outside
@@ -183,7 +183,7 @@ class _Part:
         if share < ALL_SHOWN:
             coarse = max(coarse, coarseness(expected))
         area = max(0.01, share) * picture.shape[0] ** 2 * width_px / height_px  # as it appears
-        return score if score >= least_score(coarse, self._waves, area, core=self._share != 1.0) else None
+        return score if score >= min_score(coarse, self._waves, area, core=self._share != 1.0) else None
 
     def _at(self, height: int) -> tuple[NDArray[np.float32], float]:
         """Return the part in colour at a height, and its coarseness; cached, because few heights occur."""

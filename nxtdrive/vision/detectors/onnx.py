@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.apart import try_apart
 from nxtdrive.vision.detectors.correlation import distinct
+from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess
 from nxtdrive.vision.detectors.onnx_labels import number_of
 from nxtdrive.vision.detectors.onnx_layouts import Places
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
@@ -92,5 +92,5 @@ def from_spec(spec: DetectorSpec) -> OnnxDetector:
         texts["labels"] = str(spec.path(texts["labels"]))
     options = Options(size=spec.take("size", int, OPEN_SIZE), **texts)
     min_score = spec.take("min_score", float, MIN_SCORE)
-    try_apart(path, asdict(options))
+    try_in_subprocess(path, asdict(options))
     return OnnxDetector(path, label, options, min_score=min_score)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detectors.apart import REFUSED
+from nxtdrive.vision.detectors.onnx_isolation import REFUSED
 from nxtdrive.vision.detectors.onnx_model import OnnxModel, Options
 from nxtdrive.vision.detectors.trial import limit_this_process
 from nxtdrive.vision.opencv import configure

@@ -1,7 +1,7 @@
 import pytest
 
 from behaviors.ports import Sighting
-from nxtdrive.vision.confirm import Confirmation
+from nxtdrive.vision.confirmation import Confirmation
 
 FRAME_S = 0.1
 

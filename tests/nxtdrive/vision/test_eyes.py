@@ -6,7 +6,7 @@ import pytest
 from behaviors.ports import Blind, Eyes, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
-from nxtdrive.vision.confirm import Confirmation
+from nxtdrive.vision.confirmation import Confirmation
 from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.eyes import CameraEyes, GeometricEyes

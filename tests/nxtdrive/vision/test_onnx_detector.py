@@ -309,7 +309,7 @@ def test_a_specification_is_tried_in_another_process_first(tmp_path):
 def test_a_model_that_crashes_its_process_is_refused(tmp_path, monkeypatch):
     crash = tmp_path / "crash.py"
     crash.write_text("import os\nos.abort()\n")
-    monkeypatch.setattr("nxtdrive.vision.detectors.apart.PROGRAM", crash)
+    monkeypatch.setattr("nxtdrive.vision.detectors.onnx_isolation.PROGRAM", crash)
     (tmp_path / "cups.onnx").write_bytes(model("yolo"))
     with pytest.raises(ConfigError, match=r"cups\.onnx crashes the runtime"):
         make_detector({"detector": "onnx", "model": "cups.onnx", "label": "cup"}, tmp_path)

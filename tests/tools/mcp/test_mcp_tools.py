@@ -16,8 +16,8 @@ import pytest
 from mcp.client.client import Client
 
 from nxtdrive.mission import setup
-from nxtdrive.tools.mcp.account import Account
 from nxtdrive.tools.mcp.assistant import Assistant
+from nxtdrive.tools.mcp.mission_status import MissionStatusHub
 from nxtdrive.tools.mcp.server import make_server
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.robot import Robot
@@ -30,11 +30,11 @@ Call = Callable[..., Awaitable[Any]]
 
 @contextmanager
 def _robot(folder: Path, address: str, camera: str | None = None) -> Iterator[Assistant]:
-    account = Account()
-    robot = Robot(Address.parse(address), camera, setup.load(None), account, folder / "runs")
+    status_hub = MissionStatusHub()
+    robot = Robot(Address.parse(address), camera, setup.load(None), status_hub, folder / "runs")
     robot.open()
     try:
-        yield Assistant(robot, account, Missions(folder), folder / "runs")
+        yield Assistant(robot, status_hub, Missions(folder), folder / "runs")
     finally:
         robot.close()
 

@@ -42,7 +42,7 @@ def test_no_place_behind_a_closed_wall_is_chosen():
 def test_a_target_is_found_by_sight_through_the_only_door():
     """Both targets hang beyond a door; the map alone does not lead to them."""
     trace, _ = perform(draw_scenario("doorway", 100), "oracle-eyes", "geometric")
-    states = [mark.record.data["to"] for mark in trace.marks if "to" in mark.record.data]
+    states = [entry.record.data["to"] for entry in trace.judged if "to" in entry.record.data]
     assert trace.ending == "achieved"
     assert states.index("search") < states.index("arrive")
     assert all(each["success"] for each in judge(trace)["targets"])

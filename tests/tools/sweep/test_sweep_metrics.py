@@ -8,7 +8,7 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind, Record
 from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import judge_target
-from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, Mark, Moment
+from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, JudgedRecord, TruthSample
 from sim_backend.judge import Scene
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.truth import TruePose
@@ -23,29 +23,29 @@ def _scene(*obstacles, goals=(LENA,)):
 
 
 class EpisodeBuilder:
-    """Builds the trace of a mission moment by moment."""
+    """Builds the trace of a mission sample by sample."""
 
     def __init__(self, *, scene=None, late_objects=()):
         self.scene = scene or _scene()
         self.late_objects = frozenset(late_objects)
-        self.moments, self.marks, self.disturbances = [], [], []
+        self.samples, self.judged, self.disturbances = [], [], []
         self.time_s, self.at, self.heading_deg = 0.0, (500.0, 1500.0), 0.0
-        self._moment()
+        self._sample()
 
-    def _moment(self):
-        self.moments.append(Moment(self.time_s, TruePose(*self.at, self.heading_deg), 0, self.scene))
-        return self.moments[-1]
+    def _sample(self):
+        self.samples.append(TruthSample(self.time_s, TruePose(*self.at, self.heading_deg), 0, self.scene))
+        return self.samples[-1]
 
     def drive(self, x_mm, y_mm, seconds):
         begin = self.at
         for i in range(1, 11):
             self.time_s += seconds / 10
             self.at = tuple(a + (b - a) * i / 10 for a, b in zip(begin, (x_mm, y_mm), strict=True))
-            self._moment()
+            self._sample()
         return self
 
     def note(self, kind, target="lena", **data):
-        self.marks.append(Mark(Record(self.time_s, kind, "search", target, data), self._moment()))
+        self.judged.append(JudgedRecord(Record(self.time_s, kind, "search", target, data), self._sample()))
         return self
 
     def enter(self, state, target="lena"):
@@ -62,8 +62,8 @@ class EpisodeBuilder:
         self.note(Kind.END)
         return EpisodeTrace(
             ["lena"],
-            self.moments,
-            self.marks,
+            self.samples,
+            self.judged,
             self.disturbances,
             self.late_objects,
             3000.0,
@@ -118,7 +118,7 @@ def test_recognition_time_starts_when_a_person_is_in_the_way():
     )
     episode.scene = _scene(PERSON)
     trace = episode.drive(1400, 1500, 2).choose("wait").end()
-    # the first moment that shows her is 0.2 s after she has come
+    # the first sample that shows her is 0.2 s after she has come
     assert recognition_s(trace) == [pytest.approx(1.8)]
 
 

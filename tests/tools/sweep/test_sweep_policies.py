@@ -22,7 +22,7 @@ def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
     assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
     assert trace.duration_s <= 43.0
     assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
-    assert trace.marks[-1].record.kind is Kind.END
+    assert trace.judged[-1].record.kind is Kind.END
 
 
 @pytest.mark.slow

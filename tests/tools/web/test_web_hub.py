@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 
+from nxtdrive.tools.web.driver_arbiter import DriverArbiter
 from nxtdrive.tools.web.hub import BACKLOG, BEHIND, FRAME, Client, Hub
-from nxtdrive.tools.web.wheel import Wheel
 
 
 def _received(*publish) -> list[str | bytes]:
@@ -78,15 +78,15 @@ def test_a_client_that_never_reads_is_given_up_and_memory_stays_bounded():
 
 def test_the_wheel_changes_hands_by_consent():
     seen: list[tuple[str, str]] = []
-    wheel = Wheel(lambda driver, asking: seen.append((driver, asking)))
-    assert wheel.take("one")
-    assert not wheel.take("two")
+    arbiter = DriverArbiter(lambda driver, asking: seen.append((driver, asking)))
+    assert arbiter.take("one")
+    assert not arbiter.take("two")
     assert seen[-1] == ("one", "two")
-    wheel.give("two")
+    arbiter.give("two")
     assert seen[-1] == ("one", ""), "a request can be withdrawn"
-    wheel.take("two")
-    wheel.give("one")
+    arbiter.take("two")
+    arbiter.give("one")
     assert seen[-1] == ("two", "")
-    wheel.give("two")
+    arbiter.give("two")
     assert seen[-1] == ("", "")
-    assert wheel.take("one")
+    assert arbiter.take("one")

@@ -15,7 +15,7 @@ RESULT = ("ending", "achieved", "error", "duration_s", "targets", "hints")
 """What of a summary is passed on."""
 
 
-class Account(Hub):
+class MissionStatusHub(Hub):
     """A hub that also remembers the latest mission; all methods may be called from any thread."""
 
     def __init__(self) -> None:

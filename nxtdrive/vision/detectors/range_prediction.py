@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Image
-from nxtdrive.vision.detectors.chance import DETAIL_HEIGHT, distinctness
 from nxtdrive.vision.detectors.correlation import CorrelationMatcher
 from nxtdrive.vision.detectors.frame_pyramid import pyramid
 from nxtdrive.vision.detectors.scaling import at_height
+from nxtdrive.vision.detectors.score_threshold import DETAIL_HEIGHT, distinctness
 
 HEIGHTS_PX = (18, 21, 25, 30, 36, 43, 52, 62, 75)
 """Apparent heights that are tried, in pixels of a frame 320 wide."""
@@ -31,7 +31,7 @@ FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class Prospect:
+class RangePrediction:
     """How well a print will be found.
 
     Attributes:
@@ -48,12 +48,12 @@ class Prospect:
         return self.height_px is None or self.height_px > 1.4 * USUAL_HEIGHT_PX
 
 
-def prospect(picture: Image) -> Prospect:
+def predict_range(picture: Image) -> RangePrediction:
     """Try the detector on a picture, BGR and at least 40 pixels high and wide; takes some tenths of a second."""
     matcher = CorrelationMatcher(picture)
     height_px = next((height for height in HEIGHTS_PX if _found(matcher, picture, height)), None)
-    found = Prospect(height_px, tuple(_reasons(picture)))
-    return found if found.hard else Prospect(height_px, ())
+    found = RangePrediction(height_px, tuple(_reasons(picture)))
+    return found if found.hard else RangePrediction(height_px, ())
 
 
 def _found(matcher: CorrelationMatcher, picture: Image, height: int) -> bool:

@@ -19,8 +19,8 @@ from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.operator import question
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT, ThesisPolicy
-from nxtdrive.cli.confirm import TerminalOperator
 from nxtdrive.cli.main import NOT_ACHIEVED, USAGE, main
+from nxtdrive.cli.terminal_operator import TerminalOperator
 from nxtdrive.recording.status_line import StatusLine
 
 MISSION = """

@@ -17,7 +17,7 @@ REFUSED = 3
 """Exit code of the program after it said why."""
 
 
-def try_apart(path: Path, options: Mapping[str, object]) -> None:
+def try_in_subprocess(path: Path, options: Mapping[str, object]) -> None:
     """Have another process load a model and look with it.
 
     Args:

@@ -52,7 +52,7 @@ def coarseness(picture: NDArray[np.float32]) -> float:
     return float((shared**2).sum()) / max(1e-6, power)
 
 
-def least_score(coarse: float, waves: float, area: float, *, core: bool) -> float:
+def min_score(coarse: float, waves: float, area: float, *, core: bool) -> float:
     """Return the score from which on a place is taken for the picture.
 
     Args:

@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager
 from nxtdrive.cli.options import number
 
 
-def add_crew_arguments(parser: argparse.ArgumentParser, default: int, default_words: str) -> None:
+def add_worker_arguments(parser: argparse.ArgumentParser, default: int, default_words: str) -> None:
     """Declare ``--workers`` and ``--dask``."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -28,7 +28,7 @@ def add_crew_arguments(parser: argparse.ArgumentParser, default: int, default_wo
     )
 
 
-def crew(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
+def open_workers(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
     """Return the executor, its number of workers, and a function that watches over them."""
     if args.dask:
         from nxtdrive.tools.sweep.cluster import Cluster

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 
 
-class Wheel:
+class DriverArbiter:
     """The right to drive by hand.
 
     Args:

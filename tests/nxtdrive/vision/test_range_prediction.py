@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from nxtdrive.mission.checking import check_mission
-from nxtdrive.vision.detectors.prospect import USUAL_HEIGHT_PX, prospect
+from nxtdrive.vision.detectors.range_prediction import USUAL_HEIGHT_PX, predict_range
 
 
 def words():
@@ -22,26 +22,26 @@ def pale(picture):
 
 
 def test_a_portrait_is_found_from_the_usual_distance(astronaut):
-    found = prospect(astronaut)
+    found = predict_range(astronaut)
     assert found.height_px <= USUAL_HEIGHT_PX
     assert not found.hard
     assert found.reasons == ()
 
 
 def test_small_words_are_hard_to_find_because_their_details_are_small():
-    found = prospect(words())
+    found = predict_range(words())
     assert found.hard
     assert any("details are small" in reason for reason in found.reasons)
 
 
 def test_a_pale_picture_is_hard_to_find_because_of_its_contrast(astronaut):
-    found = prospect(pale(astronaut))
+    found = predict_range(pale(astronaut))
     assert found.hard
     assert any("little contrast" in reason for reason in found.reasons)
 
 
 def test_the_same_picture_has_the_same_prospect(astronaut):
-    assert prospect(astronaut) == prospect(astronaut)
+    assert predict_range(astronaut) == predict_range(astronaut)
 
 
 def mission(folder, height_mm=297, **pictures):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nxtdrive.vision.detectors.chance import coarseness, distinctness, least_score
+from nxtdrive.vision.detectors.score_threshold import coarseness, distinctness, min_score
 
 DETAILS = np.random.default_rng(3).uniform(0, 255, (24, 17, 3)).astype(np.float32)
 
@@ -30,10 +30,10 @@ def test_a_picture_without_contrast_is_not_coarse():
 
 @pytest.mark.parametrize("core", [False, True])
 def test_coarse_pictures_few_waves_and_few_pixels_need_a_higher_score(core):
-    usual = least_score(0.3, 20, 600, core=core)
-    assert least_score(0.6, 20, 600, core=core) > usual
-    assert least_score(0.3, 4, 600, core=core) > usual
-    assert least_score(0.3, 20, 150, core=core) > usual
+    usual = min_score(0.3, 20, 600, core=core)
+    assert min_score(0.6, 20, 600, core=core) > usual
+    assert min_score(0.3, 4, 600, core=core) > usual
+    assert min_score(0.3, 20, 150, core=core) > usual
 
 
 def test_stripes_have_fewer_waves_than_a_portrait(astronaut):
