@@ -109,7 +109,7 @@ class AdaptiveParameters(Table):
         in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
             seen and can be reached sooner may come first.
         fixed_wait_s: Length of every wait; without it, waits are as long as pays.
-        chances: How often choices came true in runs of your own and how often not: a file of `nxtdrive chances`.
+        chances: How often choices succeeded in runs of your own: a file written by `nxtdrive chances`.
     """
 
     cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
@@ -142,12 +142,12 @@ class MissionTable(Table):
     Attributes:
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
-        profile: How to behave: adaptive, exactly as the thesis does, or as a profile from elsewhere (docs/profiles.md).
+        profile: How to behave: adaptive, thesis, or a profile of your own (docs/profiles.md).
         rounds: Rounds of the list at most; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer.
-        robot_file: A robot file beside this one; keys of [robot] and [camera] in this file take precedence over it.
+        robot_file: A robot file in the folder of this one; keys of [robot] and [camera] in this file take precedence.
     """
 
     name: str = "mission"

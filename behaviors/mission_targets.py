@@ -1,4 +1,4 @@
-"""The targets of a mission file: what each kind of detector is told."""
+"""The targets of a mission file: the options of each kind of detector."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class ApproachSkill:
     Args:
         perception: What to work with.
         trusts_map: Whether an obstacle on the map stops it, too.
-        stands: Whether it goes on in verify, where the robot stands before what may be the target.
+        stands: Whether it continues in verify, where the robot stands in front of what may be the target.
     """
 
     def __init__(self, perception: Perception, *, trusts_map: bool, stands: bool = False) -> None:

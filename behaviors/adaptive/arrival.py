@@ -51,7 +51,7 @@ class Arrival:
 
     Args:
         perception: What to work with.
-        stands: Whether the robot stands before what may be the target.
+        stands: Whether the robot stands in front of what may be the target.
 
     Attributes:
         stands: The same, now.
@@ -137,7 +137,7 @@ class Arrival:
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def stand(self, observation: Observation) -> Failure | None:
-        """Note that the robot stands before it; give up when it has stood for long."""
+        """Note that the robot stands in front of it; give up when it has stood there for long."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
         return self._mistaken(observation) if self._stood_for(observation, 2 * N.decide_s) else None

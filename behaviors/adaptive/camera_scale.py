@@ -5,7 +5,7 @@ makes those of its target wrong. Both are learned as one factor for each target,
 the last one. Of a target whose height is only guessed, the factor says how wrong the guess is; it begins with no more
 than that, and no other target begins with it.
 
-What gives the echo may stand before the target or behind it. As the robot drives up to it, echo and size change in
+What gives the echo may be in front of the target or behind it. As the robot drives up to it, echo and size change in
 proportion all the same; so the offset between both is estimated beside the factor.
 """
 

@@ -1,4 +1,4 @@
-"""How often choices come true: counts from earlier missions, and the chance of a candidate that follows from them.
+"""How often choices succeed: counts from earlier missions, and the chance of a candidate that follows from them.
 
 Counts are kept for each situation: a choice, the chance that the world model gives it, the failure's name, and how many
 choices in a row led to no approach. Rare situations take after the more common ones that they are part of.
@@ -29,7 +29,7 @@ OWN_PRIOR = 10.0
 NO_ESTIMATE = "-"
 
 Counts = Mapping[str, Sequence[int]]
-"""How often a choice came true, and how often not, by situation."""
+"""How often a choice succeeded, and how often not, by situation."""
 
 
 class Chances:

@@ -40,7 +40,7 @@ class AdaptivePolicy:
             most after one kind of failure.
         fixed_wait_s: Length of every wait; None to compute it.
         max_researches: Searches for one target after the first, in each round; None for no limit.
-        chances: How often choices come true.
+        chances: How often choices succeed.
     """
 
     search_budget_s: float = 42.0

@@ -1,8 +1,8 @@
 """How far the robot really turns: heard in a turn on the spot that goes beyond a full one.
 
-The track by ruler, a worn tyre or a smooth floor let a robot turn some per cent more or less than its wheels say, and
-after a few looks round its map lies askew. Beyond a full turn the sonar hears everything a second time: how far apart
-both times are by the wheels tells how far the robot has turned by them for 360 degrees.
+An axle track measured with a ruler, a worn tyre or a smooth floor makes a robot turn a few per cent more or less than
+its wheel counts say, and after a few scans its map is rotated. Beyond a full turn the sonar receives each echo again:
+the angle between both times by the wheel counts is what they say for 360 degrees.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``nxtdrive chances``: how often the choices of runs came true."""
+"""``nxtdrive chances``: how often the choices of runs succeeded."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nxtdrive.recording.predictions import Prediction
 
 DESCRIPTION = """\
-Count how often the choices of the adaptive profile came true in runs of yours, or in
+Count how often the choices of the adaptive profile succeeded in runs of yours, or in
 the missions of a sweep, beside the chances that it gave them. With --out, keep the
 counts in a file; a mission with chances = "FILE" in its table [adaptive] uses them
 beside those that come with nxtdrive. docs/adaptive.md explains both."""
@@ -93,14 +93,14 @@ def _text(sources: list[dict[str, Any]], numbers: dict[str, list[int]]) -> str:
 
 
 def _show(found: Iterable[Prediction]) -> None:
-    """Print the chances of each choice, and how often it came true."""
+    """Print the chances of each choice, and how often it succeeded."""
     from rich.table import Table
 
     groups: dict[str, list[Prediction]] = {}
     for each in found:
         groups.setdefault(each.choice, []).append(each)
     table = Table()
-    for column in ("choice", "number", "chance", "came true"):
+    for column in ("choice", "number", "chance", "succeeded"):
         table.add_column(column)
     for choice, group in sorted(groups.items()):
         chance, true = (

@@ -59,7 +59,7 @@ COMMANDS = {
     "calibrate": ("calibrate", "measure how the robot is built, and write it to a robot file"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
     "what-if": ("what_if", "say what every other candidate of a decision would have cost"),
-    "chances": ("chances", "count how often the choices of runs came true"),
+    "chances": ("chances", "count how often the choices of runs succeeded"),
     "export": ("export", "write a run as a replay in one HTML file, as MCAP, CSV or video"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "doctor": ("doctor", "check computer and brick, and say how to fix what is wrong"),

@@ -128,7 +128,7 @@ def _described(mission: Mission) -> str:
     lines = ["Parameters; * marks those that the mission or its robot file sets, the others are defaults"]
     profile = mission.mission.profile
     built_in = {ADAPTIVE, THESIS}
-    idle = built_in - {profile} if profile in built_in else set[str]()  # one from elsewhere may use either table
+    idle = built_in - {profile} if profile in built_in else set[str]()  # a custom one may use either table
     width = max(len(name) for table in tables.values() for name in type(table).model_fields)
     for title, table in tables.items():
         lines += ["", printable(f"[{title}]") + f"   no effect: the profile is {profile}" * (title in idle)]

@@ -206,7 +206,7 @@ def _draw_map(args: argparse.Namespace) -> int:
 
 
 def _policies(names: Sequence[str]) -> list[str]:
-    """Return the names if each is a policy of the sweep or a profile from elsewhere, whose class can be loaded."""
+    """Return the names if each is a policy of the sweep or a custom profile whose class can be loaded."""
     from behaviors.mission import MissionError
     from behaviors.profile_names import installed_profiles
     from behaviors.profiles.registry import find_profile

@@ -50,7 +50,7 @@ class RunReview:
     Attributes:
         hints: What to check or change, one sentence or two each.
         arrivals: For each target that was reached: ``target``, ``time_s``, ``believed_mm`` by its size, ``sonar_mm`` or
-            None; in the simulator also ``true_mm`` and ``there``, whether it really stands before the target.
+            None; in the simulator also ``true_mm`` and ``there``, whether it really stands in front of the target.
     """
 
     def __init__(

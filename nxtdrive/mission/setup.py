@@ -218,7 +218,7 @@ def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | Non
 
     Args:
         brick: A simulated one.
-        mission: Its camera and the heights of its targets, as it believes them.
+        mission: Its camera and the heights of its targets, as its file states them.
         sensor: Takes the place of the simulated camera's.
 
     Raises:

@@ -67,7 +67,7 @@ def _came_true(decision: Decision) -> bool | None:
 
 
 def counts(found: Iterable[Prediction]) -> dict[str, list[int]]:
-    """Return how often choices came true and how often not, by situation."""
+    """Return how often choices succeeded and how often not, by situation."""
     numbers: dict[str, list[int]] = {}
     for each in found:
         if each.situation:

@@ -160,8 +160,8 @@ class GeometricEyes:
         sensor: Computes what a detector would find.
         clock: A look waits on it for the next frame, as a camera would.
         heights_mm: Real height of each target, by name.
-        pinhole: The camera's geometry as the mission believes it; by default that of a common webcam.
-        latency_s: Time from the exposure of a frame to its arrival, as the mission believes it.
+        pinhole: The camera's geometry according to the mission; by default that of a common webcam.
+        latency_s: Time from the exposure of a frame to its arrival, according to the mission.
         confirmation: Makes the rule by which one target is confirmed.
     """
 

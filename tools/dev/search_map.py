@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("seed", metavar="SEED", type=int)
     parser.add_argument("--from", dest="start_s", metavar="S", type=float, default=0.0, help="first moment, seconds")
     parser.add_argument("--to", dest="end_s", metavar="S", type=float, default=math.inf, help="last moment, seconds")
-    parser.add_argument("--most", metavar="N", type=int, default=3, help="draw at most so many decisions")
+    parser.add_argument("--most", metavar="N", type=int, default=3, help="draw at most this many decisions")
     parser.add_argument("--out", type=Path, required=True)
     args = parser.parse_args(argv)
     maps: list[Image] = []

@@ -27,7 +27,7 @@ class Bin:
         high: Largest one.
         number: Number of predictions.
         predicted: Their mean chance.
-        came_true: Share that came true.
+        came_true: Share that succeeded.
     """
 
     low: float
@@ -38,7 +38,7 @@ class Bin:
 
 
 def reliability(values: NDArray[np.float64]) -> list[Bin]:
-    """Return the bins with predictions; the columns are the chance and whether it came true."""
+    """Return the bins with predictions; the columns are the chance and whether it succeeded."""
     places = np.minimum((values[:, 0] * BINS).astype(int), BINS - 1)
     return [
         Bin(i / BINS, (i + 1) / BINS, len(part), float(part[:, 0].mean()), float(part[:, 1].mean()))
@@ -66,7 +66,7 @@ def _error(values: NDArray[np.float64]) -> float:
 
 
 def pairs(lines: Sequence[Line], choice: str = "") -> NDArray[np.float64]:
-    """Return the chance, and whether it came true, of all predictions or those for one choice."""
+    """Return the chance, and whether it succeeded, of all predictions or those for one choice."""
     found = [
         (each["chance"], float(each["came_true"]))
         for line in lines

@@ -76,7 +76,7 @@ def equipped(policy: str, mission: Mission) -> Mission:
 
 
 def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
-    """Run a mission with a policy or with a profile from elsewhere; only oracles get the simulation."""
+    """Run a mission with a policy or with a custom profile; only oracles get the simulation."""
     if policy in ORACLES:
         return ORACLES[policy](robot, simulation).run()
     known = POLICIES.get(policy) or ABLATIONS.get(policy)

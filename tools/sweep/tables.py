@@ -38,7 +38,7 @@ from .summary import (
 Rows = list[list[str]]
 BAR = 20
 """Characters of a bar from 0 to 1."""
-CHANCE_COLUMNS = ["policy", "chances", "choices", "predicted", "came true", "0" + "1".rjust(BAR)]
+CHANCE_COLUMNS = ["policy", "chances", "choices", "predicted", "succeeded", "0" + "1".rjust(BAR)]
 
 POLICY_COLUMNS = [
     "policy",
@@ -173,7 +173,7 @@ def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
 
 
 def chance_rows(lines: Sequence[Line]) -> Rows:
-    """Return the reliability diagram: for each policy and range of chances their mean, and the share that came true."""
+    """Return the reliability diagram: for each policy and range of chances their mean, and the share that succeeded."""
     rows = []
     for policy, group in _by_policy(lines).items():
         for each in reliability(pairs(group)):
@@ -185,7 +185,7 @@ def chance_rows(lines: Sequence[Line]) -> Rows:
 
 
 def calibration_rows(lines: Sequence[Line]) -> Rows:
-    """Return each policy's expected calibration error, and by choice the mean chance and the share that came true."""
+    """Return each policy's expected calibration error, and by choice the mean chance and the share that succeeded."""
     rows = []
     for policy, group in _by_policy(lines).items():
         if not (error := calibration_error(group)).number:
@@ -217,8 +217,8 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if chances := calibration_rows(lines):
         columns = ["policy", "ECE [95 %]", *RECOVERIES]
-        _print(console, "chances: mean predicted / came true", columns, chances)
-        _print(console, "reliability: | predicted, # came true", CHANCE_COLUMNS, chance_rows(lines), keys=2)
+        _print(console, "chances: mean predicted / succeeded", columns, chances)
+        _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
         _print(console, "beyond the thesis, paired [95 %]", ["policy", *HEADLINE], differences)
     if covered := coverage_words(lines):

@@ -1,4 +1,4 @@
-"""``nxtdrive chances``: counts how often the choices of runs came true."""
+"""``nxtdrive chances``: counts how often the choices of runs succeeded."""
 
 from __future__ import annotations
 
