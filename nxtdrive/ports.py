@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, TypeVar
 
 from firmware_protocol.enums import InputPort, OutputPort
@@ -46,7 +47,8 @@ def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
         LocalProtocolError: It is not a number from `minimum` to `maximum`; the message names it.
     """
     if not isinstance(value, int | float) or isinstance(value, bool) or not minimum <= value <= maximum:
-        raise LocalProtocolError(f"{name} must be from {minimum:g} to {maximum:g}, not {value!r}.")
+        bounds = "a number" if (minimum, maximum) == (-math.inf, math.inf) else f"from {minimum:g} to {maximum:g}"
+        raise LocalProtocolError(f"{name} must be {bounds}, not {value!r}.")
     return value
 
 

@@ -43,6 +43,8 @@ STANDING_SHARE = 0.02
 TURN_RANGE_DEG = 3600.0
 STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions are mistakes in the unit."""
+DRIVE_RANGE = 1e6
+"""Largest speed, mm/s, and turn rate, deg/s, of `drive`: any number that may have been meant."""
 
 
 S = TypeVar("S", bound=Sensor)
@@ -190,8 +192,8 @@ class Rover:
             None; or with motors braked the reason of the safety stop, or STALLED if a wheel has stood for 0.7 s
             although it should turn at 20 deg/s or more. The next call is another try.
         """
-        in_range("speed_mm_s", speed_mm_s, -math.inf, math.inf)
-        in_range("turn_deg_s", turn_deg_s, -math.inf, math.inf)
+        in_range("speed_mm_s", speed_mm_s, -DRIVE_RANGE, DRIVE_RANGE)
+        in_range("turn_deg_s", turn_deg_s, -DRIVE_RANGE, DRIVE_RANGE)
         self._link.motions.claim(self._ports)
         if self._correction is not None and not self._driving:
             self.pose()

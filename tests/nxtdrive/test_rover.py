@@ -9,6 +9,7 @@ from firmware_protocol.direct import ResetMotorPosition, SetInputMode
 from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, LinkError, LinkTimeout, LocalProtocolError
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
+from nxtdrive.ports import in_range
 from sim_backend.devices import TouchSensor, UltrasonicSensor
 from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
@@ -337,10 +338,23 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         Rover(lab().brick.link, **parts)
 
 
-@pytest.mark.parametrize("motion", [lambda rover: rover.straight(1e6), lambda rover: rover.turn(math.nan)])
+@pytest.mark.parametrize(
+    "motion",
+    [
+        lambda rover: rover.straight(1e6),
+        lambda rover: rover.turn(math.nan),
+        lambda rover: rover.drive(math.inf, 0.0),
+        lambda rover: rover.drive(100.0, math.nan),
+    ],
+)
 def test_motions_beyond_reason_are_refused(lab, motion):
-    with pytest.raises(LocalProtocolError):
+    with pytest.raises(LocalProtocolError, match="must be from"):
         motion(Rover(lab().brick.link))
+
+
+def test_a_setting_that_is_no_number_is_refused_as_one():
+    with pytest.raises(LocalProtocolError, match="must be a number, not nan"):
+        in_range("speed_mm_s", math.nan, -math.inf, math.inf)
 
 
 def test_a_counter_that_is_reset_is_no_motion(lab):
