@@ -12,7 +12,7 @@ from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.adaptive.retreat import Retreat
 from behaviors.events import Event, Fact, Reason
-from behaviors.failures import Failure
+from behaviors.failures import Blocker, Failure
 from behaviors.ports import Point, StopReason
 from behaviors.skills import sighted
 
@@ -85,6 +85,7 @@ class FollowPathSkill:
         self._stops = 0
         self._end_s = self._promised_s = math.inf
         self._retreat: Retreat | None = None
+        self._blocker: Blocker | None = None
 
     def call(self) -> Fact:
         """Drive there; the robot is at rest afterwards."""
@@ -166,7 +167,10 @@ class FollowPathSkill:
         perception = self._perception
         self._stops += 1
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
+        self._blocker = None
         if near_mm is not None:
+            if stop is StopReason.OBSTACLE and perception.world.floor.came(perception.world.pose, near_mm):
+                self._blocker = Blocker(near_mm, moving=True, hides=True)
             perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
             self._retreat = Retreat(perception, N.retreat_mm, stop)
@@ -204,6 +208,9 @@ class FollowPathSkill:
     def _no_path(self, observation: Observation) -> Fact:
         """There is no path; from far enough along the old one it is worth looking round, too."""
         world = self._perception.world
+        if self._blocker is not None:
+            measured = {"range_mm": observation.range_mm, "stops": self._stops}
+            return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, measured, self._blocker)
         if math.dist(world.here, self._begin) >= N.far_enough_mm:
             self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})

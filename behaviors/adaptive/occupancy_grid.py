@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,7 @@ class GridNumbers:
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
         came_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
             what came there may leave, too.
+        came_cells: What came stands where the floor was free this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
         block: Evidence of such an obstacle: a few echoes clear it.
     """
@@ -87,6 +89,7 @@ class GridNumbers:
     unknown_hides_mm: float = 2500.0
     fades_s: float = 240.0
     came_fades_s: float = 45.0
+    came_cells: tuple[float, ...] = (0.5, 1.5)
     block_radius_mm: float = 250.0
     block: float = 2.2
 
@@ -224,6 +227,12 @@ class OccupancyGrid:
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
         self._came[window] |= inside & self._was_free[window]
+
+    def came(self, pose: Pose, range_mm: float) -> bool:
+        """Whether what gives an echo stands where the floor was free all along its arc, and behind it."""
+        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.came_cells)
+        sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
+        return all(self._was_free[cell(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 
     def sight(
         self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm

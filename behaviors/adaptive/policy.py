@@ -104,10 +104,12 @@ class AdaptivePolicy:
         if wait_s >= N.shortest_wait_s:
             other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
-            chance, situation = self.chances.of(WAIT, evidence, leaves)
+            then = evidence.blocked
+            chance, situation = self.chances.of(WAIT, evidence, leaves * then.chance if then else leaves)
             choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)
             otherwise_s = past.expected_s if past else None
-            yield Candidate(choice, cost_s(things, wait_s, 0.0), chance, otherwise_s, situation)
+            seconds = cost_s(things, wait_s, 0.0) + (then.seconds if then else 0.0)
+            yield Candidate(choice, seconds, chance, otherwise_s, situation)
         if past:
             yield past
 

@@ -16,7 +16,7 @@ from behaviors.adaptive.scan import ScanSkill
 from behaviors.adaptive.wait_rescan import RescanSkill, WaitSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Fact, Reason
-from behaviors.evidence import Evidence
+from behaviors.evidence import Evidence, Viewpoint
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Point
@@ -92,6 +92,7 @@ class AdaptiveProfile:
         self._pursued_s = 0.0
         self._eyes_only_s: float | None = None
         self._decided: tuple[float, Point] | None = None
+        self._destined: Viewpoint | None = None
 
     @classmethod
     def own_policy(cls, mission: Mission) -> RecoveryPolicy:
@@ -122,6 +123,7 @@ class AdaptiveProfile:
             self._begin_pursuit()
             return ScanSkill(self._perception)
         if state == "arrive":
+            self._destined = None
             self.world.attempts.approached(self._queue.target)
         if state in ("arrive", "verify"):
             return ApproachSkill(self._perception, trusts_map=self._trusts_map(), stands=state == "verify")
@@ -147,6 +149,7 @@ class AdaptiveProfile:
             targets_left=1 + len(self._queue.later),
             spent_s=self._spent_s(target),
             blocker=world.blocker,
+            blocked=self._destined if world.blocker and world.blocker.hides else None,
             detour=candidates.detour(target) if world.blocker and self._profile.detours else None,
             here=candidates.here(target),
             viewpoints=candidates.viewpoints(target),
@@ -164,6 +167,8 @@ class AdaptiveProfile:
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = self._policy.select(evidence)
         destination = choice.route[-1] if choice.route else None
+        if choice.kind is not WAIT:
+            self._destined = next((each for each in evidence.viewpoints if each.route == choice.route), None)
         self.world.attempts.chose(evidence.target, choice.kind.name, self.world.here, destination)
         self._decided = self._perception.now(), self.world.here
         return choice

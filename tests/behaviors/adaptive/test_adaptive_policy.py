@@ -94,6 +94,16 @@ def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Eviden
             id="the way is shut, and that to another target is not",
         ),
         pytest.param(_blocked(LOW, 4.0, targets_left=2, others=(NEAR,)), DETOUR, id="going round takes less than that"),
+        pytest.param(
+            _blocked(PERSON, None, blocked=GOOD, viewpoints=(POOR,)),
+            WAIT,
+            id="the place that somebody stands before is worth the wait",
+        ),
+        pytest.param(
+            _blocked(PERSON, None, blocked=POOR, viewpoints=(GOOD,)),
+            MOVE_TO,
+            id="another place promises more than the one that somebody stands before",
+        ),
     ],
 )
 def test_what_is_chosen(evidence, kind):
@@ -110,6 +120,13 @@ def test_it_moves_to_the_place_that_promises_most_for_its_time():
 def test_a_detour_goes_along_its_way_and_a_wait_has_its_time():
     assert POLICY.select(_blocked(LOW, 8.0)).route == ROUTE
     assert POLICY.select(_blocked(PERSON, 25.0)).wait_s > 0.0
+
+
+def test_a_wait_for_a_way_to_a_place_takes_the_look_round_there_as_well():
+    (plain_wait,) = POLICY.options(_blocked(PERSON, None))
+    (wait,) = POLICY.options(_blocked(PERSON, None, blocked=GOOD))
+    assert wait.seconds == plain_wait.seconds + GOOD.seconds
+    assert wait.chance < plain_wait.chance
 
 
 def test_it_names_the_target_that_can_be_had_soonest():
@@ -142,6 +159,7 @@ EVIDENCE = st.builds(
     blocker=st.none()
     | st.builds(Blocker, _thousandths(0.0, 2550.0), _thousandths(0.0, 300.0), st.booleans(), st.booleans()),
     detour=st.none() | st.builds(Detour, _thousandths(0.5, 120.0), ROUTES),
+    blocked=st.none() | st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES, ROUTES),
     here=st.none() | st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES),
     viewpoints=st.lists(st.builds(Viewpoint, TIMES_S, _thousandths(1.0, 20.0), CHANCES, ROUTES), max_size=3).map(tuple),
     others=st.lists(st.builds(AlternativeTarget, st.just("rilakkuma"), TIMES_S, TIMES_S, CHANCES), max_size=1).map(

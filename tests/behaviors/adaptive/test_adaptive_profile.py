@@ -21,6 +21,7 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker, Failure, TargetFinding
+from behaviors.journal import Kind
 from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import LEAST_S, AdaptiveProfile
 from behaviors.skills import SkillContext
@@ -28,6 +29,7 @@ from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.simulated.robot import GEOMETRIC, build_robot
 from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -224,3 +226,15 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
             perception.step()
         assert (perception.lost_after_s > perception.profile.lost_after_s) == slow
         assert (perception.steering_deg_s(10.0, 2.0) < 20.0) == slow
+
+
+@pytest.mark.slow
+def test_who_comes_into_the_only_door_is_waited_for():
+    """The place beyond is worth it; nothing else in the room is."""
+    trace, referee = perform(draw_scenario("doorway", 105), "adaptive", "geometric")
+    waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
+    evidence = waits[0].data["evidence"]
+    assert evidence["reason"] == Reason.NO_WAY
+    assert evidence["blocker"]["moving"]
+    assert evidence["blocked"]["chance"] > 0.0
+    assert trace.ending == "achieved"

@@ -167,6 +167,24 @@ def test_what_came_to_where_the_floor_was_free_fades_sooner_than_what_stood_ther
     assert _evidence_at(floor, *came) < GRID.solid < _evidence_at(floor, *stood)
 
 
+@pytest.mark.parametrize(
+    ("free_mm", "turned_deg", "came"),
+    [
+        pytest.param(1200.0, 0.0, True, id="the floor was free there and behind"),
+        pytest.param(550.0, 0.0, False, id="the floor was free up to there only"),
+        pytest.param(1200.0, 25.0, False, id="one end of the arc was never free"),
+        pytest.param(None, 0.0, False, id="nothing is known"),
+    ],
+)
+def test_something_came_if_the_floor_was_free_all_along_its_arc_and_behind_it(free_mm, turned_deg, came):
+    floor = OccupancyGrid()
+    if free_mm is not None:
+        _listen(floor, free_mm)
+    floor.fade(0.0)
+    floor.fade(2.0)
+    assert floor.came(Pose(heading_deg=turned_deg), 500.0) is came
+
+
 def test_the_first_look_at_the_clock_fades_nothing():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
