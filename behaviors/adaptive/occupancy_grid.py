@@ -137,12 +137,18 @@ class OccupancyGrid:
 
     def keep(self) -> None:
         """Keep a copy of what is known now."""
-        self._kept = self.evidence.copy(), self._heard_deg.copy()
+        self._kept = tuple(each.copy() for each in self._layers)
 
     def recall(self) -> None:
         """Go back to the copy that was kept."""
-        evidence, heard_deg = self._kept
-        self.evidence, self._heard_deg, self._last = evidence.copy(), heard_deg.copy(), None
+        for layer, kept in zip(self._layers, self._kept, strict=True):
+            layer[:] = kept
+        self._last = None
+
+    @property
+    def _layers(self) -> tuple[NDArray[np.generic], ...]:
+        """All that is known of the cells."""
+        return self.evidence, self._heard_deg, self._was_free, self._came
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""

@@ -185,6 +185,19 @@ def test_something_came_if_the_floor_was_free_all_along_its_arc_and_behind_it(fr
     assert floor.came(Pose(heading_deg=turned_deg), 500.0) is came
 
 
+def test_what_was_taken_back_was_never_free():
+    """A map that was heard at wrong headings says nothing about what has come since."""
+    floor = OccupancyGrid()
+    floor.fade(0.0)
+    floor.keep()
+    _listen(floor, 1200.0)
+    floor.fade(2.0)
+    assert floor.came(ORIGIN, 500.0)
+    floor.recall()
+    assert not floor.came(ORIGIN, 500.0)
+    assert not floor.evidence.any()
+
+
 def test_the_first_look_at_the_clock_fades_nothing():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
