@@ -189,6 +189,7 @@ class Candidate:
         seconds: How long that is expected to take.
         chance: Probability that it succeeds, 0..1.
         otherwise_s: Expected seconds for one success after it has failed; None for the same again and again.
+        then_s: Expected seconds after its success, if that only clears the way for something else.
         situation: What `behaviors.adaptive.chances` counts its outcome under; empty for nothing.
     """
 
@@ -196,14 +197,15 @@ class Candidate:
     seconds: float
     chance: float
     otherwise_s: float | None = None
+    then_s: float = 0.0
     situation: str = ""
 
     @property
     def expected_s(self) -> float:
         """Expected seconds for one success with unlimited attempts; infinity without a chance."""
         if self.otherwise_s is not None:
-            return self.seconds + (1.0 - self.chance) * self.otherwise_s
-        return self.seconds / self.chance if self.chance > 0 else math.inf
+            return self.seconds + self.chance * self.then_s + (1.0 - self.chance) * self.otherwise_s
+        return self.seconds / self.chance + self.then_s if self.chance > 0 else math.inf
 
     def record(self) -> dict[str, float | None]:
         """Return its numbers as plain values; JSON knows no infinity, which becomes None."""

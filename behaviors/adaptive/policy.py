@@ -104,14 +104,21 @@ class AdaptivePolicy:
         if wait_s >= N.shortest_wait_s:
             other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
             leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
-            then = evidence.blocked
-            chance, situation = self.chances.of(WAIT, evidence, leaves * then.chance if then else leaves)
+            chance, situation = self.chances.of(WAIT, evidence, leaves)
             choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)
-            otherwise_s = past.expected_s if past else None
-            seconds = cost_s(things, wait_s, 0.0) + (then.seconds if then else 0.0)
-            yield Candidate(choice, seconds, chance, otherwise_s, situation)
+            otherwise_s, then_s = past.expected_s if past else None, self._look_beyond_s(evidence)
+            yield Candidate(choice, cost_s(things, wait_s, 0.0), chance, otherwise_s, then_s, situation)
         if past:
             yield past
+
+    def _look_beyond_s(self, evidence: Evidence) -> float:
+        """Return the expected seconds for a success by looking from the place that the blocker stands before."""
+        place = evidence.blocked
+        if place is None:
+            return 0.0
+        best = max(each.chance for each in (place, *evidence.viewpoints))
+        chance, _ = self.chances.of(MOVE_TO, evidence, place.chance, best)
+        return place.seconds / chance if chance > 0 else math.inf
 
     def _others(self, evidence: Evidence) -> Iterator[Candidate]:
         for each in evidence.others:

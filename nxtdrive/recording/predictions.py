@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from behaviors.events import Reason
 from behaviors.journal import Record
 from behaviors.mission import Mission
 from behaviors.profiles.registry import PROFILES, make_policy
@@ -58,7 +59,12 @@ def _came_true(decision: Decision) -> bool | None:
         return None
     if outcome.result is Result.REACHED:
         return True
-    if choice.kind in (WAIT, DETOUR):
+    if choice.kind is WAIT:
+        ended = [step.reason for step in outcome.steps if step.state == WAIT.name]
+        if Reason.BLOCKED_LONG in ended:
+            return False
+        return None if outcome.result is Result.FINISHED and Reason.WAY_CLEAR not in ended else True
+    if choice.kind is DETOUR:
         return None if outcome.result is Result.FINISHED else outcome.detail != decision.reason
     wanted = choice.instead or decision.target
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
