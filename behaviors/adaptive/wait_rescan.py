@@ -18,6 +18,7 @@ class WaitNumbers:
     Attributes:
         blocked_mm: An echo from nearer still blocks the path: a little farther than what stops an approach, since
             echoes vary.
+        left_mm: No echo from this much beyond the blocker's is its own; beside a door stand its posts.
         before_mm: So does one that is this much nearer than the target: a little less than in an approach, for the same
             reason.
         clear: Clear echoes in a row after which the path is free when the target is in view.
@@ -29,6 +30,7 @@ class WaitNumbers:
     """
 
     blocked_mm: float = 650.0
+    left_mm: float = 250.0
     before_mm: float = 200.0
     clear: int = 2
     clear_unseen: int = 10
@@ -53,6 +55,9 @@ class WaitSkill:
         self._perception = perception
         self._left_s = wait_s
         self._clear = 0
+        self._limit_mm = N.blocked_mm
+        if (blocker := perception.world.blocker) is not None:
+            self._limit_mm = min(N.blocked_mm, blocker.range_mm + N.left_mm)
 
     def call(self) -> Fact:
         """Wait at rest; TARGET_SEEN or RECOVERY_DONE when the path is free, else RECOVERY_FAILED."""
@@ -83,7 +88,9 @@ class WaitSkill:
     def _blocked(self, observation: Observation) -> bool:
         world = self._perception.world
         known = world.targets.known.get(self._perception.target)
-        limit_mm = N.blocked_mm if known is None else min(N.blocked_mm, world.polar_to(known.place)[1] - N.before_mm)
+        limit_mm = self._limit_mm
+        if known is not None:
+            limit_mm = min(limit_mm, world.polar_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
