@@ -78,6 +78,8 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     if evidence.blocker:
         yield _blocker_words(evidence.blocker)
         yield _detour_words(evidence)
+    if evidence.blocked:
+        yield f"beyond it a place to look from: {evidence.blocked.chance:.0%} by the world model"
     if evidence.here:
         yield f"another look from here: {evidence.here.seconds:.0f} s, {evidence.here.chance:.0%} by the world model"
     if evidence.viewpoints:

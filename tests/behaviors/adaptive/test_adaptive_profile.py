@@ -17,9 +17,11 @@ from behaviors.adaptive.occupancy_grid import CELL_MM, cell
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import unheard_blocker
+from behaviors.adaptive.wait_rescan import N as WAIT
+from behaviors.adaptive.wait_rescan import WaitSkill
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
-from behaviors.evidence import Evidence
+from behaviors.evidence import Evidence, evidence_from
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.journal import Kind
 from behaviors.ports import Glimpse, Pose, Sighting
@@ -27,6 +29,7 @@ from behaviors.profiles.adaptive import LEAST_S, AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
+from nxtdrive.recording.wording import evidence_lines
 from nxtdrive.simulated.robot import GEOMETRIC, build_robot
 from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
@@ -228,13 +231,28 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
         assert (perception.steering_deg_s(10.0, 2.0) < 20.0) == slow
 
 
+@pytest.mark.parametrize(("nearer_mm", "ends"), [(300.0, Event.RECOVERY_DONE), (0.0, Event.RECOVERY_FAILED)])
+def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mocker, nearer_mm, ends):
+    """Who stood in a doorway has left when only its posts are heard."""
+    perception = bench.profile._perception
+    mocker.patch.object(perception.context.eyes, "glance", return_value=Glimpse(0.0, {}))
+    perception.context.body.straight(4000.0)
+    perception.context.body.straight(-300.0)
+    range_mm = perception.step().range_mm
+    assert range_mm < WAIT.blocked_mm
+    bench.world.blocker = Blocker(range_mm - nearer_mm, moving=True)
+    assert WaitSkill(perception, 3.0).call().event is ends
+
+
 @pytest.mark.slow
 def test_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
-    trace, referee = perform(draw_scenario("doorway", 105), "adaptive", "geometric")
+    trace, referee = perform(draw_scenario("doorway", 3007), "adaptive", "geometric")
     waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY
     assert evidence["blocker"]["moving"]
     assert evidence["blocked"]["chance"] > 0.0
+    told = list(evidence_lines(evidence_from(waits[0].target, evidence)))
+    assert any("beyond it a place to look from" in line for line in told)
     assert trace.ending == "achieved"
