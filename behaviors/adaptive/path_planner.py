@@ -204,7 +204,7 @@ def _span(used: NDArray[np.bool_]) -> slice:
 
 def _grown(mask: Mask, radius_mm: float) -> Mask:
     """Inflate a mask by a radius."""
-    cells = int(radius_mm / CELL_MM)
+    cells = int(radius_mm / CELL_MM) if mask.any() else 0
     grown = mask.copy()
     for i in range(-cells, cells + 1):
         for j in range(-cells, cells + 1):

@@ -39,7 +39,8 @@ def runs(tmp_path_factory) -> dict[str, Path]:
         mission = home / f"{profile}.toml"
         mission.write_text(MISSION.format(profile=profile), encoding="utf-8")
         out = home / profile
-        assert main(["run", str(mission), "--nxt", "sim://figure6", "--no-video", "--out", str(out)]) == DONE
+        robot = ["--nxt", "sim://figure6", "--camera", "geometric"]
+        assert main(["run", str(mission), *robot, "--no-video", "--out", str(out)]) == DONE
         (folders[profile],) = out.iterdir()
     return folders
 
