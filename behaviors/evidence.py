@@ -81,7 +81,7 @@ class Evidence:
         spent_s: Time spent on this target in this round without getting nearer to it.
         blocker: What is in the way, if anything.
         detour: A path around it, if there is one.
-        blocked: The place to look from that it stands before, if the robot was driving to one.
+        blocked: The place to look from that lies beyond it, if the robot was driving to one.
         here: What another look round from here promises, if anything.
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.

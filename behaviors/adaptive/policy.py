@@ -112,7 +112,7 @@ class AdaptivePolicy:
             yield past
 
     def _look_beyond_s(self, evidence: Evidence) -> float:
-        """Return the expected seconds for a success by looking from the place that the blocker stands before."""
+        """Return the expected seconds for a success by looking from the place beyond the blocker."""
         place = evidence.blocked
         if place is None:
             return 0.0

@@ -78,7 +78,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
     robot, camera = (mission.robot, mission.camera) if mission else (RobotTable(), CameraTable())
     scene, reader, here, stood = MapScene(floor=OccupancyGrid(robot)), EventReader(), START, Pose(math.inf)
     for record in records:
-        pose = _pose(record.data.get("pose"))
+        pose = pose_of(record)
         if pose is not None:
             here = pose
             scene.poses.append((here, record.state))
@@ -94,20 +94,31 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
 
 
 def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) -> None:
-    range_mm, sighting = _number(record.data.get("range_mm")), record.data.get("sighting")
+    range_mm = _number(record.data.get("range_mm"))
     if range_mm is None:
         scene.floor.no_echo(here)
     else:
         scene.echoes.append(here.ahead(scene.floor.sonar_forward_mm + range_mm))
         scene.floor.echo(here, range_mm)
-    if isinstance(sighting, dict):
-        distance_mm, bearing_deg = _number(sighting.get("distance_mm")), _number(sighting.get("bearing_deg"))
-        if distance_mm is not None and bearing_deg is not None and not sighting.get("bound"):
-            place = camera.lens_at(here).ahead(distance_mm, bearing_deg)
-            scene.sightings.setdefault(record.target, []).append(place)
+    place = sighted_at(record, here, camera)
+    if place is not None:
+        scene.sightings.setdefault(record.target, []).append(place)
 
 
-def _pose(value: object) -> Pose | None:
+def sighted_at(record: Record, here: Pose, camera: CameraTable) -> Point | None:
+    """Return where a look located the target; None if it did not see it, or tells only how far away it is at most."""
+    sighting = record.data.get("sighting")
+    if not isinstance(sighting, dict) or sighting.get("bound"):
+        return None
+    distance_mm, bearing_deg = _number(sighting.get("distance_mm")), _number(sighting.get("bearing_deg"))
+    if distance_mm is None or bearing_deg is None:
+        return None
+    return camera.lens_at(here).ahead(distance_mm, bearing_deg)
+
+
+def pose_of(record: Record) -> Pose | None:
+    """Return where the robot was, if a record says it."""
+    value = record.data.get("pose")
     if not isinstance(value, list) or len(value) != 3:
         return None
     x_mm, y_mm, heading_deg = map(_number, value)

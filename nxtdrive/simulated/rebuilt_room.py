@@ -17,7 +17,7 @@ from behaviors.adaptive.occupancy_grid import CELL_MM
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
-from nxtdrive.recording.map_scene import MapScene, gather
+from nxtdrive.recording.map_scene import MapScene, gather, pose_of, sighted_at
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.world.world_file import WorldFile
 
@@ -111,10 +111,10 @@ class _Look:
 
 def _looks(records: Sequence[Record], mission: Mission) -> Iterator[_Look]:
     for record in records:
-        if record.kind is Kind.LOOK and record.target in mission.target:
-            scene = gather([record], mission)
-            for place in scene.sightings.get(record.target, []):
-                yield _Look(record.target, scene.poses[0][0], place)
+        pose = pose_of(record) if record.kind is Kind.LOOK else None
+        place = pose and sighted_at(record, pose, mission.camera)
+        if pose and place:
+            yield _Look(record.target, pose, place)
 
 
 def _targets(looks: Sequence[_Look], mission: Mission) -> dict[str, tuple[Point, float]]:

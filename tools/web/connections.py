@@ -1,4 +1,4 @@
-"""How many connections the web server keeps open, whoever opens them: their number is limited before any PIN."""
+"""Limits how many connections the web server keeps open, those of clients without the PIN included."""
 
 from __future__ import annotations
 

@@ -97,12 +97,12 @@ def _blocked(blocker: Blocker, extra_s: float | None, **known: object) -> Eviden
         pytest.param(
             _blocked(PERSON, None, blocked=GOOD, viewpoints=(POOR,)),
             WAIT,
-            id="the place that somebody stands before is worth the wait",
+            id="the place beyond a person is worth the wait",
         ),
         pytest.param(
             _blocked(PERSON, None, blocked=POOR, viewpoints=(GOOD,)),
             MOVE_TO,
-            id="another place promises more than the one that somebody stands before",
+            id="another place promises more than the one beyond a person",
         ),
     ],
 )
