@@ -62,8 +62,8 @@ class CandidateNumbers:
 N = CandidateNumbers()
 
 
-class Promise(NamedTuple):
-    """What a look round from a place promises.
+class ViewpointGain(NamedTuple):
+    """What a look round from a place gains.
 
     Attributes:
         place: Where.
@@ -138,14 +138,14 @@ class CandidateGenerator:
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
         # from elsewhere an approach would lead past where one failed lately
-        promises = self.promises(target)
-        found = [each for each in promises if self._world.new_approach(target, each.place)] or promises
+        gains = self.gains(target)
+        found = [each for each in gains if self._world.new_approach(target, each.place)] or gains
         found.sort(key=lambda each: -each.chance / (each.travel_s + N.scan_s))
         route_to = self._world.paths.route_to
         return tuple(Viewpoint(one.travel_s, N.scan_s, one.chance, route_to(one.place)) for one in found[: N.offered])
 
-    def promises(self, target: str) -> list[Promise]:
-        """Return what a look round from each place that is considered promises."""
+    def gains(self, target: str) -> list[ViewpointGain]:
+        """Return what a look round from each place that is considered gains."""
         world, paths = self._world, self._world.paths
         places = paths.places(N.spacing_mm, known=True)
         travel_s = paths.seconds_to(places) + N.turn_s
@@ -156,7 +156,7 @@ class CandidateGenerator:
             place = float(places[i, 0]), float(places[i, 1])
             if not world.tried(target, place):
                 chance = world.targets.chance_from(target, place) + N.opened * world.targets.opens_from(target, place)
-                found.append(Promise(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
+                found.append(ViewpointGain(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
         return found
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:

@@ -113,10 +113,10 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
             at = pixel(from_start(picture.at_mm, truth))
             cv2.drawMarker(image, at, BLUE, cv2.MARKER_TILTED_CROSS, 14, 2)
     _belief(image, world, evidence.target)
-    for promise in CandidateGenerator(world, mission.adaptive).promises(evidence.target):
-        x, y = pixel(promise.place)
-        cv2.putText(image, f"{1000 * promise.chance:.0f}", (x - 8, y + 3), 0, 0.33, BLACK)
-        cv2.putText(image, f"{promise.travel_s:.0f}", (x - 8, y + 13), 0, 0.28, GREEN)
+    for gain in CandidateGenerator(world, mission.adaptive).gains(evidence.target):
+        x, y = pixel(gain.place)
+        cv2.putText(image, f"{1000 * gain.chance:.0f}", (x - 8, y + 3), 0, 0.33, BLACK)
+        cv2.putText(image, f"{gain.travel_s:.0f}", (x - 8, y + 13), 0, 0.28, GREEN)
     cv2.circle(image, pixel(world.here), 10, BLACK, 2)
     for viewpoint in evidence.viewpoints:
         if viewpoint.route:
