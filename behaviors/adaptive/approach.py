@@ -166,7 +166,7 @@ class ApproachSkill:
         """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
-        sudden = world.echoes.was_free(world.pose, range_mm)
+        sudden = world.echoes.appeared(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return arrive_failed(reason, observation, blocker, hides=hides, sudden=sudden)
 

@@ -169,7 +169,7 @@ class FollowPathSkill:
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
         self._blocker = None
         if near_mm is not None:
-            if stop is StopReason.OBSTACLE and perception.world.floor.came(perception.world.pose, near_mm):
+            if stop is StopReason.OBSTACLE and perception.world.floor.appeared(perception.world.pose, near_mm):
                 self._blocker = Blocker(near_mm, moving=True, hides=True)
             perception.world.floor.block(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:

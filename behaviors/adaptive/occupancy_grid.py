@@ -55,9 +55,9 @@ class GridNumbers:
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing in one case out of e.
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
-        came_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
-            what came there may leave, too.
-        came_cells: What came stands where the floor was free this many cells behind its echo.
+        appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
+            what appeared there may leave, too.
+        appeared_cells: What appeared stands where the floor was free this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
         block: Evidence of such an obstacle: a few echoes clear it.
     """
@@ -88,8 +88,8 @@ class GridNumbers:
     behind: float = 0.1
     unknown_hides_mm: float = 2500.0
     fades_s: float = 240.0
-    came_fades_s: float = 45.0
-    came_cells: tuple[float, ...] = (0.5, 1.5)
+    appeared_fades_s: float = 45.0
+    appeared_cells: tuple[float, ...] = (0.5, 1.5)
     block_radius_mm: float = 250.0
     block: float = 2.2
 
@@ -132,7 +132,7 @@ class OccupancyGrid:
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
-        self._came: Mask = np.zeros((CELLS, CELLS), bool)
+        self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
         self.keep()
 
     def keep(self) -> None:
@@ -148,15 +148,15 @@ class OccupancyGrid:
     @property
     def _layers(self) -> tuple[NDArray[np.generic], ...]:
         """All that is known of the cells."""
-        return self.evidence, self._heard_deg, self._was_free, self._came
+        return self.evidence, self._heard_deg, self._was_free, self._appeared
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
                 self._was_free |= self.evidence < N.freest_silent
-                self._came &= self.evidence > 0.0
-                fades_s = np.where(self._came, N.came_fades_s, N.fades_s)
+                self._appeared &= self.evidence > 0.0
+                fades_s = np.where(self._appeared, N.appeared_fades_s, N.fades_s)
                 self.evidence *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
 
@@ -232,11 +232,11 @@ class OccupancyGrid:
         window, inside = _disc(x_mm, y_mm, N.block_radius_mm)
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
-        self._came[window] |= inside & self._was_free[window]
+        self._appeared[window] |= inside & self._was_free[window]
 
-    def came(self, pose: Pose, range_mm: float) -> bool:
-        """Whether what gives an echo stands where the floor was free all along its arc, and behind it."""
-        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.came_cells)
+    def appeared(self, pose: Pose, range_mm: float) -> bool:
+        """Whether what gives an echo stands where the map once was free: all along its arc, and behind it."""
+        depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.appeared_cells)
         sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
         return all(self._was_free[cell(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 

@@ -52,8 +52,10 @@ class RecentEchoes:
         while self._beams and self._beams[0][0] < now_s - N.kept_s:
             self._beams.popleft()
 
-    def was_free(self, pose: Pose, range_mm: float) -> bool:
-        """Whether all of an echo's arc was free lately: then what gives the echo came there since.
+    def appeared(self, pose: Pose, range_mm: float) -> bool:
+        """Whether what gives an echo came within the last seconds: all of its arc was free.
+
+        `OccupancyGrid.appeared` says it of the whole mission.
 
         What stands still and comes into the beam as the robot turns was not in earlier beams.
         """

@@ -81,8 +81,8 @@ class WaitSkill:
         waited_s = perception.now() - begun_s
         hides = not self._in_view()
         measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
-        came = range_mm is not None and perception.world.floor.came(perception.world.pose, range_mm)
-        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, moving=came, hides=hides)
+        appeared = range_mm is not None and perception.world.floor.appeared(perception.world.pose, range_mm)
+        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, moving=appeared, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _blocked(self, observation: Observation) -> bool:

@@ -3,7 +3,7 @@
     python -m tools.dev.search_map CLASS SEED [--from S] [--to S] [--most N] --out FILE.png
 
 One map for each decision: cells are red where the map has an obstacle and green where it is free, blue lines are the
-true walls, a blue cross the true target, violet discs the belief. Each place that is considered has its promise in
+true walls, a blue cross the true target, violet discs the belief. Each place that is considered has its gain in
 thousandths, black, and the seconds to get there, green; circles mark the robot (black) and the viewpoints that are
 offered (violet).
 """

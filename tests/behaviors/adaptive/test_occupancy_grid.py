@@ -154,21 +154,21 @@ def test_evidence_fades_to_about_a_third():
     np.testing.assert_allclose(floor.evidence, before / math.e, rtol=0.02, atol=1e-3)
 
 
-def test_what_came_to_where_the_floor_was_free_fades_sooner_than_what_stood_there():
+def test_what_appeared_where_the_floor_was_free_fades_sooner_than_what_stood_there():
     floor = OccupancyGrid()
     _listen(floor, 1200.0)
     floor.fade(0.0)
     floor.fade(2.0)
     floor.block(ORIGIN, 500.0)
     floor.block(Pose(heading_deg=90.0), 500.0)
-    came, stood = (600.0, 0.0), (0.0, 600.0)
-    assert _evidence_at(floor, *came) == _evidence_at(floor, *stood) > GRID.solid
-    floor.fade(2.0 + GRID.came_fades_s)
-    assert _evidence_at(floor, *came) < GRID.solid < _evidence_at(floor, *stood)
+    appeared, stood = (600.0, 0.0), (0.0, 600.0)
+    assert _evidence_at(floor, *appeared) == _evidence_at(floor, *stood) > GRID.solid
+    floor.fade(2.0 + GRID.appeared_fades_s)
+    assert _evidence_at(floor, *appeared) < GRID.solid < _evidence_at(floor, *stood)
 
 
 @pytest.mark.parametrize(
-    ("free_mm", "turned_deg", "came"),
+    ("free_mm", "turned_deg", "appeared"),
     [
         pytest.param(1200.0, 0.0, True, id="the floor was free there and behind"),
         pytest.param(550.0, 0.0, False, id="the floor was free up to there only"),
@@ -176,13 +176,13 @@ def test_what_came_to_where_the_floor_was_free_fades_sooner_than_what_stood_ther
         pytest.param(None, 0.0, False, id="nothing is known"),
     ],
 )
-def test_something_came_if_the_floor_was_free_all_along_its_arc_and_behind_it(free_mm, turned_deg, came):
+def test_something_appeared_if_the_floor_was_free_all_along_its_arc_and_behind_it(free_mm, turned_deg, appeared):
     floor = OccupancyGrid()
     if free_mm is not None:
         _listen(floor, free_mm)
     floor.fade(0.0)
     floor.fade(2.0)
-    assert floor.came(Pose(heading_deg=turned_deg), 500.0) is came
+    assert floor.appeared(Pose(heading_deg=turned_deg), 500.0) is appeared
 
 
 def test_what_was_taken_back_was_never_free():
@@ -192,9 +192,9 @@ def test_what_was_taken_back_was_never_free():
     floor.keep()
     _listen(floor, 1200.0)
     floor.fade(2.0)
-    assert floor.came(ORIGIN, 500.0)
+    assert floor.appeared(ORIGIN, 500.0)
     floor.recall()
-    assert not floor.came(ORIGIN, 500.0)
+    assert not floor.appeared(ORIGIN, 500.0)
     assert not floor.evidence.any()
 
 
