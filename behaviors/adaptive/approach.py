@@ -221,7 +221,7 @@ class ApproachSkill:
     def _touched(self, observation: Observation) -> Failure:
         """It ran into something that it neither saw nor heard: map it, and back off."""
         perception = self._perception
-        perception.world.floor.block(perception.world.pose, 0.0)
+        perception.world.floor.mark_obstacle(perception.world.pose, 0.0)
         hides = observation.sighting is None
         blocker = unheard_blocker(observation.range_mm, hides=hides)
         failure = arrive_failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)

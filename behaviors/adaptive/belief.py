@@ -250,7 +250,7 @@ class Belief:
         distance, bearing_deg, _ = _seen_from(x_mm, y_mm)
         plausible = self._plausible(floor)
         mass = self._mass.sum(axis=1) * plausible
-        open_to = _along(floor.sight(x_mm, y_mm, N.opens_mm, N.opens_mm), distance, bearing_deg)
+        open_to = _along(floor.visibility(x_mm, y_mm, N.opens_mm, N.opens_mm), distance, bearing_deg)
         opened = (plausible == N.unknown) & (distance <= N.opens_mm)
         return float((mass * open_to)[opened].sum() / mass.sum())
 
@@ -295,7 +295,7 @@ class Belief:
         share = distance / self._range_mm
         each = np.interp(share, [0.0, N.sure_share, N.poor_share, N.blind_share], [1.0, 1.0, N.poor, 0.0])
         # the place itself is as large as the grid's spacing, and the picture echoes
-        sight = _along(floor.sight(x_mm, y_mm, self._range_mm), distance - N.spacing_mm, bearing_deg)
+        sight = _along(floor.visibility(x_mm, y_mm, self._range_mm), distance - N.spacing_mm, bearing_deg)
         return _View((x_mm, y_mm), by_slant * sight[:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:

@@ -171,7 +171,7 @@ class FollowPathSkill:
         if near_mm is not None:
             if stop is StopReason.OBSTACLE and perception.world.floor.appeared(perception.world.pose, near_mm):
                 self._blocker = Blocker(near_mm, moving=True, hides=True)
-            perception.world.floor.block(perception.world.pose, near_mm)
+            perception.world.floor.mark_obstacle(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
             self._retreat = Retreat(perception, N.retreat_mm, stop)
             return self._back_off()

@@ -115,7 +115,7 @@ class OccupancyGrid:
         sonar_forward_mm: The sonar in front of the axle.
         sonar_height_mm: It above the floor.
         forgotten: How often its obstacles were forgotten.
-        unheard: Whether it has to do without a sonar now.
+        without_sonar: Whether it has to do without a sonar now.
         weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
             from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
     """
@@ -126,23 +126,23 @@ class OccupancyGrid:
         self._beam_deg = robot.sonar_cone_deg / 2
         self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self.forgotten = 0
-        self.unheard = False
+        self.without_sonar = False
         self.weight = 1.0
         self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
         self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
-        self.keep()
+        self.save()
 
-    def keep(self) -> None:
-        """Keep a copy of what is known now."""
-        self._kept = tuple(each.copy() for each in self._layers)
+    def save(self) -> None:
+        """Save what is known now, for `restore`."""
+        self._saved = tuple(each.copy() for each in self._layers)
 
-    def recall(self) -> None:
-        """Go back to the copy that was kept."""
-        for layer, kept in zip(self._layers, self._kept, strict=True):
-            layer[:] = kept
+    def restore(self) -> None:
+        """Go back to what was saved."""
+        for layer, saved in zip(self._layers, self._saved, strict=True):
+            layer[:] = saved
         self._last = None
 
     @property
@@ -160,7 +160,7 @@ class OccupancyGrid:
                 self.evidence *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
 
-    def echo(self, pose: Pose, range_mm: float) -> None:
+    def add_echo(self, pose: Pose, range_mm: float) -> None:
         """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
@@ -181,7 +181,7 @@ class OccupancyGrid:
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
         self._heard_deg[cone.window][hit] = pose.heading_deg
 
-    def no_echo(self, pose: Pose) -> None:
+    def add_silence(self, pose: Pose) -> None:
         """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
@@ -207,7 +207,7 @@ class OccupancyGrid:
             passed[passed] = ~(farther & in_line).any(axis=1)
         return np.asarray(passed)
 
-    def seen_past(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+    def clear_line_of_sight(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
@@ -221,12 +221,12 @@ class OccupancyGrid:
         self.forgotten += 1
         np.minimum(self.evidence, 0.0, out=self.evidence)
 
-    def stands_on(self, pose: Pose) -> None:
+    def clear_footprint(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
         window, inside = _disc(pose.x_mm, pose.y_mm, self.radius_mm)
         self.evidence[window][inside] = N.freest
 
-    def block(self, pose: Pose, range_mm: float) -> None:
+    def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
         """Mark an obstacle of unknown size: what stopped the robot or touched it."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
         window, inside = _disc(x_mm, y_mm, N.block_radius_mm)
@@ -240,7 +240,7 @@ class OccupancyGrid:
         sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
         return all(self._was_free[cell(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 
-    def sight(
+    def visibility(
         self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm
     ) -> NDArray[np.float64]:
         """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.

@@ -27,7 +27,7 @@ class PlannerNumbers:
         likely: Cost of a cell with more evidence than `likely_evidence`, from several echoes.
         likely_evidence: See `likely`.
         unknown: Cost of a cell that is not known.
-        unknown_unheard: The same without a sonar, which would hear in time what stands there.
+        unknown_without_sonar: The same without a sonar, which would hear in time what stands there.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
@@ -44,7 +44,7 @@ class PlannerNumbers:
     likely: float = 25.0
     likely_evidence: float = 0.8
     unknown: float = 1.4
-    unknown_unheard: float = 8.0
+    unknown_without_sonar: float = 8.0
     few_places: int = 6
     few_spacing_mm: float = 400.0
     touched: float = 0.05
@@ -74,7 +74,7 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        self._evidence, self._unheard = floor.evidence[self._window].copy(), floor.unheard
+        self._evidence, self._without_sonar = floor.evidence[self._window].copy(), floor.without_sonar
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
@@ -114,7 +114,7 @@ class PathPlanner:
         """Return reachable places, (n, 2), about this far apart; with `known` only on or near free floor."""
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field)
-        if known and not self._unheard:  # without a sonar no floor but that which was driven over becomes known
+        if known and not self._without_sonar:  # without a sonar no floor but that which was driven over becomes known
             within &= _with_frontier(self._evidence)
         i, j = np.nonzero(within[::every, ::every])
         return np.stack(
@@ -174,7 +174,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     solid = part > GRID.solid
     blocked = _grown(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
-    cost[np.abs(part) <= N.touched] = N.unknown_unheard if floor.unheard else N.unknown
+    cost[np.abs(part) <= N.touched] = N.unknown_without_sonar if floor.without_sonar else N.unknown
     cost[_grown(solid, N.inflation_mm)] = N.tight
     cost[_grown((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[_grown((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely

@@ -169,7 +169,7 @@ class Perception:
     def begin_turn(self) -> None:
         """Begin a turn that shall tell the scale of turns."""
         self.turns.begin()
-        self.world.floor.keep()
+        self.world.floor.save()
 
     def learn_turns(self) -> None:
         """Learn the scale of turns from the one that the robot has just made, and draw what it heard anew."""

@@ -254,7 +254,7 @@ class TargetMemory:
         self._unseen.pop(target, None)
         pose = self._camera.lens_at(self._trail.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
-        self._floor.seen_past(here, place)
+        self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)
         if before is not None and math.dist(before.place, place) > N.jump_mm:
             before = None

@@ -104,16 +104,16 @@ class WorldModel:
         self.echoes.add(now_s, pose, range_mm)
         self.targets.renew(now_s)
         self.floor.fade(now_s)
-        self.floor.stands_on(pose)
-        self.floor.unheard = not hears
+        self.floor.clear_footprint(pose)
+        self.floor.without_sonar = not hears
         self._hear(pose, range_mm)
         return self.targets.look(looked_for, glance, range_mm)
 
     def _hear(self, pose: Pose, range_mm: float | None) -> None:
         if range_mm is not None:
-            self.floor.echo(pose, range_mm)
-        elif not self.floor.unheard:
-            self.floor.no_echo(pose)
+            self.floor.add_echo(pose, range_mm)
+        elif not self.floor.without_sonar:
+            self.floor.add_silence(pose)
 
     def learn(self, target: str, failure: Failure, now_s: float, turn: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
@@ -154,7 +154,7 @@ class WorldModel:
         if blocker is None:
             return None
         if blocker.range_mm <= N.marked_mm and not failure.mapped:
-            self.floor.block(self.pose, blocker.range_mm)
+            self.floor.mark_obstacle(self.pose, blocker.range_mm)
         place, since_s = self.pose.ahead(blocker.range_mm), now_s
         if self._blocked is not None:
             before, begun_s, last_s = self._blocked
@@ -165,7 +165,7 @@ class WorldModel:
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
         """Draw what was heard in a turn on the spot again: the robot turned `scale` times as far as was believed."""
-        self.floor.recall()
+        self.floor.restore()
         begin_deg = beams[0][0].heading_deg
         for pose, range_mm in beams:
             heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)

@@ -84,7 +84,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
             scene.poses.append((here, record.state))
             if math.hypot(here.x_mm - stood.x_mm, here.y_mm - stood.y_mm) >= FOOTPRINT_STEP_MM:
                 stood = here
-                scene.floor.stands_on(here)
+                scene.floor.clear_footprint(here)
             if record.kind is Kind.LOOK:
                 _add_look(scene, record, here, camera)
         event = reader.read(record, here)
@@ -96,10 +96,10 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
 def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) -> None:
     range_mm = _number(record.data.get("range_mm"))
     if range_mm is None:
-        scene.floor.no_echo(here)
+        scene.floor.add_silence(here)
     else:
         scene.echoes.append(here.ahead(scene.floor.sonar_forward_mm + range_mm))
-        scene.floor.echo(here, range_mm)
+        scene.floor.add_echo(here, range_mm)
     place = sighted_at(record, here, camera)
     if place is not None:
         scene.sightings.setdefault(record.target, []).append(place)

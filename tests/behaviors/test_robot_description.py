@@ -111,7 +111,7 @@ def test_a_robot_file_says_when_and_how_it_was_measured(tmp_path):
 @pytest.mark.parametrize("sonar_forward_mm", [-50.0, 150.0])
 def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
     floor = OccupancyGrid(RobotTable(sonar_forward_mm=sonar_forward_mm))
-    floor.echo(Pose(), 400.0)
+    floor.add_echo(Pose(), 400.0)
     assert floor.evidence[cell(sonar_forward_mm + 400.0, 0.0)] > 0
 
 
@@ -136,7 +136,7 @@ def test_a_robot_file_that_is_not_there_is_told_with_what_named_it(tmp_path, mis
 @pytest.mark.parametrize("radius_mm", [90.0, 300.0])
 def test_the_robot_needs_as_much_room_as_it_is_large(radius_mm):
     floor = OccupancyGrid(RobotTable(radius_mm=radius_mm))
-    floor.block(Pose(0.0, 500.0), 0.0)
+    floor.mark_obstacle(Pose(0.0, 500.0), 0.0)
     assert floor.clear_between((0.0, 0.0), (1000.0, 0.0)) is (radius_mm < 200.0)
 
 

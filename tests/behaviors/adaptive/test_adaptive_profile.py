@@ -199,7 +199,7 @@ def test_a_path_that_becomes_much_longer_is_ended(bench, mocker):
 
     def behind_a_wall(*args: object) -> object:
         for off_deg in range(-75, 76, 5):
-            world.floor.block(Pose(*world.here, world.pose.heading_deg + off_deg), 400.0)
+            world.floor.mark_obstacle(Pose(*world.here, world.pose.heading_deg + off_deg), 400.0)
         return replan(*args)
 
     mocker.patch.object(skill, "_replan", behind_a_wall)

@@ -261,7 +261,7 @@ def test_belief_stays_a_probability(actions, here):
             case "look":
                 belief.look(values[0], floor, values[1])
             case "block":
-                floor.block(*values)
+                floor.mark_obstacle(*values)
             case _:
                 getattr(belief, action)(*values)
     assert belief._mass.min() >= 0.0

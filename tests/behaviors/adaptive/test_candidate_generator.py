@@ -126,7 +126,7 @@ def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
         for heading_deg in range(0, 360, 10):
             world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), hears=False)
         world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 0.0)
-    world.floor.unheard = False
+    world.floor.without_sonar = False
     best, *_ = _candidates(world).viewpoints("door")
     x_mm, y_mm = best.route[-1]
     assert x_mm > 1700.0

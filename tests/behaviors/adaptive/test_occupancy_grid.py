@@ -32,7 +32,7 @@ def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = OR
     for i in range(times):
         back_mm = 40.0 * (i % 2)
         here = at.ahead(-back_mm)
-        floor.echo(Pose(*here, at.heading_deg), range_mm + back_mm)
+        floor.add_echo(Pose(*here, at.heading_deg), range_mm + back_mm)
     return at.ahead(100.0 + range_mm)
 
 
@@ -44,7 +44,7 @@ def test_echoes_from_near_mark_what_they_hit():
 def test_one_echo_is_not_yet_believed_and_its_repetition_says_nothing_new():
     floor = OccupancyGrid()
     for _ in range(10):
-        floor.echo(ORIGIN, 500.0)
+        floor.add_echo(ORIGIN, 500.0)
     assert GRID.hint < _evidence_at(floor, 600.0, 0.0) <= GRID.solid
 
 
@@ -97,11 +97,11 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 
 def test_a_free_beam_clears_what_has_left():
     floor = OccupancyGrid()
-    floor.block(ORIGIN, 300.0)
+    floor.mark_obstacle(ORIGIN, 300.0)
     assert floor.evidence.max() > GRID.solid
     for heading_deg in range(-60, 61, 2):
         for back_mm in (0.0, 40.0, 80.0):
-            floor.echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
+            floor.add_echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
     assert floor.evidence.max() < GRID.hint
 
 
@@ -115,7 +115,7 @@ def test_a_beam_that_strikes_a_wall_at_a_glance_does_not_clear_it(turned_deg, st
     for beside_mm in (0.0, 40.0, -40.0) * 8:
         heading_deg = turned_deg + beside_mm / 40.0
         towards = Pose(*wall, heading_deg + 180.0).ahead(500.0)
-        floor.echo(Pose(*towards, heading_deg), FARTHEST_ECHO_MM)
+        floor.add_echo(Pose(*towards, heading_deg), FARTHEST_ECHO_MM)
     assert (_evidence_at(floor, *wall) > GRID.solid) is stays
 
 
@@ -159,8 +159,8 @@ def test_what_appeared_where_the_floor_was_free_fades_sooner_than_what_stood_the
     _listen(floor, 1200.0)
     floor.fade(0.0)
     floor.fade(2.0)
-    floor.block(ORIGIN, 500.0)
-    floor.block(Pose(heading_deg=90.0), 500.0)
+    floor.mark_obstacle(ORIGIN, 500.0)
+    floor.mark_obstacle(Pose(heading_deg=90.0), 500.0)
     appeared, stood = (600.0, 0.0), (0.0, 600.0)
     assert _evidence_at(floor, *appeared) == _evidence_at(floor, *stood) > GRID.solid
     floor.fade(2.0 + GRID.appeared_fades_s)
@@ -189,11 +189,11 @@ def test_what_was_taken_back_was_never_free():
     """A map that was heard at wrong headings says nothing about what has come since."""
     floor = OccupancyGrid()
     floor.fade(0.0)
-    floor.keep()
+    floor.save()
     _listen(floor, 1200.0)
     floor.fade(2.0)
     assert floor.appeared(ORIGIN, 500.0)
-    floor.recall()
+    floor.restore()
     assert not floor.appeared(ORIGIN, 500.0)
     assert not floor.evidence.any()
 
@@ -208,8 +208,8 @@ def test_the_first_look_at_the_clock_fades_nothing():
 
 def test_where_the_robot_stands_nothing_else_is():
     floor = OccupancyGrid()
-    floor.block(ORIGIN, 0.0)
-    floor.stands_on(ORIGIN)
+    floor.mark_obstacle(ORIGIN, 0.0)
+    floor.clear_footprint(ORIGIN)
     assert _evidence_at(floor, 0.0, 0.0) < 0.0
     assert _evidence_at(floor, 90.0, 0.0) < 0.0
     assert _evidence_at(floor, 250.0, 0.0) > GRID.solid
@@ -218,7 +218,7 @@ def test_where_the_robot_stands_nothing_else_is():
 def test_what_blocks_the_way_is_in_the_way():
     floor = OccupancyGrid()
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0))
-    floor.block(ORIGIN, 500.0)
+    floor.mark_obstacle(ORIGIN, 500.0)
     assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0))
     assert not floor.clear_between((1500.0, 0.0), (0.0, 0.0))
     assert not floor.clear_between((0.0, -150.0), (1500.0, 150.0))
@@ -229,7 +229,7 @@ def test_what_blocks_the_way_is_in_the_way():
 
 def test_a_way_that_ends_before_the_obstacle_is_clear():
     floor = OccupancyGrid()
-    floor.block(ORIGIN, 1000.0)
+    floor.mark_obstacle(ORIGIN, 1000.0)
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=900.0)
     assert not floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=100.0)
 
@@ -237,16 +237,16 @@ def test_a_way_that_ends_before_the_obstacle_is_clear():
 @pytest.mark.parametrize("standoff_mm", [0.0, 300.0])
 def test_no_way_at_all_is_clear(standoff_mm):
     floor = OccupancyGrid()
-    floor.block(ORIGIN, 0.0)
+    floor.mark_obstacle(ORIGIN, 0.0)
     assert floor.clear_between((50.0, 50.0), (50.0, 50.0), standoff_mm)
 
 
 @given(heading_deg=st.floats(0.0, 360.0), range_mm=st.floats(0.0, FARTHEST_ECHO_MM))
 def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
     floor, far_away = OccupancyGrid(), Pose(2 * OUTSIDE_MM, -2 * OUTSIDE_MM, heading_deg)
-    floor.echo(far_away, range_mm)
-    floor.block(far_away, range_mm)
-    floor.stands_on(far_away)
+    floor.add_echo(far_away, range_mm)
+    floor.mark_obstacle(far_away, range_mm)
+    floor.clear_footprint(far_away)
     assert not floor.evidence.any()
     assert floor.clear_between((2 * OUTSIDE_MM, 0.0), (0.0, 2 * OUTSIDE_MM))
 
@@ -262,11 +262,11 @@ def test_evidence_stays_within_its_bounds(actions):
     for action, pose, range_mm in actions:
         match action:
             case "echo":
-                floor.echo(pose, range_mm)
+                floor.add_echo(pose, range_mm)
             case "block":
-                floor.block(pose, range_mm)
+                floor.mark_obstacle(pose, range_mm)
             case "stand":
-                floor.stands_on(pose)
+                floor.clear_footprint(pose)
             case _:
                 now_s += range_mm / 100.0
                 floor.fade(now_s)
@@ -283,8 +283,8 @@ def test_what_lies_behind_a_wall_that_deflects_a_beam_is_not_known_to_be_free(ra
     for back_mm in (0.0, 40.0) * 6:
         here = Pose(*glancing.ahead(-back_mm), glancing.heading_deg)
         if range_mm is None:
-            floor.no_echo(here)
+            floor.add_silence(here)
         else:
-            floor.echo(here, range_mm)
+            floor.add_echo(here, range_mm)
     assert _evidence_at(floor, *Pose(*wall, 70.0).ahead(-200.0)) < 0.0, "before it"
     assert _evidence_at(floor, *Pose(*wall, 70.0).ahead(300.0)) == 0.0

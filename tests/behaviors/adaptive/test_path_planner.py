@@ -135,12 +135,12 @@ def test_unknown_floor_may_be_crossed_but_takes_longer_than_free_floor():
 def test_the_robot_can_leave_a_place_that_is_too_near_to_something():
     """As after a contact: what blocks the way has just been marked right before the robot."""
     floor = _room()
-    floor.block(Pose(), 0.0)
+    floor.mark_obstacle(Pose(), 0.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, beyond = (-800.0, 0.0), (1500.0, 0.0)
     assert routes.reaches(behind)
     assert routes.reaches(beyond)
-    floor.stands_on(Pose())
+    floor.clear_footprint(Pose())
     assert not _solid_on(floor, routes.route_to(behind))
     assert not _solid_on(floor, routes.route_to(beyond))
 

@@ -95,9 +95,9 @@ def test_a_look_round_over_a_slow_link_takes_less_than_twice_as_long(perceive):
 def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_fast_one():
     fast, slow = OccupancyGrid(), OccupancyGrid()
     slow.weight = 3.0
-    slow.no_echo(Pose())
+    slow.add_silence(Pose())
     for heading_deg in (-3.0, 0.0, 3.0):
-        fast.no_echo(Pose(heading_deg=heading_deg))
+        fast.add_silence(Pose(heading_deg=heading_deg))
     place = cell(600.0, 0.0)
     assert slow.evidence[place] == pytest.approx(fast.evidence[place]) == pytest.approx(-3 * GRID.free_silent)
 
@@ -105,20 +105,20 @@ def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_f
 def test_one_echo_over_a_slow_link_is_no_more_certain_than_over_a_fast_one_of_where_on_its_arc_something_stands():
     floor = OccupancyGrid()
     floor.weight = 3.0
-    floor.echo(Pose(), 500.0)
+    floor.add_echo(Pose(), 500.0)
     assert floor.clear_between((0.0, 0.0), (1000.0, 0.0))
-    floor.echo(Pose(30.0), 470.0)
+    floor.add_echo(Pose(30.0), 470.0)
     assert not floor.clear_between((0.0, 0.0), (1000.0, 0.0))
 
 
 def test_a_path_takes_as_long_as_the_best_one_unless_something_blocks_it():
     floor = OccupancyGrid()
     for x_mm in np.arange(0.0, 1500.0, 50.0):
-        floor.stands_on(Pose(x_mm))
+        floor.clear_footprint(Pose(x_mm))
     end = (1400.0, 0.0)
     planner = PathPlanner(floor, (0.0, 0.0), 200.0)
     assert planner.seconds_along((end,)) == pytest.approx(float(planner.seconds_to(np.array([end]))[0]), rel=0.1)
-    floor.block(Pose(500.0), 0.0)
+    floor.mark_obstacle(Pose(500.0), 0.0)
     assert PathPlanner(floor, (0.0, 0.0), 200.0).seconds_along((end,)) == math.inf
     assert planner.seconds_along(((90_000.0, 0.0),)) == math.inf
 

@@ -92,10 +92,10 @@ def test_the_silence_of_a_dead_sonar_clears_nothing():
 def test_without_a_sonar_a_path_keeps_to_floor_that_was_driven_over():
     floor = OccupancyGrid()
     for x_mm, y_mm in [*((50.0 * i, 0.0) for i in range(17)), *((800.0, 50.0 * i) for i in range(17))]:
-        floor.stands_on(Pose(x_mm, y_mm))
+        floor.clear_footprint(Pose(x_mm, y_mm))
     diagonal, corner = np.array([[800.0, 800.0]]), np.array([[800.0, 0.0]])
     heard_s = PathPlanner(floor, (0.0, 0.0), 200.0).seconds_to(diagonal)
-    floor.unheard = True
+    floor.without_sonar = True
     planner = PathPlanner(floor, (0.0, 0.0), 200.0)
     assert planner.seconds_to(diagonal) > heard_s
     assert planner.seconds_to(corner) < planner.seconds_to(np.array([[400.0, 500.0]]))
