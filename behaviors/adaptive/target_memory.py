@@ -14,8 +14,8 @@ from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.pose_history import PoseHistory
 from behaviors.adaptive.slant import Slant
-from behaviors.adaptive.trail import Trail
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
@@ -94,7 +94,7 @@ class TargetMemory:
     Args:
         mission: The targets and the camera.
         floor: The map of the floor, which hides targets and is free where they are seen.
-        trail: Recent poses.
+        poses: Recent poses.
 
     Attributes:
         known: The targets that were seen, by name, until there is a reason to forget them.
@@ -109,8 +109,8 @@ class TargetMemory:
         detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
-    def __init__(self, mission: Mission, floor: OccupancyGrid, trail: Trail) -> None:
-        self._floor, self._trail, self._camera = floor, trail, mission.camera
+    def __init__(self, mission: Mission, floor: OccupancyGrid, poses: PoseHistory) -> None:
+        self._floor, self._poses, self._camera = floor, poses, mission.camera
         self.look_alikes = LookAlikes()
         self.scale = CameraScale(mission.sonar_ahead_mm, mission.guessed_heights)
         self.slant = Slant()
@@ -156,9 +156,9 @@ class TargetMemory:
             if target in believed:
                 self._see(target, believed[target])
                 if not self.slant.oblique(believed[target]):
-                    self.scale.learn(glance.seen[target], self._trail.at(glance.time_s), range_mm)
+                    self.scale.learn(glance.seen[target], self._poses.at(glance.time_s), range_mm)
             else:
-                self._miss(target, self._camera.view_at(self._trail.at(glance.time_s)))
+                self._miss(target, self._camera.view_at(self._poses.at(glance.time_s)))
         return believed
 
     def learn(self, target: str, finding: TargetFinding | None, here: Point) -> None:
@@ -227,7 +227,7 @@ class TargetMemory:
 
     def _believes(self, sighting: Sighting) -> bool:
         """Whether a sighting is neither of a known look-alike nor in two places at once."""
-        place = self._camera.lens_at(self._trail.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
+        place = self._camera.lens_at(self._poses.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
         self.look_alikes.seen(sighting, place)
         return not (
             self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
@@ -242,7 +242,7 @@ class TargetMemory:
 
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
         """Return a sighting with the distance and the bearing that are to be believed."""
-        lens, known = self._camera.lens_at(self._trail.at(sighting.time_s)), self.known.get(sighting.target)
+        lens, known = self._camera.lens_at(self._poses.at(sighting.time_s)), self.known.get(sighting.target)
         heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
         remembered = None if known is None else lens.polar_to(known.place)
         corrected = self.scale.corrected(sighting)
@@ -252,7 +252,7 @@ class TargetMemory:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
-        pose = self._camera.lens_at(self._trail.at(sighting.time_s))
+        pose = self._camera.lens_at(self._poses.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)

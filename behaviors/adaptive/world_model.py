@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
+from behaviors.adaptive.pose_history import PoseHistory
 from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
-from behaviors.adaptive.trail import Trail
 from behaviors.adaptive.turn_scale import Beam
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure
@@ -47,7 +47,7 @@ class WorldModel:
         floor: The map of the floor.
         camera: How the camera is mounted.
         knows_turns: Whether turns need not be measured: the wheels are calibrated, or a compass corrects the heading.
-        trail: Recent poses.
+        poses: Recent poses.
         echoes: Recent echoes.
         attempts: What was tried where, and what failed.
         targets: Where targets were seen and may be.
@@ -59,10 +59,10 @@ class WorldModel:
     def __init__(self, mission: Mission) -> None:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
         self.knows_turns = mission.robot.compass != 0 or mission.calibration.wheels is not None
-        self.trail = Trail()
+        self.poses = PoseHistory()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
-        self.targets = TargetMemory(mission, self.floor, self.trail)
+        self.targets = TargetMemory(mission, self.floor, self.poses)
         self.pose = Pose()
         self._now_s = 0.0
         self.blocker: Blocker | None = None
@@ -100,7 +100,7 @@ class WorldModel:
         """
         self.pose = pose
         self._now_s = now_s
-        self.trail.add(now_s, pose)
+        self.poses.add(now_s, pose)
         self.echoes.add(now_s, pose, range_mm)
         self.targets.renew(now_s)
         self.floor.fade(now_s)

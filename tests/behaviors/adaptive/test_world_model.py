@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.occupancy_grid import N as GRID
-from behaviors.adaptive.world_model import Trail, WorldModel
+from behaviors.adaptive.world_model import PoseHistory, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
@@ -52,30 +52,30 @@ def _stand_at(world: WorldModel, place: Point) -> None:
 
 @given(rate_deg_s=st.floats(-120.0, 120.0), bearing_deg=st.floats(-180.0, 180.0))
 def test_a_trail_tells_poses_between_those_that_are_known(rate_deg_s, bearing_deg):
-    trail = Trail()
+    poses = PoseHistory()
     for i in range(8):
-        trail.add(i * 0.2, Pose(i * 40.0, -i * 10.0, bearing_deg + rate_deg_s * i * 0.2))
+        poses.add(i * 0.2, Pose(i * 40.0, -i * 10.0, bearing_deg + rate_deg_s * i * 0.2))
     for time_s in (0.0, 0.05, 0.33, 0.6, 1.2, 1.4):
-        pose = trail.at(time_s)
+        pose = poses.at(time_s)
         assert pose.x_mm == pytest.approx(200.0 * time_s)
         assert pose.y_mm == pytest.approx(-50.0 * time_s)
         assert pose.heading_deg == pytest.approx(bearing_deg + rate_deg_s * time_s)
 
 
 def test_a_trail_does_not_guess_beyond_its_ends():
-    trail = Trail()
-    trail.add(5.0, Pose(1.0))
-    trail.add(6.0, Pose(2.0))
-    assert trail.at(4.0) == Pose(1.0)
-    assert trail.at(7.0) == Pose(2.0)
+    poses = PoseHistory()
+    poses.add(5.0, Pose(1.0))
+    poses.add(6.0, Pose(2.0))
+    assert poses.at(4.0) == Pose(1.0)
+    assert poses.at(7.0) == Pose(2.0)
 
 
 def test_a_trail_keeps_the_last_seconds_only():
-    trail = Trail()
+    poses = PoseHistory()
     for time_s in range(100):
-        trail.add(float(time_s), Pose(float(time_s)))
-    assert trail.at(0.0).x_mm > 90.0
-    assert trail.at(98.5).x_mm == 98.5
+        poses.add(float(time_s), Pose(float(time_s)))
+    assert poses.at(0.0).x_mm > 90.0
+    assert poses.at(98.5).x_mm == 98.5
 
 
 @pytest.mark.parametrize("rate_deg_s", [-60.0, -20.0, 40.0, 90.0])

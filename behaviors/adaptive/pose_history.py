@@ -7,11 +7,11 @@ from collections import deque
 
 from behaviors.ports import Pose
 
-TRAIL_S = 3.0
+KEPT_S = 3.0
 """Poses are kept this long: far longer than a frame is under way."""
 
 
-class Trail:
+class PoseHistory:
     """Recent poses, to tell from where a frame was taken."""
 
     def __init__(self) -> None:
@@ -20,7 +20,7 @@ class Trail:
     def add(self, time_s: float, pose: Pose) -> None:
         """Add the present pose."""
         self._poses.append((time_s, pose))
-        while self._poses[0][0] < time_s - TRAIL_S:
+        while self._poses[0][0] < time_s - KEPT_S:
             self._poses.popleft()
 
     def at(self, time_s: float) -> Pose:
