@@ -49,10 +49,10 @@ class BeliefNumbers:
         refuted: Share of the belief in a place that remains when the target turned out not to be there.
         trust: Share of the belief that a sighting moves to where it was.
         renews_s: Targets move: belief returns to the prior with this time constant.
-        opens_mm: Unknown floor counts as open from no farther away; it is as large as two rooms.
+        frontier_mm: Unknown floor farther away than this, two rooms, is not seen from a viewpoint at its frontier.
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
-        came_s: What a look round costs besides the turn: getting here and deciding.
+        overhead_s: What a look round costs besides the turn: getting here and deciding.
         arc_step_deg: Arcs to look at are multiples of this width.
         arc_bins: Number of these in a full turn.
     """
@@ -80,10 +80,10 @@ class BeliefNumbers:
     refuted: float = 0.02
     trust: float = 0.85
     renews_s: float = 1000.0
-    opens_mm: float = 4000.0
+    frontier_mm: float = 4000.0
     empty_share: float = 0.8
     unknown_share: float = 0.9
-    came_s: float = 9.0
+    overhead_s: float = 9.0
     arc_step_deg: float = 10.0
     arc_bins: int = 36
 
@@ -242,7 +242,7 @@ class Belief:
         """Return the probability that one look round from a place finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
-    def opens_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
+    def frontier_chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that it is on unknown floor with nothing suspected between there and a place.
 
         Looking round from the place does not show it, but that floor becomes known from there.
@@ -250,9 +250,9 @@ class Belief:
         distance, bearing_deg, _ = _seen_from(x_mm, y_mm)
         plausible = self._plausible(floor)
         mass = self._mass.sum(axis=1) * plausible
-        open_to = _along(floor.visibility(x_mm, y_mm, N.opens_mm, N.opens_mm), distance, bearing_deg)
-        opened = (plausible == N.unknown) & (distance <= N.opens_mm)
-        return float((mass * open_to)[opened].sum() / mass.sum())
+        free = _along(floor.visibility(x_mm, y_mm, N.frontier_mm, N.frontier_mm), distance, bearing_deg)
+        beyond = (plausible == N.unknown) & (distance <= N.frontier_mm)
+        return float((mass * free)[beyond].sum() / mass.sum())
 
     def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
         """Return the arc of bearings that is most worth looking at, from and to in degrees clockwise.
@@ -273,9 +273,8 @@ class Belief:
         sums = np.concatenate([[0.0], np.cumsum(np.concatenate([bins, bins]))])
         widths = np.arange(1, N.arc_bins + 1)
         held = np.stack([sums[width : width + N.arc_bins] - sums[: N.arc_bins] for width in widths])
-        # gain per second, the time it took to get here included
-        worth = held / (N.came_s + widths * N.arc_step_deg / turn_deg_s)[:, None]
-        best, first = np.unravel_index(int(np.argmax(worth)), worth.shape)
+        gain_per_s = held / (N.overhead_s + widths * N.arc_step_deg / turn_deg_s)[:, None]
+        best, first = np.unravel_index(int(np.argmax(gain_per_s)), gain_per_s.shape)
         return float(first * N.arc_step_deg), float((first + widths[best]) * N.arc_step_deg)
 
     def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:

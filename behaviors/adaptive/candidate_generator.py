@@ -26,7 +26,7 @@ class CandidateNumbers:
         nearest_mm: Looking from nearer than this is looking from here.
         considered: Viewpoints that are considered: those that can be reached soonest.
         offered: Viewpoints that are offered: the most promising of them.
-        opened: Chance that a target on unknown floor that lies open before a viewpoint is found soon after going there.
+        frontier_hit: Chance that a target on the unknown floor beyond a viewpoint is found soon after going there.
         turn_s: What it takes to turn towards a destination.
         scan_s: What it takes to look round there.
         rescan_s: What it takes to look again here.
@@ -45,7 +45,7 @@ class CandidateNumbers:
     nearest_mm: float = 350.0
     considered: int = 120
     offered: int = 3
-    opened: float = 0.2
+    frontier_hit: float = 0.2
     turn_s: float = 1.5
     scan_s: float = 7.0
     rescan_s: float = 8.0
@@ -147,7 +147,7 @@ class CandidateGenerator:
     def gains(self, target: str) -> list[ViewpointGain]:
         """Return what a look round from each place that is considered gains."""
         world, paths = self._world, self._world.paths
-        places = paths.places(N.spacing_mm, known=True)
+        places = paths.reachable_places(N.spacing_mm, known=True)
         travel_s = paths.seconds_to(places) + N.turn_s
         far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= N.nearest_mm
         places, travel_s = places[far], travel_s[far]
@@ -155,7 +155,8 @@ class CandidateGenerator:
         for i in np.argsort(travel_s)[: N.considered]:
             place = float(places[i, 0]), float(places[i, 1])
             if not world.tried(target, place):
-                chance = world.targets.chance_from(target, place) + N.opened * world.targets.opens_from(target, place)
+                chance = world.targets.chance_from(target, place)
+                chance += N.frontier_hit * world.targets.frontier_chance_from(target, place)
                 found.append(ViewpointGain(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
         return found
 
@@ -183,7 +184,7 @@ class CandidateGenerator:
     def _detour_end(self, target: str, known: TargetEstimate) -> tuple[Point, float] | None:
         """Return where a detour ends, with a free straight path to the target, and the time to the target along it."""
         world, paths = self._world, self._world.paths
-        places = paths.places(N.end_spacing_mm, known=False)
+        places = paths.reachable_places(N.end_spacing_mm, known=False)
         dx, dy = places[:, 0] - known.place[0], places[:, 1] - known.place[1]
         away_mm = np.hypot(dx, dy)
         visible = world.targets.faces(target, known.place, places)

@@ -104,13 +104,13 @@ class PathPlanner:
     @property
     def walled_in(self) -> bool:
         """Whether there are hardly any places to go to."""
-        return len(self.places(N.few_spacing_mm, known=False)) < N.few_places
+        return len(self.reachable_places(N.few_spacing_mm, known=False)) < N.few_places
 
     def reaches(self, point: Point) -> bool:
         """Whether a path leads there."""
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
-    def places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
+    def reachable_places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
         """Return reachable places, (n, 2), about this far apart; with `known` only on or near free floor."""
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field)
@@ -172,12 +172,12 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]
     solid = part > GRID.solid
-    blocked = _grown(solid, floor.radius_mm + N.clearance_mm)
+    blocked = _inflated(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
     cost[np.abs(part) <= N.touched] = N.unknown_without_sonar if floor.without_sonar else N.unknown
-    cost[_grown(solid, N.inflation_mm)] = N.tight
-    cost[_grown((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
-    cost[_grown((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
+    cost[_inflated(solid, N.inflation_mm)] = N.tight
+    cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
+    cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
@@ -191,9 +191,9 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
 def _with_frontier(evidence: Grid) -> Mask:
     """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
     known: Mask = evidence < -N.free
-    open_floor = known | ~_grown(evidence > GRID.hint, math.hypot(CELL_MM, CELL_MM))
+    open_floor = known | ~_inflated(evidence > GRID.hint, math.hypot(CELL_MM, CELL_MM))
     for _ in range(N.frontier_cells):
-        known = _grown(known, CELL_MM) & open_floor
+        known = _inflated(known, CELL_MM) & open_floor
     return known
 
 
@@ -202,17 +202,17 @@ def _span(used: NDArray[np.bool_]) -> slice:
     return slice(max(0, int(places[0]) - N.beyond_cells), min(len(used), int(places[-1]) + N.beyond_cells + 1))
 
 
-def _grown(mask: Mask, radius_mm: float) -> Mask:
+def _inflated(mask: Mask, radius_mm: float) -> Mask:
     """Inflate a mask by a radius."""
     cells = int(radius_mm / CELL_MM) if mask.any() else 0
-    grown = mask.copy()
+    inflated = mask.copy()
     for i in range(-cells, cells + 1):
         for j in range(-cells, cells + 1):
             if 0 < math.hypot(i, j) * CELL_MM <= radius_mm:
                 target, source = _shifted(i, mask.shape[0]), _shifted(-i, mask.shape[0])
                 target_j, source_j = _shifted(j, mask.shape[1]), _shifted(-j, mask.shape[1])
-                grown[target, target_j] |= mask[source, source_j]
-    return grown
+                inflated[target, target_j] |= mask[source, source_j]
+    return inflated
 
 
 def _shifted(step: int, size: int) -> slice:

@@ -197,9 +197,9 @@ class TargetMemory:
         """Return the probability that one look round from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self._floor)
 
-    def opens_from(self, target: str, place: Point) -> float:
+    def frontier_chance_from(self, target: str, place: Point) -> float:
         """Return the probability that the target is on unknown floor that lies open before a place."""
-        return self.beliefs[target].opens_from(*place, self._floor)
+        return self.beliefs[target].frontier_chance_from(*place, self._floor)
 
     def faces(self, target: str, place: Point, viewpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the probability that a target at `place` can be recognised from each of the viewpoints (n, 2)."""

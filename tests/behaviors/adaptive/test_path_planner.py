@@ -181,7 +181,7 @@ def test_a_way_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_
 def test_places_can_be_reached(discs, known):
     floor = _with_discs(discs)
     routes = PathPlanner(floor, START, SPEED_MM_S)
-    places = routes.places(400.0, known=known)
+    places = routes.reachable_places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()
     assert all(floor.evidence[cell(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
@@ -194,7 +194,7 @@ def test_unknown_floor_before_an_opening_may_be_gone_to_and_what_lies_behind_a_w
     door = (X_MM > 0.0) & (np.abs(Y_MM) < 400.0) & (X_MM >= HALF_ROOM_MM - CELL_MM)
     floor.evidence[door] = 0.0
     floor.evidence[floor.evidence == GRID.most] = 0.5
-    places = PathPlanner(floor, START, SPEED_MM_S).places(CELL_MM, known=True)
+    places = PathPlanner(floor, START, SPEED_MM_S).reachable_places(CELL_MM, known=True)
     assert places[:, 0].max() > HALF_ROOM_MM + 100.0
     assert places[:, 0].max() < HALF_ROOM_MM + 500.0
     assert places[:, 0].min() > -HALF_ROOM_MM
