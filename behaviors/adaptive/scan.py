@@ -95,7 +95,7 @@ class ScanSkill:
         """Look along the most promising arc, if any is worth it."""
         perception = self._perception
         world = perception.world
-        world.targets.settle()
+        world.targets.flush_looks()
         belief = world.targets.beliefs[perception.target]
         if belief.chance_from(*world.here, world.floor) < N.worth_a_turn:
             return None
@@ -124,7 +124,7 @@ class ScanSkill:
         perception = self._perception
         perception.begin_turn()
         fact = self._sweep(TURNS.enough_deg)
-        while fact is None and not perception.turns.tell:
+        while fact is None and not perception.turns.complete:
             fact = self._sweep(TURNS.further_deg)
         if fact is None:
             perception.context.body.stop()

@@ -168,10 +168,10 @@ class TargetMemory:
                 self._looked_from.append((target, here))
                 place = self.look_alikes.looked_round(target, here)
                 if place is not None:
-                    self.settle()
+                    self.flush_looks()
                     self.beliefs[target].see(place, here)
             case TargetFinding.MOVED:
-                self.settle()
+                self.flush_looks()
                 self.beliefs[target].scatter()
             case TargetFinding.NOT_THERE:
                 self._forget(target)
@@ -180,7 +180,7 @@ class TargetMemory:
             case TargetFinding.LOOK_ALIKE:
                 self._reject(target)
 
-    def settle(self) -> None:
+    def flush_looks(self) -> None:
         """Update the beliefs with all looks that are still held back; called before a decision."""
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self._floor, unseen.frames)
@@ -188,7 +188,7 @@ class TargetMemory:
 
     def reconsider(self, target: str) -> None:
         """Forget a target that was not seen where it is remembered, unless it is still likely to be there."""
-        self.settle()
+        self.flush_looks()
         known = self.known.get(target)
         if known is not None and self.beliefs[target].held_at(known.place) < N.held:
             del self.known[target]

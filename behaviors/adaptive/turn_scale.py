@@ -78,7 +78,7 @@ class TurnScale:
         return self._beams[-1][0].heading_deg - self._beams[0][0].heading_deg if self._beams else 0.0
 
     @property
-    def tell(self) -> bool:
+    def complete(self) -> bool:
         """Whether the turn tells the scale of turns, or is too long to go on."""
         return abs(self.turned_deg) >= N.longest_deg or self.estimate() is not None
 

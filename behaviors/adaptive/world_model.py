@@ -133,7 +133,7 @@ class WorldModel:
         if failure.reason is Reason.RANGE_MISMATCH:
             self.targets.mismatched.add(target)
         self.targets.learn(target, failure.finding, self.here)
-        self.targets.settle()
+        self.targets.flush_looks()
         self.blocker = self._place_blocker(failure, now_s)
         self.plan()
 

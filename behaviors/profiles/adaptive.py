@@ -45,23 +45,23 @@ SKILLS: dict[str, Callable[[Perception, Choice], Skill]] = {
 """The skill of each recovery, by name."""
 
 
-class _Unhurried:
+class _NewEvidenceFirst:
     """Holds back a failure until there is new evidence for another decision.
 
     Args:
         skill: Fails or not.
-        settle: Looks and listens for as long as need be.
+        await_new_evidence: Looks and listens for as long as need be.
     """
 
-    def __init__(self, skill: Skill, settle: Callable[[], None]) -> None:
+    def __init__(self, skill: Skill, await_new_evidence: Callable[[], None]) -> None:
         self._skill = skill
-        self._settle = settle
+        self._await_new_evidence = await_new_evidence
 
     def call(self) -> Fact:
         """Return what the skill reports."""
         fact = self._skill.call()
         if isinstance(fact, Failure):
-            self._settle()
+            self._await_new_evidence()
         return fact
 
 
@@ -101,9 +101,9 @@ class AdaptiveProfile:
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
         """Return the skill for a state; whatever it is, its failure leads to no hasty decision."""
-        return _Unhurried(self._skill(state, choice), self._settle)
+        return _NewEvidenceFirst(self._skill(state, choice), self._await_new_evidence)
 
-    def _settle(self) -> None:
+    def _await_new_evidence(self) -> None:
         """Look and listen at rest until a decision here is not made on the evidence of the last one.
 
         A doubtful sonar is tested before, since what it said may be why the skill failed.

@@ -171,7 +171,7 @@ def test_what_is_forgotten_is_not_believed_to_be_there_any_more(world):
 def _look_in_vain(world: WorldModel, looked_for: Sequence[str], heading_deg: float) -> None:
     for i in range(10):
         world.perceive(i * 0.1, Pose(0.0, 0.0, heading_deg), None, looked_for, Glimpse(i * 0.1, {}))
-    world.targets.settle()
+    world.targets.flush_looks()
 
 
 def test_looks_in_vain_count_for_those_that_were_looked_for(world):
@@ -191,7 +191,7 @@ def test_a_look_in_vain_while_turning_counts_where_its_frame_was_taken(world):
         now_s, rate_deg_s = i * 0.1, 90.0 if i > 10 else 0.0
         pose = Pose(0.0, 0.0, rate_deg_s * (now_s - 1.0))
         world.perceive(now_s, pose, None, ["door"] if i > 10 else [], Glimpse(min(now_s, 1.0), {}))
-    world.targets.settle()
+    world.targets.flush_looks()
     begin_deg, end_deg = world.targets.beliefs["door"].arc_from(0.0, 0.0, world.floor, 36.0)
     assert (0.0 - begin_deg) % 360.0 > end_deg - begin_deg
     assert (90.0 - begin_deg) % 360.0 < end_deg - begin_deg
