@@ -20,7 +20,7 @@ from behaviors.stepped_mission import SteppedMission
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .drawing import TUNING_SEEDS, Drawing, check_eyes, told
+from .scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 
 CANDIDATES = 16
 """Largest number of candidates of a decision that an action can name."""
@@ -62,7 +62,7 @@ class _Play:
     def info(self) -> dict[str, Any]:
         """Return the open decision in full, and what has been reached by the truth."""
         question = self.stepped.question
-        return told(self.episode) | {"decision": question_values(question) if question else None}
+        return episode_info(self.episode) | {"decision": question_values(question) if question else None}
 
     def end(self) -> None:
         """End the mission and close the simulated brick."""
@@ -98,7 +98,11 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         eyes: str = GEOMETRIC,
         second_costs: float = 1.0,
     ) -> None:
-        self._drawing, self._eyes, self._second_costs = Drawing(kinds, seeds, profile), check_eyes(eyes), second_costs
+        self._scenarios, self._eyes, self._second_costs = (
+            ScenarioSampler(kinds, seeds, profile),
+            check_eyes(eyes),
+            second_costs,
+        )
         self._play: _Play | None = None
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
@@ -123,7 +127,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         """
         super().reset(seed=seed, options=options)
         self.close()
-        episode = Episode(self._drawing.draw(self.np_random, options), self._eyes)
+        episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
         episode.observers.append(episode.judge)
         self._play = play = _Play(episode)
         play.stepped.step()

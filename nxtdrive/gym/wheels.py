@@ -19,7 +19,7 @@ from behaviors.profile_names import ADAPTIVE
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
-from .drawing import TUNING_SEEDS, Drawing, check_eyes, told
+from .scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 
 IMAGE = (320, 240)
 """Width and height of an ``image``."""
@@ -68,8 +68,8 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         eyes: str = GEOMETRIC,
         second_costs: float = 1.0,
     ) -> None:
-        self._drawing, self._second_costs = Drawing(kinds, seeds, ADAPTIVE), second_costs
-        self._draws = check_eyes(eyes) != GEOMETRIC
+        self._scenarios, self._second_costs = ScenarioSampler(kinds, seeds, ADAPTIVE), second_costs
+        self._renders = check_eyes(eyes) != GEOMETRIC
         self._episode: Episode | None = None
         self._standing = False
         low = np.tile(np.array([0, 0, -180, 0], np.float32), (TARGETS, 1))
@@ -82,7 +82,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             "targets": spaces.Box(low, high),
             "left_s": spaces.Box(0.0, 1000.0, (1,), np.float32),
         }
-        if self._draws:
+        if self._renders:
             parts["image"] = spaces.Box(0, 255, (*IMAGE[::-1], 3), np.uint8)
         self.observation_space = spaces.Dict(parts)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -99,8 +99,8 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         super().reset(seed=seed, options=options)
         self.close()
         # also for images: the robot's frames come at the same times, and no detector searches them
-        self._episode = Episode(self._drawing.draw(self.np_random, options), GEOMETRIC)
-        return self._observe(self._episode), told(self._episode)
+        self._episode = Episode(self._scenarios.sample(self.np_random, options), GEOMETRIC)
+        return self._observe(self._episode), episode_info(self._episode)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive until the next frame.
@@ -123,7 +123,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         done = episode.reached.keys() >= set(self._targets(episode))
         late = not done and episode.time_s >= self._limit_s(episode)
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
-        return observation, reward, done, late, told(episode)
+        return observation, reward, done, late, episode_info(episode)
 
     def close(self) -> None:
         """Stop the motors and close the simulated brick."""
@@ -158,7 +158,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             "targets": self._rows(episode, seen),
             "left_s": np.array([max(0.0, min(1000.0, self._limit_s(episode) - episode.time_s))], np.float32),
         }
-        if self._draws:
+        if self._renders:
             image = episode.simulation.camera_frame()
             observation["image"] = np.zeros((*IMAGE[::-1], 3), np.uint8) if image is None else cv2.resize(image, IMAGE)
         return observation
@@ -167,7 +167,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         rows = np.zeros((TARGETS, 4), np.float32)
         for row, target in zip(rows, self._targets(episode), strict=False):
             row[0] = target not in episode.reached
-            if not self._draws and (sighting := seen.get(target)):
+            if not self._renders and (sighting := seen.get(target)):
                 row[1:] = 1.0, sighting.bearing_deg, min(sighting.distance_mm, FARTHEST_MM)
         return rows
 

@@ -1,4 +1,4 @@
-"""Draws the scenario of each episode."""
+"""Samples the scenario of each episode."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ TUNING_SEEDS = range(20000)
 """Seeds that may be used freely; later ones are held out for reports. See docs/evaluation.md."""
 
 
-class Drawing:
-    """Draws the scenario of each episode.
+class ScenarioSampler:
+    """Samples the scenario of each episode.
 
     Args:
         kinds: Classes to draw from.
@@ -37,7 +37,7 @@ class Drawing:
             raise ConfigError("there is nothing to draw an episode from.", remedy="Name a class and a seed.")
         self._kinds, self._seeds, self._profile = tuple(kinds), seeds, profile
 
-    def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Scenario:
+    def sample(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Scenario:
         """Draw a scenario; the options ``kind`` and ``seed`` name one instead.
 
         Raises:
@@ -60,7 +60,7 @@ def _check_kinds(kinds: Sequence[object]) -> None:
         raise ConfigError(f"there is no class {unknown[0]!r}.", remedy=f"Classes: {', '.join(ALL_CLASSES)}.")
 
 
-def told(episode: Episode) -> dict[str, Any]:
+def episode_info(episode: Episode) -> dict[str, Any]:
     """Return what an environment's ``info`` says of an episode: what was drawn, and what is reached by the truth."""
     scenario, reached = episode.scenario, sorted(episode.reached)
     return {"kind": scenario.kind, "seed": scenario.seed, "seconds": episode.time_s, "reached": reached}
