@@ -31,9 +31,9 @@ class MissionStatusHub(Hub):
         if kind == "link":
             self.lost = values["lost"]
 
-    def tell(self, kind: str, values: Mapping[str, Any]) -> None:
+    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
         """Note what belongs to a mission."""
-        super().tell(kind, values)
+        super().publish(kind, values)
         with self._guard:
             if kind == "run":
                 self._mission = {"run": values["folder"], "mission": values["name"], "profile": values["profile"]}

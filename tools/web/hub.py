@@ -135,7 +135,7 @@ class Hub:
         """Send an image of which only the latest counts."""
         self._put(kind, image_message(kind, number, time_s, encoded))
 
-    def tell(self, kind: str, values: Mapping[str, Any]) -> None:
+    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
         """Send an event that every client gets, also those that connect later."""
         message = as_message(kind, values)
         with self._lock:

@@ -191,32 +191,32 @@ class ShownMission:
         hub = self._hub
         hub.begin_run()
         settings = self._mission.model_dump(mode="json")["mission"]
-        hub.tell("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
+        hub.publish("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
         self._true_room = TrueRoom(run.robot.brick, hub)
-        run.observers.add("page", self._tell)
+        run.observers.add("page", self._publish)
         run.observers.add("progress", ProgressLines(self._say))
         try:
             return run.pursue()
         finally:
             self.resume()
             self.over = True
-            hub.tell("ended", {**run.summary(), "folder": folder})
+            hub.publish("ended", {**run.summary(), "folder": folder})
 
     def _say(self, line: str) -> None:
-        self._hub.tell("line", {"text": line})
+        self._hub.publish("line", {"text": line})
 
     def _say_failure(self, name: str, error: Exception) -> None:
-        self._hub.tell("problem", {"text": f"{name}: {error}"})
+        self._hub.publish("problem", {"text": f"{name}: {error}"})
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:
         make = supervised(mission, self.operator) if self._confirm else find_profile(mission.mission.profile)
         self._profile = make(context, mission, targets)
         return self._profile
 
-    def _tell(self, record: Record) -> None:
-        self._hub.tell("record", {"record": record.values()})
+    def _publish(self, record: Record) -> None:
+        self._hub.publish("record", {"record": record.values()})
         if record.kind is Kind.CHOICE:
-            self._hub.tell("decision", made(record, self._policy))
+            self._hub.publish("decision", made(record, self._policy))
         self._true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s

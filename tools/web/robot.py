@@ -322,7 +322,7 @@ class Robot:
             shown.pursue(run, recording.folder.path.name)
         except NXTError as error:
             shown.over = True  # before clients know, who may start another one at once
-            self._hub.tell("problem", {"text": str(error)})
+            self._hub.publish("problem", {"text": str(error)})
         finally:
             shown.over = True
             self._pictures.watch(None)

@@ -39,17 +39,17 @@ def test_only_the_latest_state_and_frame_are_sent():
 
 
 def test_no_event_is_left_out_and_their_order_stays():
-    messages = _received(*[lambda hub, n=n: hub.tell("line", {"text": str(n)}) for n in range(100)])
+    messages = _received(*[lambda hub, n=n: hub.publish("line", {"text": str(n)}) for n in range(100)])
     assert [json.loads(message)["text"] for message in messages] == [str(n) for n in range(100)]
 
 
 def test_a_client_that_comes_later_is_told_the_run_so_far():
     async def late() -> list[str | bytes]:
         hub = Hub()
-        hub.tell("line", {"text": "of the last run"})
+        hub.publish("line", {"text": "of the last run"})
         hub.show("state", {"doing": "stopped", "pose": [0, 0, 0]})
         hub.begin_run()
-        hub.tell("line", {"text": "searching"})
+        hub.publish("line", {"text": "searching"})
         hub.show("paused", {"paused": True})
         one = Client(asyncio.get_running_loop(), "page 1")
         hub.join(one)
@@ -68,7 +68,7 @@ def test_a_client_that_never_reads_is_given_up_and_memory_stays_bounded():
         hub.join(slow)
         hub.join(other)
         for _ in range(BACKLOG + BEHIND + 1):
-            hub.tell("line", {"text": ""})
+            hub.publish("line", {"text": ""})
             if other.waiting > 100:
                 await other.next()
         return slow.too_slow, other.too_slow

@@ -60,8 +60,8 @@ class Witness(Hub):
         """Let the robot's loop go on."""
         self._crowded.set()
 
-    def tell(self, kind: str, values: Any) -> None:
-        super().tell(kind, values)
+    def publish(self, kind: str, values: Any) -> None:
+        super().publish(kind, values)
         if kind == "ended":
             self.ended.set()
 

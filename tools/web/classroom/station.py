@@ -56,7 +56,7 @@ class StationHub(Hub):
             self.doing = "waits for an answer on its page"
         super().show(kind, values)
 
-    def tell(self, kind: str, values: Mapping[str, Any]) -> None:
+    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
         """Send an event."""
         if kind == "run":
             self.running = values["name"]
@@ -67,7 +67,7 @@ class StationHub(Hub):
         elif kind == "ended":
             self.last, self.running = result(values), ""
             self.runs += 1
-        super().tell(kind, values)
+        super().publish(kind, values)
 
 
 def result(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -293,7 +293,7 @@ class Station:
             self.trouble = reason
         if falls_back:
             self.is_open, self.stands_in = False, True
-            self.hub.tell("problem", {"text": f"a simulated robot takes the brick's place: {reason}"})
+            self.hub.publish("problem", {"text": f"a simulated robot takes the brick's place: {reason}"})
         return falls_back
 
     def _renew(self) -> Robot:

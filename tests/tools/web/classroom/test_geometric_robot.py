@@ -34,8 +34,8 @@ class Ended(Hub):
         super().__init__()
         self.ended = threading.Event()
 
-    def tell(self, kind: str, values: Any) -> None:
-        super().tell(kind, values)
+    def publish(self, kind: str, values: Any) -> None:
+        super().publish(kind, values)
         if kind == "ended":
             self.ended.set()
 
