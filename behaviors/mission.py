@@ -34,7 +34,7 @@ from behaviors.robot_description import (
     with_robot,
 )
 from input_files.json_text import parse_object
-from input_files.mistakes import listed, shown
+from input_files.mistakes import excerpt, listed
 from input_files.plain import MEGABYTE, InputFileError, at_home, read_text
 from input_files.toml_file import read_toml
 
@@ -300,7 +300,7 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
                 pictures[i] = str(found[0])
             else:
                 yield (
-                    f"target.{name}.pictures[{i}]: there is no picture {shown(str(picture))}; "
+                    f"target.{name}.pictures[{i}]: there is no picture {excerpt(str(picture))}; "
                     f"put it beside the mission file ({folders[0]})"
                 )
         detector = str(target.get("detector"))
@@ -310,7 +310,7 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
                 target[key] = str(folders[0] / at_home(file))
                 if not os.path.isfile(target[key]):
                     beside = f"put it beside the mission file ({folders[0]})"
-                    yield f"target.{name}.{key}: there is no file {shown(file)}; {beside}"
+                    yield f"target.{name}.{key}: there is no file {excerpt(file)}; {beside}"
 
 
 def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
@@ -322,4 +322,4 @@ def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
             adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
         except (ValueError, KeyError) as error:
             del adaptive["chances"]
-            yield f"adaptive.chances: {shown(name)}, beside the mission file, is no file of nxtdrive chances: {error}"
+            yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is no file of nxtdrive chances: {error}"

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from behaviors.detector_names import detector_names
-from input_files.mistakes import shown
+from input_files.mistakes import excerpt
 from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
@@ -43,7 +43,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
             message = _detector_advice(problem["input"])
         elif problem["type"] in NO_TABLE:
-            message = f"it must be a table, [{where}], not {shown(problem['input'])}"
+            message = f"it must be a table, [{where}], not {excerpt(problem['input'])}"
         elif problem["type"] == "missing" and where == "mission":
             message = 'there is no [mission] table; it names the targets: targets = ["lena"]'
         elif problem["type"] == "missing":
@@ -51,7 +51,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         elif problem["type"] == "too_short" and where == "mission.targets":
             message = "a mission needs at least one target; name one and describe it in a table [target.NAME]"
         elif "input" in problem and not isinstance(problem["input"], dict):
-            message = f"{message}, not {shown(problem['input'])}{_unit(str(path[-1]) if path else '')}"
+            message = f"{message}, not {excerpt(problem['input'])}{_unit(str(path[-1]) if path else '')}"
         yield f"{where}: {message}"
 
 
@@ -59,7 +59,7 @@ def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
     known = ", ".join(detector_names())
     if "detector" in target:
-        return f"there is no detector {shown(target['detector'])}; use one of {known}"
+        return f"there is no detector {excerpt(target['detector'])}; use one of {known}"
     near = difflib.get_close_matches("detector", target, n=1)
     hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
     return f"the key detector is missing; it is one of {known}{hint}"

@@ -35,7 +35,7 @@ def _in_words(count: int) -> str:
     return "1 mistake" if count == 1 else f"{count} mistakes"
 
 
-def shown(value: object) -> str:
+def excerpt(value: object) -> str:
     """Return the value as Python writes it, cut if it is long."""
     return _cut(repr(value), LONGEST_VALUE)
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import listed, shown
+from input_files.mistakes import excerpt, listed
 from input_files.plain import InputFileError
 from input_files.pydantic_words import words
 from input_files.toml_file import read_toml
@@ -94,13 +94,13 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "union_tag_invalid":
             tag, key = error["ctx"]["tag"], error["ctx"]["discriminator"].strip(_QUOTE)
             known = [name.strip(_QUOTE) for name in error["ctx"]["expected_tags"].split(", ")]
-            return f"{path}.{key}: there is no {shown(tag)}; {hint(tag, known)}"
+            return f"{path}.{key}: there is no {excerpt(tag)}; {hint(tag, known)}"
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
         case "tuple_type" if len(location) == 1:
             return f"{path}: needs two brackets, [[{path}]], once for each of them"
     message = words(error["type"], error.get("ctx", {}), error["msg"])
-    return f"{path}: {message}, not {shown(error['input'])}"
+    return f"{path}: {message}, not {excerpt(error['input'])}"
 
 
 def hint(name: str, known: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from firmware_protocol.printable import printable
-from input_files.mistakes import shown
+from input_files.mistakes import excerpt
 from input_files.plain import whole_number
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
@@ -76,7 +76,7 @@ class TerminalOperator:
                 return question.proposed
             if (number := whole_number(answer)) is not None and 1 <= number <= count:
                 return question.candidates[number - 1].choice
-            self._console.print(f"There is no {shown(answer)}.", markup=False)
+            self._console.print(f"There is no {excerpt(answer)}.", markup=False)
 
 
 def _await_line() -> None:
