@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from nxtdrive.tools.dev.docs_site import pages, site_links, whole_options
+from nxtdrive.tools.dev.docs_site import marked_drawings, pages, site_links, whole_options
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,6 +43,12 @@ def test_options_in_code_stay_on_one_line():
     assert shown == (
         f'<p>as --out</p><code>run {options[0]} a-b {options[1]}</code><code><a href="x--y -z">{options[2]}</a></code>'
     )
+
+
+def test_drawings_are_marked_and_other_blocks_are_not():
+    drawing, program = "<pre><code>brick ── link\n</code></pre>", "<pre><code>nxtdrive run\n</code></pre>"
+    marked = drawing.replace("<pre>", '<pre class="drawing">')
+    assert marked_drawings(program + drawing + "<p>─</p>" + program) == program + marked + "<p>─</p>" + program
 
 
 def test_every_example_with_a_readme_is_a_page():

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[2]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)")
 CODE = re.compile(r"<code>(.*?)</code>", re.DOTALL)
+DRAWING = re.compile(r"<pre(?=(?:(?!</pre>).)*[─│▼├])", re.DOTALL)
 OPTION = re.compile(r"(?<![\w&;-])--?[A-Za-z][\w-]*(?![^<]*>)")
 ELSEWHERE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 
@@ -47,8 +48,13 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:  # noqa: ANN40
 
 
 def on_page_content(html: str, **_: Any) -> str:  # noqa: ANN401 - mkdocs'
-    """Leave out what introduces a program in a docstring, which its frame does on the page, and mark options."""
-    return whole_options(html.replace("<p>::</p>\n", ""))
+    """Leave out what introduces a program in a docstring, which its frame does on the page; mark options, drawings."""
+    return marked_drawings(whole_options(html.replace("<p>::</p>\n", "")))
+
+
+def marked_drawings(html: str) -> str:
+    """Mark blocks of text that are drawings, which site.css does not wrap."""
+    return DRAWING.sub('<pre class="drawing"', html)
 
 
 def whole_options(html: str) -> str:
