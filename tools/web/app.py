@@ -24,6 +24,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.signals import handling
 
 from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations, sheet
@@ -297,7 +298,7 @@ def serve(server: Server, robot: Robot, listener: socket.socket, ready: Callable
     http = http_server(server.app())
     robot.open(on_end=lambda: setattr(http, "should_exit", True))
     ready()
-    http.run(sockets=[listener])
+    run_until_signal(http, listener)
 
 
 @contextlib.contextmanager
@@ -317,6 +318,20 @@ def serving(server: Server, listener: socket.socket) -> Iterator[None]:
         server.hub.flush(GRACE_S)
         http.should_exit = True
         thread.join(2 * GRACE_S)
+
+
+def run_until_signal(http: uvicorn.Server, listener: socket.socket) -> None:
+    """Serve until a signal comes; uvicorn itself ends by SIGINT and SIGTERM alone, in a closed terminal it would break.
+
+    Args:
+        http: The server.
+        listener: A bound socket.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C.
+    """
+    with handling(lambda *_: setattr(http, "should_exit", True), ("SIGHUP",)):
+        http.run(sockets=[listener])
 
 
 def http_server(app: Starlette) -> uvicorn.Server:

@@ -5,18 +5,24 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import signal
 import socket
-from contextlib import ExitStack, closing
+import threading
+from contextlib import ExitStack, closing, suppress
 from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
+from websockets.sync.client import connect
 
 from nxtdrive.mission import setup
+from nxtdrive.signals import signals_as_interrupt
 from nxtdrive.tools.web import connections
 from nxtdrive.tools.web.access import Pin
-from nxtdrive.tools.web.app import Server, http_server, serving
+from nxtdrive.tools.web.app import Server, http_server, run_until_signal, serving
 from nxtdrive.tools.web.hub import BACKLOG, BEHIND, Client, Hub
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.photographs import NewTarget, text_for
@@ -151,6 +157,29 @@ def test_silent_connections_take_no_place_from_a_page(tmp_path, monkeypatch):
             page.request("GET", "/api/missions")
             assert page.getresponse().status == 200
         assert [_is_closed(each) for each in silent] == [True] * 7 + [False] * 2
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
+@pytest.mark.parametrize("name", ["SIGHUP", "SIGTERM"])
+def test_a_signal_ends_the_server_in_good_order_while_a_page_is_open(tmp_path, name, capsys):
+    left = []
+
+    def visit(port: int) -> None:
+        with connect(f"ws://127.0.0.1:{port}/ws") as page:
+            page.recv()
+            os.kill(os.getpid(), getattr(signal, name))
+            with suppress(ConnectionClosed):
+                while page.recv():
+                    pass
+            left.append(page.close_code)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener, signals_as_interrupt(), suppress(KeyboardInterrupt):
+        visitor = threading.Thread(target=visit, args=(listener.getsockname()[1],))
+        visitor.start()
+        run_until_signal(http_server(_server(tmp_path).app()), listener)
+    visitor.join()
+    assert left == [CloseCode.SERVICE_RESTART]
+    assert capsys.readouterr().err == ""
 
 
 def _is_closed(connection: socket.socket) -> bool:

@@ -19,7 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from ..access import Pin
-from ..app import STATIC, as_json, guarded, http_server
+from ..app import STATIC, as_json, guarded, http_server, run_until_signal
 from ..hub import Client
 from ..messages import VERSION
 from ..page_socket import converse
@@ -130,4 +130,4 @@ def serve_class(server: ClassroomServer, listener: socket.socket, ready: Callabl
     http = http_server(server.app())
     server.classroom.open()
     ready()
-    http.run(sockets=[listener])
+    run_until_signal(http, listener)
