@@ -74,6 +74,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.teleop.controls import Controls
     from nxtdrive.tools.teleop.picture import FPS, Picture
     from nxtdrive.tools.teleop.pilot import Pilot
+    from nxtdrive.tools.teleop.terminal import lasting_terminal
 
     mission = load(args.mission, args.robot)
     target = _target(args, mission)
@@ -90,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
             if target:
                 spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, picture)))
         stopped = stack.enter_context(until_signal())
+        stack.enter_context(lasting_terminal())
         pilot, name = Pilot(brick, rover, controls, spotter), brick.link.transport.address
         app = Teleop(pilot, controls, brick.now, name, gamepad, picture=picture, camera=why_none, stopped=stopped)
         stack.callback(app.finish)
@@ -110,8 +112,11 @@ def _check() -> None:
             "teleop draws with textual, which is not installed.",
             remedy=f"Install it: {install_extra('tui')}",
         )
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise ConfigError("teleop needs a terminal to draw on and to read keys from.", remedy="Run it in one.")
+    if not all(stream and stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):
+        raise ConfigError(
+            "teleop needs a terminal to draw on and to read keys from.",
+            remedy="Run it in one, with input, output and standard error as they are.",
+        )
 
 
 def _gamepad(wanted: bool | None, stack: ExitStack) -> Gamepad | None:

@@ -91,11 +91,12 @@ class Robot:
             raise error
 
     def close(self) -> None:
-        """End a running mission, stop the motors, close brick and camera."""
+        """End a running mission, stop the motors, close brick and camera; also before it is open."""
         self._closing.set()
         self.stop_mission()
         self._news.set()
-        self._thread.join(5.0)
+        if self._thread.is_alive():
+            self._thread.join(5.0)
 
     def drive(self, ahead: float, aside: float) -> None:
         """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread."""

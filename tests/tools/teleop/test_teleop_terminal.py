@@ -1,16 +1,25 @@
 """The screen: textual's own pilot presses keys, and a real terminal shows the real thing."""
 
 import asyncio
+import io
+import os
 import sys
+from contextlib import suppress
 
 import pytest
 
 from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
+from nxtdrive.tools.teleop.terminal import LastingStream
 
 PATIENCE = 400
 """Looks at something that will happen, before it is held to be missing."""
+
+
+class _Terminal(io.StringIO):
+    def isatty(self):
+        return True
 
 
 @pytest.fixture
@@ -143,6 +152,25 @@ def test_without_textual_it_names_the_command(capsys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["teleop"]) == USAGE
     assert "install 'nxtdrive[tui]'" in capsys.readouterr().err
+
+
+def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
+    """It would end textual's thread that draws, for which the program would wait for ever."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    with suppress(BrokenPipeError), open(writer, "w") as closed:
+        drawing = LastingStream(closed)
+        for _ in range(3):
+            assert drawing.write("x" * 10_000) == 10_000
+            drawing.flush()
+    drawing.flush()
+
+
+def test_a_standard_error_that_is_no_terminal_is_refused(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdin", open_terminal := _Terminal())
+    monkeypatch.setattr("sys.stdout", open_terminal)
+    assert main(["teleop"]) == USAGE
+    assert "needs a terminal" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -182,6 +182,11 @@ def test_a_signal_ends_the_server_in_good_order_while_a_page_is_open(tmp_path, n
     assert capsys.readouterr().err == ""
 
 
+def test_a_robot_can_be_closed_before_it_is_opened(tmp_path):
+    """As a signal does that comes in between."""
+    _server(tmp_path).robot.close()
+
+
 def _is_closed(connection: socket.socket) -> bool:
     connection.settimeout(0.02)
     try:
