@@ -125,3 +125,12 @@ def test_a_closed_output_is_no_mistake():
         ["sh", "-c", '"$0" -m nxtdrive files ls >&-', sys.executable], capture_output=True, text=True, check=False
     )
     assert (ran.returncode, ran.stderr) == (DONE, "")
+
+
+def test_a_table_whose_reader_has_left_is_no_mistake(monkeypatch):
+    """As of `nxtdrive monitor --once | true`."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    with contextlib.suppress(BrokenPipeError), open(writer, "w") as left:
+        monkeypatch.setattr("sys.stdout", left)
+        assert main(["monitor", "--once"]) == DONE
