@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from sim_backend.doors.door import LOOPBACK
 from sim_backend.doors.mjpeg import coded
-from sim_backend.doors.sockets import listen
+from sim_backend.doors.sockets import BACKLOG, listen
 from sim_backend.doors.usb_device import Setup, Speed, Stall, UsbDevice
-from sim_backend.doors.usbip import attach_command
+from sim_backend.doors.usbip import REQUEST_S, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
 
 ENDPOINT_IN = 0x81
@@ -29,6 +29,10 @@ PAYLOAD_SIZE = 32 * PACKET_SIZE
 
 VENDOR, PRODUCT = 0x1D6B, 0x0102
 """Those of Linux's own webcam gadget."""
+
+UNREAD_LIMIT = 1 << 20
+"""Unread bytes, beyond the kernel's buffer, at which a computer is disconnected: a dozen reads, for a host has five
+under way."""
 
 HUNDRED_NS = 10_000_000
 """Units of a frame interval in a second."""
@@ -155,7 +159,8 @@ class Webcam(UsbDevice):
 class UvcDoor:
     """A USB/IP server with one device, the webcam; one computer at a time has it.
 
-    One thread serves it; publishing a frame never waits.
+    One thread serves it; publishing a frame never waits. A connection has a deadline for its request, and a further one
+    takes the place of the oldest without a request.
 
     Attributes:
         port: The actual port.
@@ -181,6 +186,7 @@ class UvcDoor:
         self.port: int = self._listener.getsockname()[1]
         self.command = attach_command(host, self.port)
         self._device = Webcam(size, fps)
+        self._asking: dict[_Cable, None] = {}
         self._cable: _Cable | None = None
         self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
         self._loop = self._runner.get_loop()
@@ -217,6 +223,8 @@ class UvcDoor:
         server = await self._loop.create_server(lambda: _Cable(self), sock=self._listener)
         async with server:
             await self._ended.wait()
+        for cable in self._asking:
+            cable.abort()
         self._pull()
 
     def _pull(self) -> None:
@@ -232,12 +240,27 @@ class UvcDoor:
         """A session for a new connection."""
         return UsbIpSession(self._device, lambda: self._cable is not None)
 
+    def connected(self, cable: _Cable) -> None:
+        """A host has connected, and may ask for the webcam until its deadline."""
+        if len(self._asking) >= BACKLOG:
+            self._hang_up(next(iter(self._asking)))
+        self._asking[cable] = None
+        self._loop.call_later(REQUEST_S, self._hang_up, cable)
+
+    def _hang_up(self, cable: _Cable) -> None:
+        """Disconnect a host unless it has imported the webcam, or has gone already."""
+        if cable in self._asking:
+            del self._asking[cable]
+            cable.abort()
+
     def plugged(self, cable: _Cable) -> None:
         """A host has imported the webcam."""
+        self._asking.pop(cable, None)
         self._cable = cable
 
     def unplugged(self, cable: _Cable) -> None:
         """A host has gone."""
+        self._asking.pop(cable, None)
         if self._cable is cable:
             self._cable = None
 
@@ -258,6 +281,12 @@ class _Cable(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast("asyncio.Transport", transport)
+        self._transport.set_write_buffer_limits(high=UNREAD_LIMIT)
+        self._door.connected(self)
+
+    def pause_writing(self) -> None:
+        """Disconnect a host that does not read."""
+        self.abort()
 
     def data_received(self, data: bytes) -> None:
         self._session.feed(data)
@@ -280,5 +309,7 @@ class _Cable(asyncio.Protocol):
     def _flush(self) -> None:
         self._transport.write(bytes(self._session.outgoing))
         self._session.outgoing.clear()
-        if self._session.finished:
-            self._transport.close()
+        if self._session.finished and self._session.imported:
+            self.abort()
+        elif self._session.finished:
+            self._transport.close()  # once the answer is sent

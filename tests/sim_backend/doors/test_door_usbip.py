@@ -4,6 +4,7 @@ import contextlib
 import errno
 import socket
 import struct
+from functools import partial
 
 import cv2
 import numpy as np
@@ -353,6 +354,44 @@ def test_the_camera_streams_to_one_computer_until_it_is_unplugged():
             door.unplug()
             assert stream.read() == b""
     door.close()
+
+
+def test_silent_connections_take_no_place_from_a_computer_that_wants_the_camera(monkeypatch):
+    """Without a limit, a thousand of them left the server no file to open, and it ended."""
+    monkeypatch.setattr("sim_backend.doors.uvc.BACKLOG", 3)
+    with contextlib.closing(UvcDoor((320, 240), 15.0)) as door, contextlib.ExitStack() as lines:
+        connect = partial(socket.create_connection, ("127.0.0.1", door.port), timeout=10)
+        silent = [lines.enter_context(connect()) for _ in range(5)]
+        computer = lines.enter_context(connect())
+        computer.sendall(IMPORT)
+        assert len(computer.makefile("rb").read(320)) == 320
+        assert [line.recv(1) for line in silent[:3]] == [b""] * 3
+
+
+def test_a_connection_without_a_request_is_closed(monkeypatch):
+    monkeypatch.setattr("sim_backend.doors.uvc.REQUEST_S", 0.01)
+    with (
+        contextlib.closing(UvcDoor((320, 240), 15.0)) as door,
+        socket.create_connection(("127.0.0.1", door.port), timeout=10) as line,
+    ):
+        line.sendall(LIST[:4])
+        assert line.recv(1) == b""
+
+
+def test_a_computer_that_asks_without_reading_is_disconnected():
+    questions = control(1, 0x80, 6, 0x0200, 0, 255) * 1000
+
+    def ask(line):
+        for _ in range(2000):
+            line.sendall(questions)
+
+    with contextlib.closing(UvcDoor((320, 240), 15.0)) as door:
+        with socket.create_connection(("127.0.0.1", door.port), timeout=10) as line:
+            line.sendall(IMPORT)
+            with pytest.raises(ConnectionError):
+                ask(line)
+        while door.watched:
+            pass
 
 
 def test_a_port_in_use_is_refused_with_advice():
