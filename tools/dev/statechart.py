@@ -18,13 +18,15 @@ PICTURE = Path("docs/images/statechart.svg")
 PAGE_TEXT = """\
 # The statechart of a mission
 
-Written by `python -m tools.dev.statechart` from the class `behaviors.chart.MissionChart`; a test holds it equal.
+The states in which a mission can be and what leads from one to another, for readers of a [journal](journal.md) and
+developers of profiles. Written by `python -m tools.dev.statechart` from the class `behaviors.chart.MissionChart`; a
+test holds it equal.
 
 ![The statechart of a mission as a picture](images/statechart.svg)
 
-Five regions run side by side. Skills act in the states of *mission* and report facts, which are the chart's events; a
-fact that means nothing in the present state changes nothing. The motors never wait for the chart: the safety stop acts
-first and reports afterwards.
+Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and what
+was measured. An event that means nothing in the present state changes nothing. The motors never wait for the chart: the
+safety stop acts first and reports afterwards.
 
 ## States
 
@@ -41,7 +43,7 @@ In the [journal](journal.md) each event has its reason and what was measured.
 {transitions}
 
 "At once" is a transition that the chart makes by itself when it enters a state and the guard holds. `resume_here` and
-`recover_here` are histories: the state that was left.
+`recover_here` are history states: back to the state that was left.
 
 {guards}
 

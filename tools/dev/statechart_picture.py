@@ -139,8 +139,8 @@ ROUTES: dict[tuple[str, str], Route] = {
     ("blind", "seeing"): Route(GOAL, ((1528, 852), (1482, 852)), (1505, 884)),
     ("trusted", "distrusted"): Route(FAIL, ((1482, 1066), (1528, 1066)), (1505, 1038)),
     ("distrusted", "trusted"): Route(GOAL, ((1528, 1096), (1482, 1096)), (1505, 1130)),
-    ("trusted", "trusted"): Route(OTHER, ((1370, 1047), (1370, 1010), (1430, 1010), (1430, 1047)), (1400, 1002)),
-    ("distrusted", "distrusted"): Route(OTHER, ((1580, 1047), (1580, 1010), (1640, 1010), (1640, 1047)), (1610, 1002)),
+    ("trusted", "trusted"): Route(OTHER, ((1370, 1047), (1370, 1010), (1430, 1010), (1430, 1047)), (1400, 990)),
+    ("distrusted", "distrusted"): Route(OTHER, ((1580, 1047), (1580, 1010), (1640, 1010), (1640, 1047)), (1610, 990)),
 }
 """Every pair of states with a transition."""
 
@@ -162,13 +162,13 @@ LEGEND = (
 )
 TITLE = "The statechart of a mission"
 SUBTITLE = (
-    "nxtdrive: five regions run side by side. Events are facts that the robot reports; what carries no event happens "
-    "by itself."
+    "nxtdrive: five regions run side by side. An arrow with an event is taken when the robot reports it, an arrow "
+    "without one at once."
 )
 NOTES = (
     ("[ ]", "a guard, which must hold"),
     ("/", "what the chart does meanwhile"),
-    ("H", "the state that was left, H* with those in it"),
+    ("H", "history: back to where it was (H*: deep)"),
 )
 LINE_PX = 14
 WIDEST = 28
