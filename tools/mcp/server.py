@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Awaitable, Callable
 from concurrent.futures import Future, wait
-from functools import wraps
+from functools import partial, wraps
 from typing import Any, ParamSpec, TypeVar
 
 import anyio
@@ -85,12 +85,15 @@ class Tools:
 
     async def missions(self) -> dict[str, Any]:
         """List the missions that can be started; the built-in one has the empty name."""
-        return {"missions": ["", *self._assistant.missions.names()]}
+        return {"missions": ["", *await run_sync(self._assistant.missions.names)]}
 
     async def mission_run(self, mission: str = "", profile: str = "", decide: bool = False) -> dict[str, Any]:
         """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""
-        self._assistant.start_mission(mission, profile, decide=decide)
-        return self._assistant.status()
+        assistant = self._assistant
+        # files are read in a thread, as `stop` must not wait for them
+        start = partial(assistant.start_mission, mission, profile, decide=decide, endings=assistant.robot.endings)
+        await run_sync(start)
+        return assistant.status()
 
     async def mission_status(self, wait_s: float = 0.0) -> dict[str, Any]:
         """Say what mission and robot do; wait up to 60 s for the mission's end or its next question."""

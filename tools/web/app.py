@@ -9,6 +9,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import resources
 from itertools import count
 from pathlib import Path
@@ -57,7 +58,7 @@ from .messages import (
 )
 from .mission_run import WebOperator
 from .missions import Missions
-from .page_socket import converse
+from .page_socket import Work, converse
 from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
@@ -183,8 +184,8 @@ class Server:
             self.robot.let_go()
         self._arbiter.give(client.name)
 
-    def _obey(self, client: Client, message: Message) -> None:
-        """Do what a client asks.
+    def _obey(self, client: Client, message: Message) -> Work | None:
+        """Do what a client asks, or return what of it takes longer.
 
         Raises:
             ValueError: It cannot be done; the text says why.
@@ -210,11 +211,12 @@ class Server:
                     raise ValueError("No mission is under way.")
                 robot.operator.choose(number)
             case _ if isinstance(robot, Robot):
-                self._control(robot, client, message)
+                return self._control(robot, client, message)
             case _:
                 raise ValueError("This page shows one run. Start `nxtdrive web` to drive and to start missions.")
+        return None
 
-    def _control(self, robot: Robot, client: Client, message: Message) -> None:
+    def _control(self, robot: Robot, client: Client, message: Message) -> Work | None:
         match message:
             case Drive():
                 if not self._arbiter.take(client.name) and (message.ahead or message.aside):
@@ -229,22 +231,27 @@ class Server:
                 self._arbiter.take(client.name)
             case GiveWheel():
                 self._arbiter.give(client.name)
-            case StartMission(mission=name):
-                mission = self.missions.load(name, message.profile)
-                robot.start_mission(mission, confirm=message.confirm, file=self.missions.file(name))
+            case StartMission():
+                return partial(self._start_mission, robot, message, robot.endings)
             case StartCalibration() | AnswerCalibration() | SaveCalibration():
-                self._calibrate(robot, message)
+                return self._calibrate(robot, message)
+        return None
 
-    def _calibrate(self, robot: Robot, message: StartCalibration | AnswerCalibration | SaveCalibration) -> None:
+    def _start_mission(self, robot: Robot, message: StartMission, endings: int) -> None:
+        mission, file = self.missions.load(message.mission, message.profile), self.missions.file(message.mission)
+        robot.start_mission(mission, confirm=message.confirm, file=file, endings=endings)
+
+    def _calibrate(self, robot: Robot, message: StartCalibration | AnswerCalibration | SaveCalibration) -> Work | None:
         if (calibrations := self.calibrations) is None:
             raise ValueError("Here the robot cannot be calibrated. Start `nxtdrive web` for it alone.")
         match message:
             case StartCalibration():
-                calibrations.start(message, robot.start_calibration)
+                return partial(calibrations.start, message, partial(robot.start_calibration, endings=robot.endings))
             case AnswerCalibration(question=question, value=value):
                 calibrations.answer(question, value)
             case SaveCalibration():
-                calibrations.save()
+                return calibrations.save
+        return None
 
     def _hello(self, client: Client) -> dict[str, object]:
         return {

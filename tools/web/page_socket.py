@@ -7,9 +7,14 @@ import contextlib
 from collections.abc import Callable
 
 import anyio
+from anyio.abc import TaskGroup
+from anyio.to_thread import run_sync
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from .hub import Client, Hub
+
+Work = Callable[[], object]
+"""What is left to do of a message, in a thread."""
 
 MAX_CLIENTS = 50
 TRY_LATER = 1013
@@ -22,7 +27,7 @@ async def converse(
     name: str,
     *,
     hello: Callable[[Client], dict[str, object]],
-    obey: Callable[[Client, str], None],
+    obey: Callable[[Client, str], Work | None],
     left: Callable[[Client], None],
 ) -> None:
     """Serve a page until it leaves or is too slow.
@@ -31,8 +36,9 @@ async def converse(
         page: Its WebSocket.
         hub: Whose messages it gets.
         name: Of the client.
-        hello: Returns the first message.
-        obey: Does what a message asks; a ValueError says why it cannot be done.
+        hello: Returns the first message; called in a thread.
+        obey: Does what a message asks, or returns what of it reads files, which is done in a thread while the page's
+            next messages are obeyed: a stop never waits. A ValueError says why it cannot be done.
         left: Called at the end.
     """
     await page.accept()
@@ -40,12 +46,12 @@ async def converse(
         await page.close(TRY_LATER, "too many pages are open")
         return
     client = Client(asyncio.get_running_loop(), name)
-    await page.send_json({"type": "hello", **hello(client)})
+    await page.send_json({"type": "hello", **await run_sync(hello, client)})
     hub.join(client)
     try:
         async with anyio.create_task_group() as both:
             both.start_soon(_send, page, client, both.cancel_scope)
-            both.start_soon(_receive, page, client, obey, both.cancel_scope)
+            both.start_soon(_receive, page, client, obey, both)
     finally:
         hub.leave(client)
         left(client)
@@ -65,8 +71,9 @@ async def _send(page: WebSocket, client: Client, both: anyio.CancelScope) -> Non
 
 
 async def _receive(
-    page: WebSocket, client: Client, obey: Callable[[Client, str], None], both: anyio.CancelScope
+    page: WebSocket, client: Client, obey: Callable[[Client, str], Work | None], both: TaskGroup
 ) -> None:
+    working: set[Work] = set()
     with contextlib.suppress(WebSocketDisconnect):
         while page.application_state is WebSocketState.CONNECTED:  # a failed send leaves it disconnected
             message = await page.receive()
@@ -75,7 +82,26 @@ async def _receive(
             try:
                 if (text := message.get("text")) is None:
                     raise ValueError("Send messages as text, not as bytes.")
-                obey(client, text)
+                if work := obey(client, text):
+                    if working:
+                        raise ValueError("What you started before is still being read. Try again in a moment.")
+                    working.add(work)
+                    both.start_soon(_do, page, work, working)
             except ValueError as error:
-                await page.send_json({"type": "refused", "text": str(error)})
-    both.cancel()
+                await _refuse(page, error)
+    both.cancel_scope.cancel()
+
+
+async def _do(page: WebSocket, work: Work, working: set[Work]) -> None:
+    try:
+        await run_sync(work)
+    except ValueError as error:
+        with contextlib.suppress(WebSocketDisconnect):
+            await _refuse(page, error)
+    finally:
+        working.remove(work)
+
+
+async def _refuse(page: WebSocket, error: ValueError) -> None:
+    if page.application_state is WebSocketState.CONNECTED:
+        await page.send_json({"type": "refused", "text": str(error)})

@@ -46,6 +46,7 @@ class Robot:
 
     Attributes:
         controls: What the driver wants.
+        endings: How often it was stopped or its mission was ended.
         failure: The defect that ended the thread, if one did.
 
     Args:
@@ -73,6 +74,7 @@ class Robot:
         self._now: Callable[[], float] = lambda: 0.0
         self._pictures = PictureFeed(hub)
         self._on_end: Callable[[], None] = lambda: None
+        self.endings = 0
         self.failure: Exception | None = None
         self._thread = threading.Thread(target=self._guarded, name="nxtdrive web robot", daemon=True)
 
@@ -119,26 +121,29 @@ class Robot:
         self.controls.release()
         self._news.set()
 
-    def start_mission(self, mission: Mission, *, confirm: bool, file: Path | None = None) -> None:
+    def start_mission(
+        self, mission: Mission, *, confirm: bool, file: Path | None = None, endings: int | None = None
+    ) -> None:
         """Run a mission, unless one is running or the robot is stopped; any thread.
 
         Args:
             mission: What to do.
             confirm: Whether clients confirm each recovery.
             file: The mission's file, for hints; None for the built-in one.
+            endings: As they were when the mission was asked for; if it was ended since, it is not started.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self._start(ShownMission(mission, self._hub, confirm=confirm, file=file))
+        self._start(ShownMission(mission, self._hub, confirm=confirm, file=file), endings)
 
-    def start_calibration(self, calibration: ShownCalibration) -> None:
-        """Calibrate the robot, unless it is busy or stopped; any thread.
+    def start_calibration(self, calibration: ShownCalibration, endings: int | None = None) -> None:
+        """Calibrate the robot, unless it is busy or stopped, or it was ended since `endings`; any thread.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self._start(calibration)
+        self._start(calibration, endings)
 
     def start_motion(self, motion: ShortMotion) -> None:
         """Drive a short motion, or read the sensors, unless the robot is busy or stopped; any thread.
@@ -148,8 +153,10 @@ class Robot:
         """
         self._start(motion)
 
-    def _start(self, task: Task) -> None:
+    def _start(self, task: Task, endings: int | None = None) -> None:
         with self._starting:
+            if endings not in (None, self.endings):
+                raise ValueError("It was ended before it began.")
             if self.controls.stopped and task.drives:
                 raise ValueError("The robot is stopped. Release the stop first.")
             if self._shown is not None and not self._shown.over:
@@ -164,7 +171,10 @@ class Robot:
 
     def stop_mission(self) -> None:
         """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
-        if shown := self._shown:
+        with self._starting:
+            self.endings += 1
+            shown = self._shown
+        if shown is not None:
             shown.end()
 
     def pause_mission(self) -> None:

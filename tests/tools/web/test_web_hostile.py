@@ -13,11 +13,12 @@ from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
-from starlette.testclient import TestClient
+from starlette.testclient import TestClient, WebSocketTestSession
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.sync.client import connect
 
+from behaviors.mission import Mission
 from nxtdrive.mission import setup
 from nxtdrive.signals import signals_as_interrupt
 from nxtdrive.tools.web import connections
@@ -185,6 +186,40 @@ def test_a_signal_ends_the_server_in_good_order_while_a_page_is_open(tmp_path, n
 def test_a_robot_can_be_closed_before_it_is_opened(tmp_path):
     """As a signal does that comes in between."""
     _server(tmp_path).robot.close()
+
+
+class OnASlowDisk(Missions):
+    """Mission files that take long to read."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.reading, self.arrived = threading.Event(), threading.Event()
+
+    def load(self, name: str, profile: str | None = None) -> Mission:
+        self.reading.set()
+        assert self.arrived.wait(5)
+        return super().load(name, profile)
+
+
+@pytest.mark.parametrize("ending", ["stop", "stop_mission"])
+def test_a_stop_does_not_wait_for_a_mission_that_is_being_read(tmp_path, ending):
+    server = _server(tmp_path)
+    server.missions = disk = OnASlowDisk(tmp_path)
+    with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as page:
+        page.send_json({"type": "start_mission"})
+        assert disk.reading.wait(5)
+        page.send_json({"type": ending})
+        page.send_json({"type": "start_mission"})
+        assert "still being read" in _refusal(page), "so the ending has been obeyed"
+        disk.arrived.set()
+        assert "ended before it began" in _refusal(page)
+    assert not server.robot.busy
+
+
+def _refusal(page: WebSocketTestSession) -> str:
+    while (told := page.receive_json())["type"] != "refused":
+        pass
+    return str(told["text"])
 
 
 def _is_closed(connection: socket.socket) -> bool:

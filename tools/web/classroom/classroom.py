@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import cv2
@@ -13,6 +14,7 @@ from behaviors.mission import Mission
 
 from ..hub import Client, Hub, image_message
 from ..missions import Missions
+from ..page_socket import Work
 from .config import ClassroomConfig
 from .messages import Beep, ClassMessage, End, ReleaseAll, ReturnToBrick, Start, StopAll, Visible
 from .station import CLOSE_S, Station
@@ -70,8 +72,8 @@ class Classroom:
         """Forget which pictures a client sees."""
         self._visible.pop(client, None)
 
-    def obey(self, client: Client, message: ClassMessage) -> None:
-        """Do what a client asks.
+    def obey(self, client: Client, message: ClassMessage) -> Work | None:
+        """Do what a client asks, or return what of it takes longer.
 
         Raises:
             ValueError: Something of it cannot be done; the text says what and why. The rest is done.
@@ -84,7 +86,12 @@ class Classroom:
                 for station in self.stations:
                     station.release()
             case Start(robots=names, mission=mission, profile=profile):
-                self._each(names, lambda station: station.start(_chosen(station, mission), profile))
+                endings = {station: station.endings for station in self.stations}
+
+                def start(station: Station) -> None:
+                    station.start(_chosen(station, mission), profile, endings[station])
+
+                return partial(self._each, names, start)
             case End(robots=names):
                 self._each(names, Station.end_mission)
             case Beep(robot=name):
@@ -94,6 +101,7 @@ class Classroom:
             case Visible(robots=names):
                 self._visible[client] = frozenset(names)
         self._show_tiles()
+        return None
 
     def _each(self, names: Iterable[str], action: Callable[[Station], None]) -> None:
         """Do the same with some robots; one that cannot does not keep the others from it."""

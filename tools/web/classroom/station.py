@@ -169,8 +169,13 @@ class Station:
         with self._lock:
             self._robot.release()
 
-    def start(self, mission: str, profile: str | None) -> None:
-        """Start a mission; any thread.
+    @property
+    def endings(self) -> int:
+        """How often the robot was stopped or its mission was ended."""
+        return self._robot.endings
+
+    def start(self, mission: str, profile: str | None, endings: int | None = None) -> None:
+        """Start a mission, unless it was ended since `endings`; any thread.
 
         Raises:
             ValueError: It cannot start now; the text says why.
@@ -178,7 +183,8 @@ class Station:
         if not self.is_open:
             raise ValueError(self.trouble or "The robot is not open yet.")
         missions = self.server.missions
-        self._robot.start_mission(missions.load(mission, profile), confirm=False, file=missions.file(mission))
+        loaded, file = missions.load(mission, profile), missions.file(mission)
+        self._robot.start_mission(loaded, confirm=False, file=file, endings=endings)
 
     @property
     def busy(self) -> bool:
