@@ -15,6 +15,6 @@ decisions = gymnasium.make("nxtdrive/Decisions-v0", kinds=["clutter"], second_co
 observation, info = decisions.reset(seed=1)
 total, over = 0.0, False
 while not over:
-    observation, reward, terminated, truncated, info = decisions.step(0)  # what the profile proposes
+    observation, reward, terminated, truncated, info = decisions.step(0)  # the proposal
     total, over = total + reward, terminated or truncated
 print("by decisions:", info["reached"], "in", round(info["seconds"]), "s; return", round(total, 2))

@@ -7,7 +7,7 @@ import websockets
 
 
 async def main() -> None:
-    """Become the driver and drive; what the server sends meanwhile is kept unread, else closing would wait for it."""
+    """Become the driver and drive. What the server sends is kept unread, or closing would wait for it."""
     async with websockets.connect("ws://127.0.0.1:7080/ws", max_queue=None) as page:
         print("I am", json.loads(await page.recv())["you"])
 

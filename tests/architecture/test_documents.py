@@ -24,6 +24,22 @@ def test_links_between_documents_lead_somewhere(path):
             assert (path.parent / target).exists(), f"{target} does not exist"
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "docs").glob("*.md")), ids=lambda path: path.name)
+def test_a_page_begins_by_saying_what_it_is_for(path):
+    title, first = [line for line in path.read_text(encoding="utf-8").splitlines() if line][:2]
+    assert title.startswith("# ")
+    assert first[0].isalnum() or first[0] in "`[*", first
+
+
+@pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_drawings_and_commented_lines_of_code_fit_a_page(path):
+    """The column of the site has room for some 100 characters; where these lines are broken they cannot be read."""
+    blocks = re.findall(r"^ *```\w*\n(.*?)^ *```", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for block in blocks:
+        for line in block.splitlines():
+            assert len(line) <= 100 or not re.search(r"\S\s+#|[─│▼├]", line), line
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_tests_that_documents_name_are_there(path):
     for file, name in re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", path.read_text(encoding="utf-8")):
