@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from nxtdrive.link.link import Link
     from nxtdrive.motion.rover import Rover
 
-SAFETY_SENSORS = frozenset({"sonar", "bumper"})
-"""Sensors that can stop the robot before it runs into something, or when it does."""
 REDUCED_SPEED = 0.5
 """Share of its speed at which the robot drives forward without one of its safety sensors."""
 
@@ -63,7 +61,7 @@ class MissionBody:
 
     Args:
         rover: The robot.
-        safety_sensors: Those of `SAFETY_SENSORS` that it has.
+        safety_sensors: Those of ``sonar`` and ``bumper`` that it has.
     """
 
     def __init__(self, rover: Rover, safety_sensors: Collection[str]) -> None:

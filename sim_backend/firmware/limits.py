@@ -12,7 +12,6 @@ class Limits(NamedTuple):
         buffer: Receive and send buffer of the firmware.
         read: Data of a Read reply.
         io_map_read: Data of an IOMapRead reply.
-        io_map_write: Data of an IOMapWrite request; of a longer one the rest is what follows the receive buffer.
         poll: Data of a Poll reply.
         streams: Whether files are transferred in pieces of any length, and dangerous commands are refused.
     """
@@ -20,13 +19,12 @@ class Limits(NamedTuple):
     buffer: int
     read: int
     io_map_read: int
-    io_map_write: int
     poll: int
     streams: bool
 
 
-USB = Limits(64, 58, 55, 54, 59, streams=False)
-BLUETOOTH = Limits(128, 122, 119, 118, 121, streams=True)
+USB = Limits(64, 58, 55, 59, streams=False)
+BLUETOOTH = Limits(128, 122, 119, 121, streams=True)
 
 
 class Channel:

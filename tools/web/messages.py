@@ -144,7 +144,7 @@ class StartCalibration(_Message):
     """
 
     type: Literal["start_calibration"]
-    what: Annotated[list[Literal["camera", "wheels", "sonar", "motors"]], Field(min_length=1)] = [
+    what: Annotated[list[Calibrated], Field(min_length=1)] = [
         "camera",
         "wheels",
         "sonar",
