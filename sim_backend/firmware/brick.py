@@ -253,10 +253,11 @@ class SimBrick:
         button, low_speed, sound, screen, command, ui = sleepers
         now, end = clock.now_ms, clock.now_ms + passes
         while now < end:  # the modules by name: a loop over them would take longer than all that they do
-            wake_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, command.due_ms, screen.due_ms)
-            if end - now > _LONG_MS and ui.due_ms < wake_ms:
-                self.ui.skip_samples(min(end, wake_ms))
-            wake_ms = min(wake_ms, ui.due_ms)
+            others_ms, command_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, screen.due_ms), command.due_ms
+            if end - now > _LONG_MS and ui.due_ms < others_ms and ui.due_ms < command_ms:
+                self.ui.skip_samples(min(end, others_ms, command_ms))
+            others_ms = min(others_ms, ui.due_ms)
+            wake_ms = min(others_ms, command_ms)
             now += 1
             if output.due_ms <= now:
                 alone_ms = min(end, wake_ms, inputs.due_ms)
@@ -267,11 +268,15 @@ class SimBrick:
             if wake_ms > now:
                 now = min(end, max(now, min(inputs.due_ms, output.due_ms, wake_ms)))
             clock.now_ms = now
-            if inputs.due_ms <= now or command.due_ms <= now or now == end:
+            if inputs.due_ms <= now or command_ms <= now or now == end:
                 inputs.run(now)
             if output.due_ms <= now or now == end:
                 output.run(now)
-            if wake_ms <= now:
+            if command_ms <= now < others_ms:  # nothing but the program: most passes of one that calculates
+                command.run(now)
+                if ui.due_ms <= now:
+                    ui.run(now)
+            elif wake_ms <= now:
                 for module in sleepers:
                     if module.due_ms <= now:
                         module.run(now)

@@ -42,6 +42,10 @@ class _Phase(Enum):
     """Nothing is started until ProgStatus is RESET."""
 
 
+_IN_PROGRAM, _RUNNING, _STEP = _Phase.RUNNING, int(InterpreterState.RUNNING), int(InterpreterState.STEP)
+"""What each pass asks for; the members of an enumeration take longer to find."""
+
+
 class CommandModule:
     """State of the program interpreter.
 
@@ -197,8 +201,11 @@ class CommandModule:
     def run(self, now_ms: int) -> None:
         """Start, run, stop or remove a program."""
         self.due_ms = NEVER
-        if self._phase is _Phase.RUNNING:
-            self._advance(now_ms)
+        if self._phase is _IN_PROGRAM:
+            if self._state == _RUNNING and not self.deactivate:
+                self._execute(now_ms)
+            else:
+                self._advance(now_ms)
         elif self._phase is _Phase.ENDED:
             self._clear_away()
         elif self._phase is _Phase.WAITING:
@@ -264,7 +271,7 @@ class CommandModule:
         machine = self._machine
         if machine is None:
             return
-        steps = self._state == InterpreterState.STEP
+        steps = self._state == _STEP
         machine.lag = self._tick_lag
         outcome = machine.run(now_ms, 1 if steps else None)
         runs = machine.runs

@@ -266,6 +266,7 @@ class InputModule:
         """
         self._version = version
         self._silent: frozenset[int] = frozenset() if version.evaluates_every_type else _SILENT
+        self._analog = frozenset(range(1 << 8) if version.evaluates_every_type else NORMALIZE)
         if version.reads_digital_raw:
             self._silent -= frozenset(_DIGITAL)
         reading = FULL_SCALE if version.evaluates_every_type else 0
@@ -304,6 +305,8 @@ class InputModule:
         """Read the sensors; skipped passes count for settling only."""
         passes, self._last_ms = now_ms - self._last_ms, now_ms
         woken = self.due_ms <= now_ms
+        if not (woken or self._watched):
+            return
         ports = self.ports if woken else self._watched
         self.due_ms, self._watched = NEVER, []
         for port in ports:
@@ -312,7 +315,7 @@ class InputModule:
                     continue  # nothing to read: most ports in most passes
                 if not woken and port.reads_the_same:
                     continue
-                if port.type in NORMALIZE:  # most of the others
+                if port.type in self._analog:  # most of the others
                     self._watched.append(port)
                     port.read()
                     if port.counts:

@@ -32,6 +32,9 @@ _MOST = 40
 _OFTEN = 50
 """Number of runs from which on a block gets all ways."""
 
+_POWERS = 64
+"""Numbers of repeats of a loop whose effect is kept; most loops have few, as passes have equally many instructions."""
+
 FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError)
 """Exceptions by which a program ends with an error."""
 
@@ -302,7 +305,7 @@ class _Tree:
         repeated = linear(statements)
         if repeated is None:
             return None
-        powers = self._compiler.function_named(f"powers_{self._start}", repeated.powers)
+        powers = self._compiler.function_named(f"powers_{self._start}", lru_cache(_POWERS)(repeated.powers))
         return [f"{repeated.factors} = {powers}(times)", repeated.statement]
 
     def _grows(self, way: _Way) -> bool:

@@ -18,7 +18,11 @@ _MOST = 0x100
 
 
 class ClumpQueue:
-    """A queue of clumps."""
+    """A queue of clumps.
+
+    Attributes:
+        ends: Numbers of the first and the last clump.
+    """
 
     def __init__(self, pool: bytearray, record: int, link: int, ends: bytearray | None = None, at: int = 0) -> None:
         """Open a queue.
@@ -31,17 +35,17 @@ class ClumpQueue:
             at: Where they are.
         """
         self._pool, self._record, self._link = pool, record, link
-        self._ends, self._at = bytearray([NO_CLUMP] * 2) if ends is None else ends, at
+        self.ends = bytearray([NO_CLUMP] * 2) if ends is None else memoryview(ends)[at : at + 2]
 
     @property
     def first(self) -> int:
         """Number of the first clump."""
-        return self._ends[self._at]
+        return self.ends[0]
 
     @property
     def last(self) -> int:
         """Number of the last clump."""
-        return self._ends[self._at + 1]
+        return self.ends[1]
 
     def _link_at(self, number: int) -> int:
         return number * self._record + self._link
@@ -60,33 +64,33 @@ class ClumpQueue:
         """Put a clump at the end."""
         self._pool[self._link_at(number)] = NO_CLUMP
         if self.first == NO_CLUMP:
-            self._ends[self._at] = number
+            self.ends[0] = number
         else:
             self._pool[self._link_at(self.last)] = number
-        self._ends[self._at + 1] = number
+        self.ends[1] = number
 
     def remove(self, number: int) -> None:
         """Take a clump out."""
         at = self._link_at(number)
         following = self._pool[at]
         if number == self.first:
-            self._ends[self._at] = following
+            self.ends[0] = following
             if following == NO_CLUMP:
-                self._ends[self._at + 1] = NO_CLUMP
+                self.ends[1] = NO_CLUMP
         else:
             before = next((one for one in self if self._pool[self._link_at(one)] == number), None)
             if before is not None:
                 self._pool[self._link_at(before)] = following
                 if number == self.last:
-                    self._ends[self._at + 1] = before
+                    self.ends[1] = before
         self._pool[at] = NO_CLUMP
 
     def rotate(self) -> None:
         """Put the first clump at the end."""
-        ends, first = self._ends, self._at
-        number, last = ends[first], ends[first + 1]
+        ends = self.ends
+        number, last = ends
         if number != last:
             at = self._link_at(number)
-            ends[first] = self._pool[at]
+            ends[0] = self._pool[at]
             self._pool[self._link_at(last)] = number
-            ends[first + 1], self._pool[at] = number, NO_CLUMP
+            ends[1], self._pool[at] = number, NO_CLUMP

@@ -12,17 +12,9 @@ from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import NamedTuple, Protocol
 
-from sim_backend.firmware.vm.memory import (
-    BYTES_PER_ACCESS,
-    DESCRIPTOR,
-    DESCRIPTOR_SIZE,
-    INDEX,
-    LENGTH_AT,
-    NOT_AN_OFFSET,
-    Array,
-    Memory,
-    OutOfMemory,
-)
+from sim_backend.firmware.vm import byte_arrays
+from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory, OutOfMemory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
@@ -41,10 +33,6 @@ _FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
 _MIN_S32, _END_S32 = -(1 << 31), 1 << 31
-
-
-Finder = Callable[[], tuple[int, int]]
-"""Tells the place in the pool of the first element of an array, and its length."""
 
 
 class Place(NamedTuple):
@@ -279,66 +267,20 @@ class Data:
     def finder(self, argument: int) -> Finder:
         """A fast function for the same."""
         if argument not in self._finders:
-            self._finders[argument] = self._find_span(argument)
+            self._finders[argument] = byte_arrays.finder(self._bytes(argument))
         return self._finders[argument]
-
-    def _find_span(self, argument: int) -> Finder:
-        memory, pool, base, place = self.memory, self.memory.pool, self.memory.base, Place(argument)
-        if self.kind(argument) != Type.ARRAY:
-            at = base + (self.address(place) & 0xFFFF)
-            return lambda: (at, self.array(place).length)
-        variable, index, descriptor = base + self.address(place), INDEX.unpack_from, DESCRIPTOR.unpack_from
-
-        def find() -> tuple[int, int]:
-            number = index(pool, variable)[0]
-            offset, _, length, _, _ = descriptor(pool, base + memory.descriptors + DESCRIPTOR_SIZE * number)
-            return base + offset, length
-
-        return find
 
     def resizer(self, argument: int) -> Callable[[int], int]:
         """A fast function that sets the length of an array variable of bytes, and returns its place in the pool."""
-        memory, pool, base, place = self.memory, self.memory.pool, self.memory.base, Place(argument)
-        find, variable = self.finder(argument), self.memory.base + self.address(place)
-        index, descriptor, is_array = INDEX.unpack_from, DESCRIPTOR.unpack_from, self.kind(argument) == Type.ARRAY
-
-        def fits(count: int) -> bool:
-            """Whether the array has room where it is; then its length is set."""
-            table = base + memory.descriptors
-            own = table + DESCRIPTOR_SIZE * index(pool, variable)[0]
-            offset, element, length, _, link = descriptor(pool, own)
-            following = table + DESCRIPTOR_SIZE * link
-            looks_on = count > length and link != _NO_ARRAY
-            if count > length:
-                if offset == NOT_AN_OFFSET or (looks_on and following + DESCRIPTOR_SIZE > len(pool)):
-                    return False
-                if element * count & 0xFFFF > (index(pool, following)[0] if looks_on else memory.end) - offset:
-                    return False
-            memory.spend(1 + looks_on)
-            INDEX.pack_into(pool, own + LENGTH_AT, count & 0xFFFF)
-            return True
-
-        def resize(count: int) -> int:
-            at, length = find()
-            if length == count or (is_array and fits(count)):
-                return at
-            memory.resize(self.index(place), count)
-            return find()[0]
-
-        return resize
+        return byte_arrays.resizer(self._bytes(argument))
 
     def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:
         """A fast function that sets an array variable of bytes, see `set_bytes`."""
-        resize, pool = self.resizer(argument), self.memory.pool
+        return byte_arrays.writer(self._bytes(argument))
 
-        def put(content: bytes | bytearray) -> None:
-            count = len(content)
-            at = resize(count)
-            if at + count > len(pool):
-                raise OutOfMemory(_OUTSIDE)
-            pool[at : at + count] = content
-
-        return put
+    def _bytes(self, argument: int) -> ByteArray:
+        place, is_array = Place(argument), self.kind(argument) == Type.ARRAY
+        return ByteArray(self.memory, self.address(place), is_array, partial(self.index, place))
 
     def text_at(self, at: int) -> bytes | bytearray:
         """The bytes in the pool from a place on to the next zero."""

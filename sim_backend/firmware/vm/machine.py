@@ -126,7 +126,7 @@ class Machine:
     @property
     def runs(self) -> bool:
         """Whether it is the turn of a clump that exists."""
-        return self.queue.first < len(self.tasks)
+        return self.queue.ends[0] < len(self.tasks)
 
     @property
     def place(self) -> tuple[int, int]:
@@ -149,7 +149,7 @@ class Machine:
                 self.queue.rotate()
         self.now_ms = now_ms
         self.memory.begin_pass()
-        if self._sleeping.first != NO_CLUMP:
+        if self._sleeping.ends[0] != NO_CLUMP:
             self._wake()
         try:
             self._run_turns(self._timing.instructions if most is None else most)
@@ -159,24 +159,23 @@ class Machine:
         return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
 
     def _run_turns(self, instructions: int) -> None:
-        turns, queue, tasks = self._timing.turns, self.queue, self.tasks
-        while instructions > 0 and turns > 0 and not self._stopped and self.memory.work_left > 0:
-            number = queue.first
+        turns, queue, ends, tasks, memory = self._timing.turns, self.queue, self.queue.ends, self.tasks, self.memory
+        while instructions > 0 and turns > 0 and not self._stopped and memory.work_left > 0:
+            number = ends[0]
             if number >= len(tasks):
                 return
             self.task = task = tasks[number]
-            alone = number == queue.last
-            self.asked_time, self._turns_left = 0, turns
-            most, several = min(instructions, task.turn), False
-            self.turn_start = task.pc
-            if alone and turns > 2 * instructions and not task.misses:
-                most = instructions
-            elif alone and task.turn == TURN and not task.misses:
-                most, several = min(instructions, turns * TURN), True
-            done, ended = self._turn(most, several=several)
+            self.asked_time, self._turns_left, self.turn_start = 0, turns, task.pc
+            most, several = task.turn, False
+            if number == ends[1] and not task.misses:  # it is alone and needs no turns
+                if turns > 2 * instructions:
+                    most = instructions
+                elif most == TURN:
+                    most, several = turns * TURN, True
+            done, ended = self._turn(most if most < instructions else instructions, several=several)
             instructions -= done
-            turns -= max(1, -(-done // TURN)) + self.asked_time
-            if not ended:
+            turns -= (-(-done // TURN) or 1) + self.asked_time
+            if not ended and ends[0] != ends[1]:
                 queue.rotate()
 
     def _turn(self, most: int, *, several: bool) -> tuple[int, bool]:

@@ -167,7 +167,7 @@ class Memory:
 
     def begin_pass(self) -> None:
         """Allow the work that a pass has time for."""
-        self.work_left = min(self.work_left + _WORK, _WORK)
+        self.work_left = _WORK if self.work_left >= 0 else self.work_left + _WORK
 
     def load(self, kind: int, offset: int) -> Number:
         """The scalar at `offset`.

@@ -7,10 +7,12 @@ import re
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import s32
-from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, Finder, ProgramError
+from sim_backend.firmware.vm.byte_arrays import Finder
+from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, ProgramError
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
+from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.numbers import Number, single
 from sim_backend.firmware.vm.rxe import Type
 
@@ -36,11 +38,12 @@ _EXACT_DIGITS = 7
 
 def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
     dialect, (target, source) = machine.dialect, instruction.arguments
-    put = machine.data.writer(target)
-    convert = machine.operands.function(
-        f"text_{instruction.at}", lambda value: put(format_number(value, dialect) + b"\0")
-    )
-    return Effect((f"{convert}({machine.operands.value(source)})",), Ports.NOTHING, takes_time=True)
+    put, operands = machine.operands.function(f"text_{instruction.at}", machine.data.writer(target)), machine.operands
+    text = f'b"%d\\0" % {operands.value(source)}'
+    if machine.data.kind(source) == Type.FLOAT:
+        convert = operands.function(f"format_{instruction.at}", lambda value: format_number(value, dialect) + b"\0")
+        text = f"{convert}({operands.value(source)})"
+    return Effect((f"{put}({text})",), Ports.NOTHING, takes_time=True)
 
 
 def format_number(value: float, dialect: Dialect) -> bytes:
@@ -67,9 +70,9 @@ def _text_to_number(machine: Machine, instruction: Instruction) -> Translation:
     if past != NONE:
         end = operands.assignment(past, "end") or f"put({past}, end)"
     elif data.memory.doubly_linked:  # the firmware writes it to the first byte of the variables
-        end = f"memory.store({int(Type.UBYTE)}, 0, end)"
-    start = "0" if offset == NONE else operands.integer(offset)
-    return Effect((f"n, end = {scan}({start} & 65535, {otherwise})", store, end), Ports.NOTHING, takes_time=True)
+        end = f"pool[{data.memory.base}] = end & 255"
+    start = "0" if offset == NONE else f"{operands.integer(offset)} & 65535"
+    return Effect((f"n, end = {scan}({start}, {otherwise})", store, end), Ports.NOTHING, takes_time=True)
 
 
 def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int], tuple[Number, int]]:
@@ -81,7 +84,8 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
     past = _PAST_INTEGER if is_integer else _PAST_FLOAT_WITH_EXPONENT if dialect.scans_integers else _PAST_FLOAT
 
     def scan(start: int, default: int) -> tuple[Number, int]:
-        text = data.text_at(find()[0] + start)
+        at = find()[0]
+        text = data.text_at(at + start)
         if len(text) <= _EXACT_DIGITS and text.isdigit():
             return int(text), start + len(text)
         found = pattern.match(text)
@@ -90,8 +94,8 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
         else:
             number = _float(found[1]) if found else single(default)
             number = number if kind == Type.FLOAT else data.whole(number, kind)
-        end = past.match(data.memory.pool, find()[0] + start) if found else None
-        return number, end.end() - find()[0] if end else 0
+        end = past.match(data.memory.pool, at + start) if found else None
+        return number, end.end() - at if end else 0
 
     return scan
 
@@ -124,33 +128,36 @@ def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder])
         return
     if 0 in lengths:  # the firmware overwrites its memory
         raise ProgramError(ERR_ARG, "a text without a closing zero")
-    pool, put = data.memory.pool, data.put_bytes
+    pool, end = data.memory.pool, len(data.memory.pool)
     for find in sources:
         at, size = find()
-        put(to, pool[at : at + size - 1])
-        to += size - 1
-    put(to, b"\0")
+        following = to + size - 1
+        if following >= end:
+            raise OutOfMemory("outside of the memory")
+        pool[to:following] = pool[at : at + size - 1]
+        to = following
+    pool[to] = 0
 
 
 def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
     data, operands = machine.data, machine.operands
     target, source, index, length = instruction.arguments[:4]
-    find, put, resize = data.finder(source), data.writer(target), data.resizer(target)
+    find, put, resize, pool = data.finder(source), data.writer(target), data.resizer(target), data.memory.pool
 
     def cut(first: int, wanted: int) -> None:
         at, size = find()
         if not size:
             resize(0)
             return
-        count = min(wanted, max(size - 1 - first, 0))
-        put(data.memory.pool[at + first : at + first + count] + b"\0")
+        begin, end = at + first, at + size - 1
+        put(pool[begin : end if end - begin < wanted else begin + wanted] + b"\0")
 
     first, wanted = (
-        ("0" if index == NONE else operands.integer(index)),
-        ("65535" if length == NONE else operands.integer(length)),
+        ("0" if index == NONE else f"{operands.integer(index)} & 65535"),
+        ("65535" if length == NONE else f"{operands.integer(length)} & 65535"),
     )
     name = operands.function(f"cut_{instruction.at}", cut)
-    return Effect((f"{name}({first} & 65535, {wanted} & 65535)",), Ports.NOTHING, takes_time=True)
+    return Effect((f"{name}({first}, {wanted})",), Ports.NOTHING, takes_time=True)
 
 
 def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
