@@ -149,9 +149,8 @@ def _short(value: object) -> str:
 
 def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.mission_template import RED_BOX, template
-    from nxtdrive.cli.world_template import try_out, world_text
+    from nxtdrive.cli.world_template import world_text
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.vision.detectors import make_detector
 
     if args.picture is None and args.height_mm is not None:
         raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what is that high.")
@@ -162,9 +161,7 @@ def _new(args: argparse.Namespace) -> int:
         if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
     text = world_text(target, world.parent)
-    if target.picture is not None:
-        spec = {"detector": "picture", "pictures": [str(target.picture)], "height_mm": target.height_mm}
-        try_out(target, make_detector(spec), text, world)
+    hint = "" if target.picture is None else _tried_out(target, target.picture, text, world)
     for path, content in ((mission, template(target, mission.parent)), (world, text)):
         with writing(path):
             write_file(path, content.encode())
@@ -173,7 +170,29 @@ def _new(args: argparse.Namespace) -> int:
     write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
+    if hint:
+        write_line(f"hint: {hint}.")
     return DONE
+
+
+def _tried_out(target: TemplateTarget, picture: Path, text: str, world: Path) -> str:
+    """Look for a photographed target in its room; returns which other detector fits it, or an empty string.
+
+    Raises:
+        ConfigError: It is not found there.
+    """
+    from nxtdrive.cli.world_template import try_out
+    from nxtdrive.mission.simpler_detector import simpler_detector
+    from nxtdrive.vision.detectors import make_detector
+    from nxtdrive.vision.sources import read_image
+
+    spec = {"detector": "picture", "pictures": [str(picture)], "height_mm": target.height_mm}
+    hint = simpler_detector(read_image(picture))
+    try:
+        try_out(target, make_detector(spec), text, world)
+    except ConfigError as error:
+        raise ConfigError(str(error.args[0]), remedy=f"But {hint}.") if hint else error from None
+    return hint
 
 
 def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:

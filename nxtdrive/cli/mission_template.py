@@ -20,6 +20,7 @@ _HEAD = """\
 # A mission: what to look for, in this order, and how to behave.
 # Lengths in mm, times in s, angles in degrees; positive turns are to the right.
 # A line that starts with "# key =" shows a default; remove the "# " to change it.
+# A key that starts with "# # " has no default.
 
 [mission]
 name = {title}

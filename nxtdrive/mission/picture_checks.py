@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import permutations
 from pathlib import Path
+from typing import NamedTuple
 
 from behaviors.mission import Mission
 from behaviors.mission_targets import PictureTarget
 from firmware_protocol.errors import CameraError, ConfigError
+from nxtdrive.mission.simpler_detector import simpler_detector
 from nxtdrive.mission.truth import shows
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.picture import PictureDetector, check_picture
@@ -34,8 +36,9 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
         files = target.pictures if isinstance(target, PictureTarget) else []
         tried = [found for file in files if (found := _tried(file)) is not None]
         if tried:
-            pictures[name] = [image for image, _ in tried]
-            yield from _hard_to_find(mission, name, [expected for _, expected in tried])
+            pictures[name] = [each.image for each in tried]
+            yield from _hard_to_find(mission, name, [each.expected for each in tried])
+            yield from {f"target.{name}: {each.simpler}.": None for each in tried if each.simpler}
     detectors = {name: PictureDetector(images) for name, images in pictures.items()} if len(pictures) > 1 else {}
     for name, other in permutations(pictures, 2):
         if any(shows(front, detectors[name]) for front in pictures[other]):
@@ -45,8 +48,16 @@ def picture_warnings(mission: Mission) -> Iterator[str]:
             )
 
 
-def _tried(file: str) -> tuple[Image, RangePrediction] | None:
-    """Return a photograph and what to expect of it; None if it cannot be used."""
+class _Tried(NamedTuple):
+    """A photograph, what to expect of it, and the detector that fits it better, if there is one."""
+
+    image: Image
+    expected: RangePrediction
+    simpler: str
+
+
+def _tried(file: str) -> _Tried | None:
+    """Return what came of a photograph; None if it cannot be used."""
     try:
         stat = Path(file).stat()
         return _prediction_of(file, stat.st_mtime_ns, stat.st_size)
@@ -55,11 +66,11 @@ def _tried(file: str) -> tuple[Image, RangePrediction] | None:
 
 
 @lru_cache(maxsize=32)
-def _prediction_of(file: str, _mtime_ns: int, _size: int) -> tuple[Image, RangePrediction]:
+def _prediction_of(file: str, _mtime_ns: int, _size: int) -> _Tried:
     """Try the detector on a photograph, once for each version of its file: editors check at each pause in typing."""
     image = read_image(Path(file))
     check_picture(image)
-    return image, predict_range(image)
+    return _Tried(image, predict_range(image), simpler_detector(image))
 
 
 def _hard_to_find(mission: Mission, name: str, predictions: list[RangePrediction]) -> Iterator[str]:

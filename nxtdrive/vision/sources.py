@@ -99,6 +99,7 @@ def read_image(path: Path) -> Image:
     Raises:
         CameraError: The file is missing, not an image, or too large.
     """
+    configure()
     try:
         return read_picture(path)
     except InputFileError as error:
