@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Executor
 
-    from nxtdrive.tools.sweep.what_if import Course, Source
+    from nxtdrive.tools.sweep.what_if import Rollout, Source
 
 DESCRIPTION = """\
 Repeat a simulated mission up to each decision, take every candidate there, and say
@@ -109,13 +109,15 @@ def _played(
 ) -> dict[str, Any]:
     """Play a mission and its branches."""
     from behaviors.mission import MissionError
-    from nxtdrive.tools.sweep.what_if import Branch, Folder, branches, costs, play
+    from nxtdrive.tools.sweep.what_if import Branch, RecordedRun, branches, costs, play
 
     try:
         base = play(Branch(source, -1, 0, None))
     except MissionError as error:
         raise ConfigError(str(error)) from None
-    if isinstance(source, Folder) and [(each.time_s, each.chose) for each in base.decisions] != list(source.choices):
+    if isinstance(source, RecordedRun) and [(each.time_s, each.chose) for each in base.decisions] != list(
+        source.choices
+    ):
         raise ConfigError(
             f"{name} cannot be repeated: the same mission makes other decisions now.",
             remedy="Another version of nxtdrive, a person or another program had a part in it.",
@@ -123,13 +125,13 @@ def _played(
     found: dict[int, dict[int, list[float]]] = {}
     for branch, cost_s in costs(branches(source, base, args.futures, _wanted(base, args)), executor, watch):
         found.setdefault(branch.decision, {}).setdefault(branch.candidate, []).append(cost_s)
-    result = {"run": name, "decisions": [_told(at, base, candidates) for at, candidates in found.items()]}
-    if isinstance(source, Folder):
+    result = {"run": name, "decisions": [_decision_values(at, base, candidates) for at, candidates in found.items()]}
+    if isinstance(source, RecordedRun):
         _keep(source.path, result)
     return result
 
 
-def _wanted(base: Course, args: argparse.Namespace) -> list[int]:
+def _wanted(base: Rollout, args: argparse.Namespace) -> list[int]:
     """Return the numbers of the decisions to look at, from 0."""
     numbers = list(range(len(base.decisions)))
     if args.decision is not None:
@@ -153,19 +155,19 @@ def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
 
 
 def _source(name: str) -> Source:
-    from nxtdrive.tools.sweep.what_if import Drawn, Rebuilt, read_folder
+    from nxtdrive.tools.sweep.what_if import DrawnMission, RebuiltRun, read_recorded
     from sim_backend.scenarios.classes import ALL_CLASSES
 
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
     if kind in ALL_CLASSES and (drawn := whole_number(seed)) is not None and not os.path.exists(name):
-        return Drawn(kind, drawn, profile or "adaptive")
+        return DrawnMission(kind, drawn, profile or "adaptive")
     if not os.path.isdir(name):
         raise ConfigError(
             f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
         )
-    source = read_folder(Path(name))
-    if isinstance(source, Rebuilt):
+    source = read_recorded(Path(name))
+    if isinstance(source, RebuiltRun):
         world = source.scenario.world
         complain(
             f"{name} is a run of a real robot. It is played in a room made from its map, with {len(world.boxes)} "
@@ -186,7 +188,7 @@ def _keep(folder: Path, result: dict[str, Any]) -> None:
         write_file(folder / WHAT_IF, (json.dumps({**result, "decisions": decisions}, indent=2) + "\n").encode())
 
 
-def _told(at: int, base: Course, candidates: dict[int, list[float]]) -> dict[str, Any]:
+def _decision_values(at: int, base: Rollout, candidates: dict[int, list[float]]) -> dict[str, Any]:
     """Return a decision with what each candidate would have cost, as plain values."""
     import numpy as np
 

@@ -44,7 +44,7 @@ from .runner import LOOK_S
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class DrawnMission:
     """A mission of a sweep."""
 
     kind: str
@@ -53,7 +53,7 @@ class Drawn:
 
 
 @dataclass(frozen=True, slots=True)
-class Folder:
+class RecordedRun:
     """A run of ``nxtdrive run`` with a simulated robot.
 
     Attributes:
@@ -72,7 +72,7 @@ class Folder:
 
 
 @dataclass(frozen=True, slots=True)
-class Rebuilt:
+class RebuiltRun:
     """A run of a real robot, to be played in a room made from its map.
 
     Attributes:
@@ -84,10 +84,10 @@ class Rebuilt:
     scenario: Scenario
 
 
-Source = Drawn | Folder | Rebuilt
+Source = DrawnMission | RecordedRun | RebuiltRun
 
 
-def read_folder(path: Path) -> Folder | Rebuilt:
+def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
     """Read a run.
 
     Raises:
@@ -106,12 +106,12 @@ def read_folder(path: Path) -> Folder | Rebuilt:
         )
     if nxt.scheme != "sim":
         try:
-            return Rebuilt(path, rebuilt(past.records, past.mission))
+            return RebuiltRun(path, rebuilt(past.records, past.mission))
         except ValueError as error:
             raise ConfigError(f"{path} cannot be played in the simulator: {error}.") from None
     choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
     nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
-    return Folder(path, past.mission, nxt, camera, tuple(choices))
+    return RecordedRun(path, past.mission, nxt, camera, tuple(choices))
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class Branch:
 
 
 @dataclass(slots=True)
-class Made:
+class Decision:
     """A decision that a mission came to.
 
     Attributes:
@@ -151,7 +151,7 @@ class Made:
 
 
 @dataclass(slots=True)
-class Course:
+class Rollout:
     """How a mission went.
 
     Attributes:
@@ -163,7 +163,7 @@ class Course:
 
     limit_s: float
     targets: tuple[str, ...]
-    decisions: list[Made] = field(default_factory=list)
+    decisions: list[Decision] = field(default_factory=list)
     reached: dict[str, float] = field(default_factory=dict)
 
     def cost_s(self, number: int) -> float:
@@ -174,26 +174,26 @@ class Course:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-def play(branch: Branch) -> Course:
+def play(branch: Branch) -> Rollout:
     """Play a branch to its end.
 
     Raises:
         ConfigError: The run cannot be repeated.
     """
     source = branch.source
-    with _open_folder(source) if isinstance(source, Folder) else _open_scenario(source) as stage:
-        stage.observers.add("course", partial(_note, stage.course, stage.simulation))
-        stage.run(supervised(stage.mission, partial(_decide, branch, stage.course, stage.simulation.reseed)))
+    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as stage:
+        stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation))
+        stage.run(supervised(stage.mission, partial(_decide, branch, stage.rollout, stage.simulation.reseed)))
         if stage.observers.failures:
             raise RuntimeError(f"observers failed: {dict(stage.observers.failures)}")
-    return stage.course
+    return stage.rollout
 
 
-def _decide(branch: Branch, course: Course, reseed: Callable[[str], None], asked: Question) -> Choice:
+def _decide(branch: Branch, rollout: Rollout, reseed: Callable[[str], None], asked: Question) -> Choice:
     """Choose as the profile does, but for one decision."""
-    number, evidence = len(course.decisions), asked.evidence
+    number, evidence = len(rollout.decisions), asked.evidence
     words = tuple(each.choice.words() for each in asked.candidates)
-    course.decisions.append(Made(evidence.target, evidence.reason.value, words))
+    rollout.decisions.append(Decision(evidence.target, evidence.reason.value, words))
     if number != branch.decision:
         return asked.proposed
     if branch.future is not None:
@@ -201,24 +201,24 @@ def _decide(branch: Branch, course: Course, reseed: Callable[[str], None], asked
     return asked.candidates[branch.candidate].choice
 
 
-def _note(course: Course, simulation: Any, record: Record) -> None:  # noqa: ANN401 - as the transport gives it
+def _note(rollout: Rollout, simulation: Any, record: Record) -> None:  # noqa: ANN401 - as the transport gives it
     if record.kind is Kind.CHOICE:
-        made = course.decisions[-1]
+        made = rollout.decisions[-1]
         made.time_s, made.chose = record.time_s, str(record.data["choice"])
     claimed = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
-        course.reached.setdefault(record.target, record.time_s)
+        rollout.reached.setdefault(record.target, record.time_s)
 
 
 @dataclass(slots=True)
-class _Stage:
+class _ReadyMission:
     """A mission that is about to begin."""
 
     mission: Mission
     simulation: Any
     observers: Observers
     run: Callable[[MakeProfile], object]
-    course: Course
+    rollout: Rollout
 
 
 def _stage(
@@ -226,17 +226,17 @@ def _stage(
     simulation: Any,  # noqa: ANN401 - see above
     observers: Observers,
     run: Callable[[MakeProfile], object],
-) -> _Stage:
+) -> _ReadyMission:
     """Set a mission up, with the targets that there are or will be."""
     pictures = {picture.name for picture in simulation.world_file.pictures}
     targets = tuple(target for target in mission.mission.targets if target in pictures)
-    course = Course(mission.mission.time_limit_s, targets)
-    return _Stage(mission, simulation, observers, run, course)
+    rollout = Rollout(mission.mission.time_limit_s, targets)
+    return _ReadyMission(mission, simulation, observers, run, rollout)
 
 
 @contextmanager
-def _open_scenario(source: Drawn | Rebuilt) -> Iterator[_Stage]:
-    if isinstance(source, Drawn):
+def _open_scenario(source: DrawnMission | RebuiltRun) -> Iterator[_ReadyMission]:
+    if isinstance(source, DrawnMission):
         scenario = draw_scenario(source.kind, source.seed)
         scenario = replace(scenario, mission=with_profile(scenario.mission, source.profile))
     else:
@@ -252,7 +252,7 @@ def _open_scenario(source: Drawn | Rebuilt) -> Iterator[_Stage]:
 
 
 @contextmanager
-def _open_folder(source: Folder) -> Iterator[_Stage]:
+def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
     mission = source.mission
     with open_robot(source.nxt, source.camera) as robot:
         transport, observers = cast("SimTransport", robot.brick.link.transport), Observers()
@@ -265,7 +265,7 @@ def _open_folder(source: Folder) -> Iterator[_Stage]:
         yield _stage(mission, transport.simulation, observers, run)
 
 
-def branches(source: Source, base: Course, futures: int, only: Collection[int] | None = None) -> list[Branch]:
+def branches(source: Source, base: Rollout, futures: int, only: Collection[int] | None = None) -> list[Branch]:
     """Return every candidate of every decision, or of some, in every future."""
     return [
         Branch(source, number, candidate, future)

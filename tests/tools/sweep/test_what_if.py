@@ -14,7 +14,7 @@ from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.regret import over_missions, regret
-from nxtdrive.tools.sweep.what_if import Branch, Course, Drawn, Made, branches, play
+from nxtdrive.tools.sweep.what_if import Branch, Decision, DrawnMission, Rollout, branches, play
 from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
@@ -24,7 +24,7 @@ TOLD = {
     "candidates": [{"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}],
 }
 DECISION = {**TOLD, "biased_regret_s": 2.5, "t": 1.0, "target": "a", "reason": "never_seen"}
-SOURCE = Drawn("wall_start", 103, "adaptive")
+SOURCE = DrawnMission("wall_start", 103, "adaptive")
 
 
 def test_the_regret_of_equal_candidates_is_nothing_on_average():
@@ -112,15 +112,15 @@ def test_one_decision_of_several_runs_is_refused(capsys):
 
 
 def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
-    course = Course(100.0, ("a", "b", "c"), [Made("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
-    assert course.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
-    assert Course(100.0, ("b",), [Made("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
+    rollout = Rollout(100.0, ("a", "b", "c"), [Decision("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
+    assert rollout.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
+    assert Rollout(100.0, ("b",), [Decision("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
 
 
 def test_every_candidate_is_played_in_every_future():
-    course = Course(9.0, (), [Made("a", "", ("x", "y"), 1.0), Made("a", "", ("x",), 2.0)])
-    assert len(branches(SOURCE, course, 3)) == 9
-    assert {(each.candidate, each.future) for each in branches(SOURCE, course, 2, only=[1])} == {(0, 0), (0, 1)}
+    rollout = Rollout(9.0, (), [Decision("a", "", ("x", "y"), 1.0), Decision("a", "", ("x",), 2.0)])
+    assert len(branches(SOURCE, rollout, 3)) == 9
+    assert {(each.candidate, each.future) for each in branches(SOURCE, rollout, 2, only=[1])} == {(0, 0), (0, 1)}
 
 
 def test_chance_that_is_seeded_anew_differs_from_then_on():
