@@ -99,7 +99,7 @@ Measured = Mapping[str, object]
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """An event with its reason and what was measured.
+    """What is reported to the chart: an event with its reason and what was measured.
 
     Attributes:
         event: What happened.

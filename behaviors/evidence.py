@@ -82,7 +82,7 @@ class Evidence:
         blocker: What is in the way, if anything.
         detour: A path around it, if there is one.
         blocked: The place to look from that lies beyond it, if the robot was driving to one.
-        here: What another look round from here promises, if anything.
+        here: Another look round from here, if it was weighed.
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.

@@ -115,9 +115,8 @@ def _played(
         base = play(Branch(source, -1, 0, None))
     except MissionError as error:
         raise ConfigError(str(error)) from None
-    if isinstance(source, RecordedRun) and [(each.time_s, each.chose) for each in base.decisions] != list(
-        source.choices
-    ):
+    choices = tuple((each.time_s, each.chose) for each in base.decisions)
+    if isinstance(source, RecordedRun) and choices != source.choices:
         raise ConfigError(
             f"{name} cannot be repeated: the same mission makes other decisions now.",
             remedy="Another version of nxtdrive, a person or another program had a part in it.",
