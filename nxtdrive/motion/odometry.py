@@ -54,7 +54,7 @@ class Odometry:
     Attributes:
         pose: Where the robot is.
         trip: Its motion since the last correction.
-        way_mm: Distance driven by the middle between the wheels, back counting negative.
+        distance_mm: Distance driven by the middle between the wheels, back counting negative.
         last: The latest reading.
         still_since_s: Time of the first reading with the present counts.
     """
@@ -62,7 +62,7 @@ class Odometry:
     def __init__(self, wheels: WheelGeometry) -> None:
         self.pose = Pose()
         self.trip = NOWHERE
-        self.way_mm = 0.0
+        self.distance_mm = 0.0
         self.last: Sample | None = None
         self.still_since_s = math.inf
         self._wheels = wheels
@@ -115,14 +115,14 @@ class Odometry:
         if max(map(abs, steps)) > longest_deg:
             return
         left, right = (step * mm for step, mm in zip(steps, self._wheels.mm_per_count, strict=True))
-        way_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._wheels.track_mm)
+        distance_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._wheels.track_mm)
         pose, trip = self.pose, self.trip
-        self.way_mm += way_mm
-        x_mm, y_mm = pose.ahead(way_mm, turned_deg / 2)
+        self.distance_mm += distance_mm
+        x_mm, y_mm = pose.ahead(distance_mm, turned_deg / 2)
         self.pose = Pose(x_mm, y_mm, pose.heading_deg + turned_deg)
         self.trip = Trip(
             trip.x_mm + x_mm - pose.x_mm,
             trip.y_mm + y_mm - pose.y_mm,
             trip.turned_deg + turned_deg,
-            trip.driven_mm + abs(way_mm),
+            trip.driven_mm + abs(distance_mm),
         )

@@ -297,15 +297,15 @@ class Rover:
     # --- how ---
 
     def _arc(
-        self, way_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
+        self, distance_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
-        """Drive `way_mm` along an arc that turns by `angle_deg`."""
+        """Drive `distance_mm` along an arc that turns by `angle_deg`."""
         limits, fastest_mm_s = self.settings, FASTEST_DEG_S * min(self._wheels.mm_per_deg)
         speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
-        ways_deg = self._wheels.wheels_deg(way_mm, angle_deg)
-        longest_deg = max(map(abs, ways_deg))
+        wheels_deg = self._wheels.wheels_deg(distance_mm, angle_deg)
+        longest_deg = max(map(abs, wheels_deg))
         # of the limits along the path and of the turn, the stricter one counts
-        parts = [(abs(way_mm), speed_mm_s, limits.acceleration_mm_s2)]
+        parts = [(abs(distance_mm), speed_mm_s, limits.acceleration_mm_s2)]
         parts += [(abs(angle_deg), limits.turn_deg_s, limits.turn_acceleration_deg_s2)]
         speed_s = max(amount / speed for amount, speed, _ in parts) or 1.0
         change_s2 = max(amount / acceleration for amount, _, acceleration in parts) or 1.0
@@ -313,16 +313,16 @@ class Rover:
         pace = Pace(speed_deg_s or SLOWEST_DEG_S, longest_deg / change_s2 or SLOWEST_DEG_S)
         wheels = [
             Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
-            for port, sign, each_deg in zip(self._ports, self._wheels.signs, ways_deg, strict=True)
+            for port, sign, each_deg in zip(self._ports, self._wheels.signs, wheels_deg, strict=True)
             if abs(each_deg) >= STANDING_SHARE * longest_deg
         ]
         self._link.motions.claim(self._ports)
-        steps = self._steps(wheels, longest_deg, pace, guarded=way_mm > 0)
+        steps = self._steps(wheels, longest_deg, pace, guarded=distance_mm > 0)
         motion = self._motion = self._link.motions.start(self._ports, steps)
         return motion.join() if wait else motion
 
     def _steps(self, wheels: list[Wheel], angle_deg: float, pace: Pace, *, guarded: bool) -> Steps[MotionResult]:
-        begin, begin_mm = self.pose(), self._odometry.way_mm
+        begin, begin_mm = self.pose(), self._odometry.distance_mm
         for lease in self._leases:
             lease.release()
         if guarded and (objection := self._monitor.clear_to_go(begin)) is not None:
@@ -335,7 +335,7 @@ class Rover:
         stop = yield from move.steps(angle_deg)
         self._align()
         turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
-        return MotionResult(stop, self._odometry.way_mm - begin_mm, turned_deg)
+        return MotionResult(stop, self._odometry.distance_mm - begin_mm, turned_deg)
 
     def _read_wheels(self) -> None:
         self._note(sample(self._link, *self._ports))

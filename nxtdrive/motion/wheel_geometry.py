@@ -12,7 +12,7 @@ Pair = tuple[float, float]
 
 
 def mm_per_degree(wheel_diameter_mm: float, mismatch_percent: float) -> Pair:
-    """Return the way of each wheel per degree.
+    """Return the distance of each wheel per degree.
 
     Args:
         wheel_diameter_mm: Mean of both wheels.
@@ -75,11 +75,11 @@ class WheelGeometry:
 
     @property
     def mm_per_count(self) -> Pair:
-        """Way of each wheel per degree counted."""
+        """Distance of each wheel per degree counted."""
         return self.signs[0] * self.mm_per_deg[0], self.signs[1] * self.mm_per_deg[1]
 
-    def wheels_deg(self, way_mm: float, turn_deg: float) -> Pair:
-        """Return by how many degrees each wheel turns for a way and a turn, positive right; also speeds."""
+    def wheels_deg(self, distance_mm: float, turn_deg: float) -> Pair:
+        """Return by how many degrees each wheel turns for a distance and a turn, positive right; also speeds."""
         sideways_mm = math.radians(turn_deg) * self.track_mm / 2
         left, right = self.mm_per_deg
-        return way_mm / left + sideways_mm / left, way_mm / right - sideways_mm / right
+        return distance_mm / left + sideways_mm / left, distance_mm / right - sideways_mm / right

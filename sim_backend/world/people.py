@@ -79,14 +79,14 @@ class PersonObject:
     def walk(self, now_ms: int, duration_s: float, robot_mm: Point, robot_radius_mm: float) -> None:
         """Set the velocity for the next `duration_s`: walk on, arrive, or wait for the robot to pass."""
         x, y = self.at_mm
-        way_x, way_y = self._goal[0] - x, self._goal[1] - y
-        distance = math.hypot(way_x, way_y)
+        dx, dy = self._goal[0] - x, self._goal[1] - y
+        distance = math.hypot(dx, dy)
         if distance <= self._person.speed_mm_s * duration_s:
             self._arrive(now_ms)
             return
         pace = self._person.speed_mm_s / distance
         waits = blocked_by(robot_mm, (x, y), self._goal, self.radius_mm + robot_radius_mm + CLEARANCE_MM)
-        self._body.velocity = (0.0, 0.0) if waits else (way_x * pace, way_y * pace)
+        self._body.velocity = (0.0, 0.0) if waits else (dx * pace, dy * pace)
 
     def _arrive(self, now_ms: int) -> None:
         self._body.position, self._body.velocity = self._goal, (0.0, 0.0)

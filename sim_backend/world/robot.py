@@ -120,20 +120,20 @@ class RobotBody:
     def lift(self, to_mm: Point, heading_deg: float | None, now_ms: int, duration_ms: int) -> None:
         """Lift the robot and begin to carry it in a straight line; its wheels turn freely meanwhile."""
         target = (*to_mm, self.heading_deg if heading_deg is None else heading_deg)
-        self._way = ((self.x_mm, self.y_mm, self.heading_deg), target, now_ms, max(1, duration_ms))
+        self._carried = ((self.x_mm, self.y_mm, self.heading_deg), target, now_ms, max(1, duration_ms))
         self.lifted, self._shape.filter = True, IN_THE_AIR
         self.contact_bearings_deg = ()
 
     def carry(self, now_ms: int) -> None:
-        """Move the lifted robot along its way."""
-        start, target, began_ms, duration_ms = self._way
+        """Move the lifted robot on, in a straight line."""
+        start, target, began_ms, duration_ms = self._carried
         share = min(1.0, (now_ms - began_ms) / duration_ms)
         x, y, heading_deg = (here + share * (there - here) for here, there in zip(start, target, strict=True))
         self.place((x, y), heading_deg)
 
     def put_down(self) -> None:
-        """Put the lifted robot down at the end of its way."""
-        x, y, heading_deg = self._way[1]
+        """Put the lifted robot down at its destination."""
+        x, y, heading_deg = self._carried[1]
         self.place((x, y), heading_deg)
         self.lifted, self._shape.filter = False, ON_THE_FLOOR
 

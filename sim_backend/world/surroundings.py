@@ -100,8 +100,8 @@ def within(point: Point, at_mm: Point, size_mm: Point, facing_deg: float) -> boo
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:
     """Distance from a point to the line segment between two others."""
-    way_x, way_y = end[0] - start[0], end[1] - start[1]
-    square = way_x**2 + way_y**2
-    share = ((point[0] - start[0]) * way_x + (point[1] - start[1]) * way_y) / square if square else 0.0
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    square = dx**2 + dy**2
+    share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / square if square else 0.0
     share = min(max(share, 0.0), 1.0)
-    return math.dist(point, (start[0] + share * way_x, start[1] + share * way_y))
+    return math.dist(point, (start[0] + share * dx, start[1] + share * dy))

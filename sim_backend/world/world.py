@@ -256,8 +256,8 @@ class World:
     def _place_before(self, picture: str, distance_mm: float, radius_mm: float) -> Point:
         """Point on the line from a picture to the robot, `distance_mm` from the picture but clear of the robot."""
         x, y = self.pictures[picture].at_mm
-        way_x, way_y = self.robot.x_mm - x, self.robot.y_mm - y
-        way_mm = math.hypot(way_x, way_y)
-        room_mm = way_mm - radius_mm - self.file.robot.radius_mm - BLOCKING_GAP_MM
-        share = max(0.0, min(distance_mm, room_mm)) / max(way_mm, 1.0)
-        return x + share * way_x, y + share * way_y
+        dx, dy = self.robot.x_mm - x, self.robot.y_mm - y
+        apart_mm = math.hypot(dx, dy)
+        room_mm = apart_mm - radius_mm - self.file.robot.radius_mm - BLOCKING_GAP_MM
+        share = max(0.0, min(distance_mm, room_mm)) / max(apart_mm, 1.0)
+        return x + share * dx, y + share * dy
