@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from pathlib import Path
 
-from firmware_protocol.errors import ConfigError, NXTError
-from nxtdrive.vision.detection import Detector, TargetDetector
+from firmware_protocol.errors import ConfigError
+from nxtdrive.vision.detection import TargetDetector
+from nxtdrive.vision.detectors.foreign import make_foreign
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
 from nxtdrive.vision.opencv import configure
@@ -55,27 +56,9 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     if not 1 <= height_mm <= 10_000:
         raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
     detector = (
-        import_module(DETECTORS[kind]).from_spec(remaining) if kind in DETECTORS else _made(others[kind], remaining)
+        import_module(DETECTORS[kind]).from_spec(remaining)
+        if kind in DETECTORS
+        else make_foreign(others[kind], remaining)
     )
     remaining.finish()
     return TargetDetector(detector, height_mm)
-
-
-def _made(entry: EntryPoint, spec: DetectorSpec) -> Detector:
-    """Have another package make its detector."""
-    try:
-        detector: Detector = entry.load()(spec)
-    except NXTError:
-        raise
-    except Exception as error:  # another package may raise anything
-        reason = f"{type(error).__name__}: {error}"
-        raise ConfigError(
-            f"The detector {entry.name!r} ({entry.value}) cannot be made: {reason}.",
-            remedy="Ask its author, or use another; docs/detectors.md says what a detector has.",
-        ) from error
-    if not callable(getattr(detector, "detect", None)):
-        raise ConfigError(
-            f"The detector {entry.name!r} ({entry.value}) has no detect().",
-            remedy="Ask its author, or use another; docs/detectors.md says what a detector has.",
-        )
-    return detector

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from behaviors.mission import MissionError, load_mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.vision.detection import Detection
 from nxtdrive.vision.detectors import make_detector
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "lamp-detector"
@@ -21,7 +23,17 @@ def nothing(spec): return None
 class Told:
     def __init__(self, spec): self.file = spec.take("weights_file", str)
     def detect(self, image): return []
+class Answers:
+    def __init__(self, spec): self.answer = None
+    def detect(self, image): return self.answer
+class Writes:
+    def __init__(self, spec): pass
+    def detect(self, image): image[:] = 0
+    def description(self): raise KeyError("lamp")
+def leaves(spec): raise SystemExit(3)
 """
+FRAME = np.full((24, 32, 3), 60, np.uint8)
+CORNERS = (1, 1), (9, 1), (9, 8), (1, 8)
 
 
 @pytest.fixture
@@ -35,7 +47,9 @@ def installed(monkeypatch, tmp_path):
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lamp-detector\nVersion: 1.0\n", encoding="utf-8")
     offered = (EXAMPLE / "pyproject.toml").read_text(encoding="utf-8").split('detectors"]\n')[1].split("\n")[0]
     points = ["[nxtdrive.detectors]", offered.replace('"', ""), "marker = odd:nothing"]
-    points += [f"{name} = odd:{name}" for name in ("fails", "nothing", "Told", "missing")]
+    points += [
+        f"{name} = odd:{name}" for name in ("fails", "nothing", "Told", "missing", "Answers", "Writes", "leaves")
+    ]
     (info / "entry_points.txt").write_text("\n".join(points) + "\n", encoding="utf-8")
     yield tmp_path
     for name in ("lamp", "odd"):
@@ -67,9 +81,13 @@ def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path,
 
 
 def test_installed_ones_are_among_those_that_are_named(installed):
-    with pytest.raises(MissionError, match=r"use one of picture.*onnx, Told, fails, lamp, missing"):
+    with pytest.raises(
+        MissionError, match=r"use one of picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
+    ):
         load_mission(_mission(installed, 'detector = "lanp"\n'))
-    with pytest.raises(ConfigError, match=r"Use one of: picture.*onnx, Told, fails, lamp, missing"):
+    with pytest.raises(
+        ConfigError, match=r"Use one of: picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
+    ):
         make_detector({"detector": "lanp"})
 
 
@@ -82,6 +100,7 @@ def test_a_built_in_detector_keeps_its_name(installed):
     [
         ('detector = "fails"\n', "The detector 'fails' (odd:fails) cannot be made: KeyError"),
         ('detector = "missing"\n', "cannot be made: AttributeError"),
+        ('detector = "leaves"\n', "cannot be made: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
         ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
         ('detector = "lamp"\nleast = 3\n', "The lamp detector has no option least"),
@@ -99,6 +118,43 @@ def test_its_files_lie_beside_the_mission(installed):
     target = load_mission(_mission(installed, 'detector = "Told"\nweights_file = "w.bin"\n')).target["it"]
     made = make_detector(target.model_dump()).detector
     assert made.file == str(installed / "w.bin")
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (None, "fails: TypeError: detect() returned no list, but NoneType"),
+        ([((1, 2, 3, 4), 0.5)], "returns no detections (0: "),
+        ([Detection((1, 2, 0, 4), 0.5)], "(0.box.2: "),
+        ([Detection((1, 2, math.nan, 4), 0.5)], "(0.box.2: "),
+        ([Detection((1, 2, 10**400, 4), 0.5)], "(0.box.2: Value error, it is no number)"),
+        ([Detection((1, 2, 3, 4), 0.5), Detection((1, 2, 3, 4), 50)], "(1.score: "),
+        ([Detection((1, 2, 3, 4), 0.5, (CORNERS[0],) * 4)], "no convex quadrilateral"),
+        ([Detection((1, 2, 3, 4), 0.5, (*CORNERS[:2], *CORNERS[:1:-1]))], "no convex quadrilateral"),
+    ],
+)
+def test_what_is_no_detection_is_refused_with_a_sentence(installed, answer, text):
+    detector = make_detector({"detector": "Answers"}).detector
+    detector._detector.answer = answer
+    with pytest.raises(ConfigError) as refused:
+        detector.detect(FRAME)
+    assert text in str(refused.value)
+    assert str(refused.value).startswith("The detector 'Answers' (odd:Answers)")
+
+
+def test_numbers_of_any_kind_are_taken(installed):
+    detector = make_detector({"detector": "Answers"}).detector
+    box, corners = np.array([1.6, 2, 8, 7], np.float32), np.array(CORNERS, np.int64)
+    detector._detector.answer = (Detection(tuple(box), np.float32(1), corners),)
+    assert detector.detect(FRAME) == [Detection((2, 2, 8, 7), 1.0, CORNERS)]
+
+
+def test_a_detector_can_neither_change_the_frame_nor_fail_unnamed(installed):
+    detector = make_detector({"detector": "Writes"}).detector
+    for call in (lambda: detector.detect(FRAME), detector.description):
+        with pytest.raises(ConfigError, match=r"The detector 'Writes' \(odd:Writes\) fails"):
+            call()
+    assert FRAME.all()
 
 
 @pytest.mark.parametrize("keys", ["detector = 3\n", 'detector = ["lamp"]\n', 'detectr = "lamp"\n', ""])

@@ -1,0 +1,157 @@
+"""A detector of another package: whatever it does, its caller gets detections, or an error that names it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from importlib.metadata import EntryPoint
+from itertools import islice, pairwise
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from behaviors.ports import Cut
+from firmware_protocol.errors import ConfigError, NXTError
+from nxtdrive.vision.detection import Described, Detection, Detector, Image, Quad
+from nxtdrive.vision.detectors.spec import DetectorSpec
+
+MOST = 1000
+"""Detections of a frame that are looked at, the best ones."""
+LEAST_TURN = 1.0
+"""Least product of neighbouring sides, square pixels, whatever the direction."""
+FAR_PX = 1_000_000
+"""A box or corner beyond this, in pixels, is none."""
+REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
+
+T = TypeVar("T")
+
+
+def _number(value: Any) -> float:  # noqa: ANN401 - also numpy's numbers
+    try:
+        number = float(value)
+    except (TypeError, OverflowError):
+        number = math.nan
+    if math.isnan(number):
+        raise ValueError("it is no number")
+    return number
+
+
+def _whole(value: object) -> int:
+    return round(max(-2.0 * FAR_PX, min(_number(value), 2.0 * FAR_PX)))
+
+
+def _convex(quad: Quad) -> Quad:
+    """Refuse corners of which three lie in a line: from those no distance can be computed."""
+    sides = [(u - last_u, v - last_v) for (last_u, last_v), (u, v) in pairwise((*quad, quad[0]))]
+    turns = [a * d - b * c for (a, b), (c, d) in pairwise((*sides, sides[0]))]
+    if min(turns) < LEAST_TURN and max(turns) > -LEAST_TURN:
+        raise ValueError("its corners are no convex quadrilateral")
+    return quad
+
+
+Coordinate = Annotated[float, BeforeValidator(_number), Field(ge=-FAR_PX, le=FAR_PX)]
+Pixel = Annotated[int, BeforeValidator(_whole), Field(ge=-FAR_PX, le=FAR_PX)]
+Side = Annotated[Pixel, Field(ge=1)]
+Score = Annotated[
+    float, BeforeValidator(_number), Field(ge=0, le=1 + 1e-6), AfterValidator(lambda score: min(score, 1.0))
+]
+Corner = tuple[Coordinate, Coordinate]
+Corners = Annotated[tuple[Corner, Corner, Corner, Corner], AfterValidator(_convex)]
+
+
+class _Found(BaseModel):
+    """What a detection must be; numpy's numbers count as numbers."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    box: tuple[Pixel, Pixel, Side, Side]
+    score: Score
+    quad: Corners | None = None
+    cut: Cut = Cut.NONE
+    bound: bool = False
+
+
+_FOUND = TypeAdapter(list[_Found])
+
+
+class ForeignDetector:
+    """A detector that another package has made.
+
+    Args:
+        name: What a message calls it.
+        detector: The detector.
+    """
+
+    def __init__(self, name: str, detector: Detector) -> None:
+        self._name = name
+        self._detector = detector
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the detector has
+        return getattr(self._detector, name)
+
+    def detect(self, image: Image) -> list[Detection]:
+        """Return the detections; the image is protected from changes.
+
+        Raises:
+            ConfigError: The detector fails, or what it returns are no detections.
+        """
+        shown = image.view()
+        shown.flags.writeable = False
+        places = _called(self._name, "fails", lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
+        try:
+            found = _FOUND.validate_python(places, from_attributes=True)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            raise ConfigError(f"{self._name} returns no detections ({where}: {first['msg']}).", remedy=REMEDY) from None
+        return [Detection(each.box, each.score, each.quad, each.cut, each.bound) for each in found]
+
+
+class DescribedForeignDetector(ForeignDetector):
+    """One that says what it is."""
+
+    def description(self) -> Mapping[str, str]:
+        """Return what it says.
+
+        Raises:
+            ConfigError: It cannot.
+        """
+        described: Any = self._detector
+        return _called(
+            self._name, "fails", lambda: {str(key): str(text) for key, text in described.description().items()}
+        )
+
+
+def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
+    """Have another package make its detector.
+
+    Raises:
+        ConfigError: It cannot, or what it makes is no detector.
+    """
+    name = f"The detector {entry.name!r} ({entry.value})"
+    detector: Detector = _called(name, "cannot be made", lambda: entry.load()(spec))
+    if not callable(getattr(detector, "detect", None)):
+        raise ConfigError(f"{name} has no detect().", remedy=REMEDY)
+    kind = DescribedForeignDetector if isinstance(detector, Described) else ForeignDetector
+    return kind(name, detector)
+
+
+def _iterable(value: object) -> Iterable[object]:
+    if not isinstance(value, list | tuple):
+        raise TypeError(f"detect() returned no list, but {type(value).__name__}")
+    return value
+
+
+def _called(name: str, what: str, work: Callable[[], T]) -> T:
+    """Return what code of another package returns.
+
+    Raises:
+        ConfigError: It raises anything.
+    """
+    try:
+        return work()
+    except NXTError:
+        raise
+    except (Exception, SystemExit) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise ConfigError(f"{name} {what}: {reason}.", remedy=REMEDY) from error
