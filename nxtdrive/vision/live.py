@@ -14,11 +14,11 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import cv2
-import numpy as np
 
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from nxtdrive.vision.camera import Frame
+from nxtdrive.vision.frames import as_frame
 
 REOPEN_AFTER_S = 0.5
 CLOSE_WITHIN_S = 2.0
@@ -140,12 +140,16 @@ class LiveCamera:
     def _grab(self, capture: Capture) -> None:
         """Take frames until there are no more."""
         while capture.isOpened() and not self._closing.is_set():
-            there, image = capture.read()
-            if not there:
+            try:
+                there, read = capture.read()
+                image = as_frame(read) if there else None
+            except (cv2.error, MemoryError):
+                return
+            if image is None:
                 return
             with self._news:
                 index = 0 if self._latest is None else self._latest.index + 1
-                self._latest = frame = Frame(image.astype(np.uint8, copy=False), self._clock.now(), index)
+                self._latest = frame = Frame(image, self._clock.now(), index)
                 self._news.notify_all()
             for observer in self._observers:
                 observer(frame)

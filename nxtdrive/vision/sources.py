@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import cv2
-import numpy as np
 
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
@@ -23,6 +22,7 @@ from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.record import recorded
 from nxtdrive.vision.camera import Camera, ReplayCamera, SimulatedCamera
 from nxtdrive.vision.detection import Image
+from nxtdrive.vision.frames import as_frame
 from nxtdrive.vision.live import LiveCamera
 from nxtdrive.vision.opencv import configure
 
@@ -178,7 +178,7 @@ def _open_video(path: Path, clock: Clock, paced: bool) -> Camera:
 
 def _frames(capture: cv2.VideoCapture) -> Iterator[Image]:
     while True:
-        there, image = capture.read()
-        if not there:
+        there, read = capture.read()
+        if not there or (image := as_frame(read)) is None:
             return
-        yield image.astype(np.uint8, copy=False)
+        yield image

@@ -182,6 +182,48 @@ def test_a_webcam_that_was_pulled_out_comes_back_when_plugged_in(mocker):
     camera.close()
 
 
+class OddCamera(Webcam):
+    """Delivers one frame of another kind again and again."""
+
+    def __init__(self, frame):
+        super().__init__()
+        self.frame = frame
+        self.deliver(1)
+
+    def read(self):
+        super().read()
+        if isinstance(self.frame, Exception):
+            raise self.frame
+        return True, self.frame
+
+
+@pytest.mark.parametrize(
+    ("frame", "shape", "value"),
+    [
+        (np.full((12, 16), 90, np.uint8), (12, 16, 3), 90),
+        (np.full((12, 16, 1), 90, np.uint8), (12, 16, 3), 90),
+        (np.full((12, 16), 90 * 257, np.uint16), (12, 16, 3), 90),
+        (np.full((12, 16, 4), 90, np.uint8), (12, 16, 3), 90),
+        (np.full((60, 80, 3), 90, np.uint8), (30, 40, 3), 90),
+    ],
+)
+def test_frames_of_other_kinds_become_frames_of_the_usual_one(mocker, frame, shape, value):
+    mocker.patch("nxtdrive.vision.frames.MOST_PIXELS", 1200)
+    mocker.patch("cv2.VideoCapture", side_effect=[odd := OddCamera(frame)])
+    camera = open_camera("0", clock=WallClock())
+    image = camera.read(2.0).image
+    assert (image.dtype, image.shape, image.min(), image.max()) == (np.uint8, shape, value, value)
+    odd.unplug()
+    camera.close()
+
+
+@pytest.mark.parametrize("frame", [None, np.zeros((12, 16, 2), np.uint8), cv2.error("damaged"), MemoryError()])
+def test_a_camera_whose_frames_are_no_pictures_is_reported(mocker, frame):
+    mocker.patch("cv2.VideoCapture", side_effect=[OddCamera(frame)])
+    with pytest.raises(CameraError, match=r"Camera 0 gives no frames"):
+        open_camera("0", clock=WallClock())
+
+
 def test_a_webcam_that_cannot_be_opened_is_reported(mocker):
     mocker.patch("cv2.VideoCapture", side_effect=lambda number: Webcam(opened=False))
     with pytest.raises(CameraError, match=r"Camera 3 gives no frames. Is it plugged in"):
