@@ -17,6 +17,8 @@ from behaviors.recoveries import RecoveryPolicy
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
+loaded_from_elsewhere: set[str] = set()
+"""Names of the profiles that are not built in and were loaded; a defect may be theirs."""
 NEEDED = ("own_policy", "skill", "learn", "evidence", "select")
 
 
@@ -38,6 +40,7 @@ def find_profile(name: str) -> ProfileClass:
     missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
     if missing:
         raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")
+    loaded_from_elsewhere.add(name)
     return found  # type: ignore[no-any-return]
 
 

@@ -147,7 +147,7 @@ def _main(arguments: Sequence[str]) -> int:
     except Exception as error:
         code = exit_code(error)
         if code is None:
-            error.add_note(BUG)
+            error.add_note(_blame())
             raise
         with suppress(OSError):  # of a standard error that cannot be written
             if args.verbose:
@@ -156,6 +156,15 @@ def _main(arguments: Sequence[str]) -> int:
         with suppress(OSError, ConfigError):
             finish_output()
         return code
+
+
+def _blame() -> str:
+    """Say whose bug an unknown error is."""
+    registry = sys.modules.get("behaviors.profiles.registry")
+    if registry is None or not registry.loaded_from_elsewhere:
+        return BUG
+    names = ", ".join(map(repr, sorted(registry.loaded_from_elsewhere)))
+    return f"This is a bug of the profile {names}, or of nxtdrive. Show this traceback to the profile's author first."
 
 
 def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:

@@ -10,6 +10,7 @@ import pytest
 
 from behaviors.mission import MissionError
 from behaviors.profile_names import profile_name
+from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 
@@ -22,6 +23,7 @@ def _folder(monkeypatch, tmp_path):
     (tmp_path / "patient.py").write_text((EXAMPLE / "patient.py").read_text(encoding="utf-8"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(registry, "loaded_from_elsewhere", set())
     yield
     for name in ("patient", "odd"):
         sys.modules.pop(name, None)
@@ -97,3 +99,11 @@ def test_a_run_says_which_profile_from_elsewhere_drove(tmp_path, capsys):
     capsys.readouterr()
     assert main(["explain-run", str(run)]) == DONE
     assert "profile patient:Patient" in capsys.readouterr().out
+
+
+def test_a_defect_is_first_shown_to_the_author_of_the_profile(tmp_path):
+    text = "from patient import Patient\nclass Odd(Patient):\n    def __init__(self, *_): raise KeyError('lamp')\n"
+    (tmp_path / "odd.py").write_text(text, encoding="utf-8")
+    with pytest.raises(KeyError) as error:
+        main(["run", "--no-video", "--profile", "odd:Odd"])
+    assert "a bug of the profile 'odd:Odd', or of nxtdrive" in error.value.__notes__[0]
