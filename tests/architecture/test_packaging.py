@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -54,7 +55,10 @@ def installed(tmp_path_factory):
 
 
 def _run(python, *words, cwd, code=0):
-    ended = subprocess.run([python, *words], cwd=cwd, capture_output=True, text=True, check=False, timeout=120)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    ended = subprocess.run(
+        [python, *words], cwd=cwd, env=environment, capture_output=True, text=True, check=False, timeout=120
+    )
     assert ended.returncode == code, ended.stdout + ended.stderr
     return ended.stdout if code == 0 else ended.stderr
 
