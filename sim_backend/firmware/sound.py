@@ -281,6 +281,9 @@ class SoundModule:
                 return
             self._plays_buffer, data = True, self._buffers[self._played]
             self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
+        if not self._notes:  # a damaged file: its piece has no whole note
+            self._ends_ms = now_ms + 1
+            return
         frequency_hz, duration_ms = self._notes.pop(0)
         self._play_waves(frequency_hz, duration_ms, now_ms)
 

@@ -97,6 +97,16 @@ def test_a_melody_is_played_note_by_note(notes, passes):
     assert speaker.passes_until_idle() == passes - 1
 
 
+@pytest.mark.parametrize("loop", [False, True])
+@pytest.mark.parametrize("size", [1, 3, 65, 66, 67])
+def test_a_damaged_melody_whose_last_note_is_cut_off_does_no_harm(size, loop):
+    speaker = Loudspeaker()
+    speaker.store("a.rmd", MELODY, bytes([1]) * size)
+    speaker.play("a.rmd", loop=loop)
+    speaker.bench.control("!tick 5000")
+    assert bool(speaker.field("State")) is loop
+
+
 @pytest.mark.parametrize(
     ("size", "wait", "passes"), [(700, 30, 35), (700, 66, 81), (700, 150, 78), (40, 1, 3), (40, 33, 2)]
 )
