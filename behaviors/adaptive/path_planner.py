@@ -32,6 +32,8 @@ class PlannerNumbers:
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
         free: Evidence for a cell to be known as free.
+        narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
+            looks narrower on the map than it is.
         frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
         rounds: Paths grow by at least a cell a round; this is twice across the whole map.
     """
@@ -49,6 +51,7 @@ class PlannerNumbers:
     few_spacing_mm: float = 400.0
     touched: float = 0.05
     free: float = 0.2
+    narrow: float = 15.0
     frontier_cells: int = 5
     rounds: int = 400
 
@@ -179,6 +182,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
+    cost[blocked & (part < -N.free)] = N.narrow
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]

@@ -102,10 +102,28 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     assert routes.seconds_to(np.array([goal]))[0] < 3 * 1500.0 / SPEED_MM_S
 
 
-def test_a_gap_narrower_than_the_robot_is_no_door():
+def _with_gap(evidence: float) -> OccupancyGrid:
+    """A room with a wall across it, in which a gap is narrower than the robot."""
     floor = _room()
-    floor.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (np.abs(Y_MM) > 100.0)] = GRID.most
-    assert not PathPlanner(floor, START, SPEED_MM_S).reaches((1500.0, 0.0))
+    wall = np.abs(X_MM - 1000.0) < 100.0
+    floor.evidence[wall & (np.abs(Y_MM) > 100.0)] = GRID.most
+    floor.evidence[wall & (np.abs(Y_MM) <= 100.0)] = evidence
+    return floor
+
+
+@pytest.mark.parametrize(("evidence", "reached"), [(-1.0, True), (0.0, False), (GRID.hint, False)])
+def test_a_gap_that_looks_too_narrow_is_a_door_only_where_its_floor_is_known_to_be_free(evidence, reached):
+    """A wide beam makes a door look narrower than it is, but no echo leaves free floor between two posts."""
+    assert PathPlanner(_with_gap(evidence), START, SPEED_MM_S).reaches((1500.0, 0.0)) is reached
+
+
+def test_a_short_way_round_is_better_than_a_gap_that_looks_too_narrow():
+    goal, narrow = (1500.0, 0.0), _with_gap(-1.0)
+    round_it = _with_gap(-1.0)
+    round_it.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (Y_MM > 600.0) & (Y_MM < 1400.0)] = -1.0
+    through_s, round_s = (PathPlanner(f, START, SPEED_MM_S).seconds_to(np.array([goal]))[0] for f in (narrow, round_it))
+    assert round_s < through_s
+    assert max(y_mm for _, y_mm in PathPlanner(round_it, START, SPEED_MM_S).route_to(goal)) > 600.0
 
 
 def test_where_no_way_leads_it_takes_for_ever():
