@@ -106,6 +106,7 @@ class AdaptiveParameters(Table):
         detours: Whether it goes round what is in the way.
         chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
         remembers_others: Whether it remembers where it saw the other targets.
+        sees_floor: Whether it draws on its map how far the camera sees the floor free.
         in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
             seen and can be reached sooner may come first.
         fixed_wait_s: Length of every wait; without it, waits are as long as pays.
@@ -126,6 +127,7 @@ class AdaptiveParameters(Table):
     detours: bool = True
     chooses_viewpoints: bool = True
     remembers_others: bool = True
+    sees_floor: bool = True
     in_order: bool = False
     fixed_wait_s: float | None = Field(default=None, ge=0, le=600)
     chances: dict[str, Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2)]] | None = None

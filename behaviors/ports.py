@@ -99,6 +99,21 @@ class Glimpse:
     seen: Mapping[str, Sighting]
 
 
+@dataclass(frozen=True, slots=True)
+class FloorRay:
+    """The free floor in one direction, as a frame shows it. Angles are below the horizontal, of rays from the lens.
+
+    Attributes:
+        bearing_deg: From the robot's forward axis, positive right.
+        near_deg: To the nearest floor that the frame shows.
+        end_deg: To where the floor ends: something stands there, or the floor has another colour.
+    """
+
+    bearing_deg: float
+    near_deg: float
+    end_deg: float
+
+
 class StopReason(StrEnum):
     """Why a motion ended."""
 
@@ -246,7 +261,7 @@ class Body(Protocol):
 
 
 class Eyes(Protocol):
-    """The camera with its detectors. Both methods raise `Blind` when there is no picture."""
+    """The camera with its detectors. `look` and `glance` raise `Blind` when there is no picture."""
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
@@ -254,4 +269,15 @@ class Eyes(Protocol):
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
         """Take the next fresh frame and say which of the targets are confirmed in it."""
+        ...
+
+    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+        """Return how far the floor is free in the frame of the latest look, by direction.
+
+        Args:
+            known_free: Whether the floor right ahead was free then. Eyes learn from it what the floor looks like.
+
+        Returns:
+            Nothing until they have learned it; directions that tell nothing are left out.
+        """
         ...

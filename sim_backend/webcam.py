@@ -122,6 +122,13 @@ class Webcam:
         view = (seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
         return self._sensor.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
 
+    def floor_ends(self) -> list[tuple[float, float]]:
+        """Simulate the detector of the free floor on the latest frame: the pixels at which the floor ends."""
+        if self.unplugged or self.dropped:
+            return []
+        seen = self._fresh()
+        return self._sensor.floor_ends(seen.panels, seen.viewpoint, seen.turn_rate_deg_s)
+
     @property
     def pictures(self) -> frozenset[str]:
         """Names that `observe` knows."""

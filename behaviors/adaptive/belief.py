@@ -14,7 +14,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, DIRECTIONS, Grid, OccupancyGrid
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS
+from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose

@@ -15,12 +15,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.angles import wrapped_deg
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Cone, Mask, cell, disc, index
+from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.ports import Pose
 from behaviors.robot_description import RobotTable
-
-CELL_MM, CELLS = 80.0, 180
-"""Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +58,11 @@ class GridNumbers:
         appeared_cells: What appeared stands where the floor was free this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
         block: Evidence of such an obstacle: a few echoes clear it.
+        free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
+        hit_seen: What ends the floor in a frame raises that of its cell by this.
+        seen_margin_mm: The floor this near to where it ends is not marked free.
+        same_share: The end of the floor and an echo within this share of its distance are of one thing.
+        unseen_mm: What stopped the robot or touched it may be such that the camera takes it for floor, in this radius.
     """
 
     arc_deg: float = 11.0
@@ -92,6 +95,11 @@ class GridNumbers:
     appeared_cells: tuple[float, ...] = (0.5, 1.5)
     block_radius_mm: float = 250.0
     block: float = 2.2
+    free_seen: float = 0.5
+    hit_seen: float = 0.8
+    seen_margin_mm: float = 60.0
+    same_share: float = 0.25
+    unseen_mm: float = 150.0
 
 
 N = GridNumbers()
@@ -101,7 +109,6 @@ DIRECTIONS = 72
 """Lines of sight are followed in this many directions, 5 degrees apart."""
 
 Grid = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 
 class OccupancyGrid:
@@ -133,6 +140,8 @@ class OccupancyGrid:
         self._last: tuple[Pose, float] | None = None
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
         self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
+        self._unseen: Mask = np.zeros((CELLS, CELLS), bool)
+        self._seen_from: Pose | None = None
         self.save()
 
     def save(self) -> None:
@@ -148,7 +157,7 @@ class OccupancyGrid:
     @property
     def _layers(self) -> tuple[NDArray[np.generic], ...]:
         """All that is known of the cells."""
-        return self.evidence, self._heard_deg, self._was_free, self._appeared
+        return self.evidence, self._heard_deg, self._was_free, self._appeared, self._unseen
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""
@@ -156,6 +165,7 @@ class OccupancyGrid:
             if self._time_s > -math.inf:
                 self._was_free |= self.evidence < N.freest_silent
                 self._appeared &= self.evidence > 0.0
+                self._unseen &= self.evidence > 0.0
                 fades_s = np.where(self._appeared, N.appeared_fades_s, N.fades_s)
                 self.evidence *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
@@ -166,7 +176,7 @@ class OccupancyGrid:
         self._last = (pose, range_mm)
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         reach_mm = min(range_mm, N.far_mm)
-        cone = _Cone.of(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM, self._beam_deg)
+        cone = Cone.of(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM, self._beam_deg)
         cells = self.evidence[cone.window]
         free = self._passed(cone, reach_mm - N.margin_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
@@ -187,12 +197,58 @@ class OccupancyGrid:
             return
         self._last = (pose, math.inf)
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
-        cone = _Cone.of(x_mm, y_mm, pose.heading_deg, N.silent_mm, self._beam_deg)
+        cone = Cone.of(x_mm, y_mm, pose.heading_deg, N.silent_mm, self._beam_deg)
         cells = self.evidence[cone.window]
         free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
-    def _passed(self, cone: _Cone, far_mm: float) -> Mask:
+    def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
+        """Update with the free floor that a camera sees.
+
+        What an echo of the same moment shows to be free is no obstacle, whatever the floor looks like there; and where
+        the floor seems to go on beyond an echo, what gave the echo stays on the map however often it is overlooked.
+
+        Args:
+            lens: Pose of the lens, with the robot's heading.
+            view: The floor.
+            heard: The robot's pose at an echo, and its distance from the sonar.
+        """
+        if self._seen_from is not None and _same((self._seen_from, 0.0), (lens, 0.0)):
+            return
+        self._seen_from = lens
+        free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
+        if heard is not None:
+            free_mm, end_mm = self._reconciled(lens, view, heard)
+        angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
+        along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
+        i, j = index(lens.x_mm + along_mm * np.cos(angle)), index(lens.y_mm + along_mm * np.sin(angle))
+        passed = (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None])
+        free, ends = np.zeros_like(self._unseen), np.zeros_like(self._unseen)
+        free[i[passed], j[passed]] = True
+        at_mm = np.where(np.isfinite(end_mm), end_mm + CELL_MM / 4, 0.0)
+        i, j = index(lens.x_mm + at_mm * np.cos(angle[:, 0])), index(lens.y_mm + at_mm * np.sin(angle[:, 0]))
+        ends[i[at_mm > 0.0], j[at_mm > 0.0]] = True
+        free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
+        self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
+        self.evidence[ends] = np.minimum(self.evidence[ends] + N.hit_seen, N.most)
+
+    def _reconciled(
+        self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return up to where a view shows free floor, and where it shows something, as far as an echo allows it."""
+        pose, range_mm = heard
+        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
+        off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
+        free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
+        ahead = np.abs(view.bearing_deg - off_deg) <= N.arc_deg
+        end_mm = np.where(ahead & (end_mm < (1.0 - N.same_share) * echo_mm), np.inf, end_mm)
+        if range_mm <= N.near_mm and not (ahead & (end_mm < (1.0 + N.same_share) * echo_mm)).any():
+            free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - N.margin_mm), free_mm)
+            cone = Cone.of(x_mm, y_mm, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
+            self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * N.arc_cells)
+        return free_mm, end_mm
+
+    def _passed(self, cone: Cone, far_mm: float) -> Mask:
         """Which cells a beam has passed up to a distance: neither what deflects it nor what lies behind that."""
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects what strikes it at a glance
@@ -211,8 +267,8 @@ class OccupancyGrid:
         """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
-        i = _index(start[0] + share * (end[0] - start[0]))
-        j = _index(start[1] + share * (end[1] - start[1]))
+        i = index(start[0] + share * (end[0] - start[0]))
+        j = index(start[1] + share * (end[1] - start[1]))
         cells = self.evidence[i, j]
         self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
@@ -223,16 +279,18 @@ class OccupancyGrid:
 
     def clear_footprint(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
-        window, inside = _disc(pose.x_mm, pose.y_mm, self.radius_mm)
+        window, inside = disc(pose.x_mm, pose.y_mm, self.radius_mm)
         self.evidence[window][inside] = N.freest
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
         """Mark an obstacle of unknown size: what stopped the robot or touched it."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
-        window, inside = _disc(x_mm, y_mm, N.block_radius_mm)
+        window, inside = disc(x_mm, y_mm, N.block_radius_mm)
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
         self._appeared[window] |= inside & self._was_free[window]
+        window, inside = disc(x_mm, y_mm, N.unseen_mm)
+        self._unseen[window] |= inside
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
         """Whether what gives an echo stands where the map once was free: all along its arc, and behind it."""
@@ -249,8 +307,8 @@ class OccupancyGrid:
         out of e on `unknown_hides_mm` of it.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
-        i = _index(x_mm + steps[None, :] * _ALONG[:, 0:1])
-        j = _index(y_mm + steps[None, :] * _ALONG[:, 1:2])
+        i = index(x_mm + steps[None, :] * _ALONG[:, 0:1])
+        j = index(y_mm + steps[None, :] * _ALONG[:, 1:2])
         evidence = self.evidence[i, j]
         evidence[:, :2] = -1.0  # the robot itself stands there
         behind = np.logical_or.accumulate(evidence > N.hint, axis=1)
@@ -281,76 +339,14 @@ class OccupancyGrid:
         along = np.arange(self.radius_mm, max(length, self.radius_mm + 1), CELL_MM * 0.75)
         half_mm = self.radius_mm - CELL_MM / 4 + clearance_mm
         across = np.linspace(-half_mm, half_mm, 7)
-        i = _index(start[0] + along[:, None] * ux - across[None, :] * uy)
-        j = _index(start[1] + along[:, None] * uy + across[None, :] * ux)
+        i = index(start[0] + along[:, None] * ux - across[None, :] * uy)
+        j = index(start[1] + along[:, None] * uy + across[None, :] * ux)
         blocked = (self.evidence[i, j] > N.solid).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
 
 _ANGLES = np.radians(np.arange(DIRECTIONS) * 360.0 / DIRECTIONS)
 _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
-
-
-def centre_mm(index: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the centres of the cells with these indices along one axis."""
-    return np.asarray((index - CELLS // 2 + 0.5) * CELL_MM)
-
-
-def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
-    """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
-    i, j = (min(max(math.floor(value_mm / CELL_MM) + CELLS // 2, 0), CELLS - 1) for value_mm in (x_mm, y_mm))
-    return i, j
-
-
-def _index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
-    return np.clip(np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2, 0, CELLS - 1)
-
-
-Window = tuple[slice, slice]
-
-
-def _around(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
-    """Return the cells around a place: their window, and how far they are from it along each axis."""
-    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
-    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
-    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
-    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), dx, dy
-
-
-def _disc(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.bool_]]:
-    """Return the cells around a place: their window, and which of them are within the radius."""
-    window, dx, dy = _around(x_mm, y_mm, radius_mm)
-    return window, np.hypot(dx, dy) <= radius_mm
-
-
-@dataclass(frozen=True, slots=True)
-class _Cone:
-    """The cells that a beam may meet.
-
-    Attributes:
-        window: The cells around the sonar.
-        along_mm: How far away each is.
-        off_deg: How far to the right of the beam's axis.
-        inside: Which are in the beam.
-        heading_deg: The direction of its axis.
-    """
-
-    window: Window
-    along_mm: NDArray[np.float64]
-    off_deg: NDArray[np.float64]
-    inside: Mask
-    heading_deg: float
-
-    @classmethod
-    def of(cls, x_mm: float, y_mm: float, heading_deg: float, reach_mm: float, half_deg: float) -> _Cone:
-        """Return the cone of a beam from a place."""
-        window, dx, dy = _around(x_mm, y_mm, reach_mm)
-        off_deg = wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg)
-        return cls(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
-
-    def arc(self, range_mm: float, half_mm: float) -> Mask:
-        """Which cells are at a distance, give or take."""
-        return np.asarray(self.inside & (np.abs(self.along_mm - range_mm) <= half_mm))
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, Grid, Mask, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Mask, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import Grid, OccupancyGrid
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point
 

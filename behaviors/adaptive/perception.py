@@ -31,6 +31,7 @@ class PerceptionNumbers:
         slow_link_s: Where asking for an echo and the pose takes longer than this, the link is slow,
         burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
         test_s: Longest turn to test a doubtful sonar.
+        free_mm: With an echo from farther away than this the floor that a frame shows right ahead is free.
         turn_tests: Turns after which the scale of turns is left alone when the echoes have not told it.
     """
 
@@ -43,6 +44,7 @@ class PerceptionNumbers:
     slow_link_s: float = 0.5
     burst: int = 3
     test_s: float = 8.0
+    free_mm: float = 700.0
     turn_tests: int = 2
 
 
@@ -124,6 +126,7 @@ class Perception:
         context.check_time()
         looked_for = [self.target, *self._others()]
         glimpses = [context.eyes.glance(looked_for) for _ in range(self.frames)]
+        rays = context.eyes.free_floor(known_free=self._known_free) if self.profile.sees_floor else ()
         asked_s = self.now()
         range_mm = context.body.range_mm()
         pose = context.body.pose()
@@ -138,11 +141,17 @@ class Perception:
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
+        self.world.see_floor(glimpses[-1].time_s, rays, range_mm)
         seen += [self.world.targets.look(looked_for, each, range_mm) for each in further]
         sightings = [each.get(self.target) for each in seen]
         newest = next(filter(None, reversed(sightings)), None)
         note_look(context, pose, range_mm, newest)
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
+
+    @property
+    def _known_free(self) -> bool:
+        """Whether the floor ahead is free, by the last echo; without a sonar it is taken for free."""
+        return self.sonar.deaf if self._range_mm is None else self._range_mm > N.free_mm
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo that is to be believed; a sonar that lies may not stop the robot either."""

@@ -13,10 +13,11 @@ from behaviors.adaptive.pose_history import PoseHistory
 from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.adaptive.turn_scale import Beam
+from behaviors.adaptive.visible_floor import FloorRanges
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure
 from behaviors.mission import Mission
-from behaviors.ports import Glimpse, Point, Pose, Sighting
+from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,8 @@ class WorldModel:
     def __init__(self, mission: Mission) -> None:
         self.floor, self.camera = OccupancyGrid(mission.robot), mission.camera
         self.knows_turns = mission.robot.compass != 0 or mission.calibration.wheels is not None
+        calibrated = mission.calibration.camera is not None
+        self._ranges = FloorRanges(mission.camera.height_mm, mission.sonar_ahead_mm, calibrated=calibrated)
         self.poses = PoseHistory()
         self.echoes = RecentEchoes(mission.robot.sonar_forward_mm)
         self.attempts = Attempts()
@@ -108,6 +111,21 @@ class WorldModel:
         self.floor.without_sonar = not hears
         self._hear(pose, range_mm)
         return self.targets.look(looked_for, glance, range_mm)
+
+    def see_floor(self, time_s: float, rays: Sequence[FloorRay], range_mm: float | None) -> None:
+        """Update with the free floor in a frame.
+
+        Args:
+            time_s: When the frame was taken.
+            rays: The floor.
+            range_mm: The sonar's echo then, or None.
+        """
+        if not rays:
+            return
+        pose = self.poses.at(time_s)
+        self._ranges.compare(rays, pose, range_mm)
+        heard = None if range_mm is None else (pose, range_mm)
+        self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays), heard)
 
     def _hear(self, pose: Pose, range_mm: float | None) -> None:
         if range_mm is not None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from behaviors.adaptive.occupancy_grid import CELL_MM
+from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point, Pose
 from behaviors.robot_description import CameraTable

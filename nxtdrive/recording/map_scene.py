@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from behaviors.adaptive.occupancy_grid import OccupancyGrid, centre_mm
+from behaviors.adaptive.grid_cells import centre_mm
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from behaviors.adaptive.occupancy_grid import CELL_MM
+from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose

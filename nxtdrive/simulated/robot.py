@@ -105,6 +105,10 @@ class SpoiltSensor:
         found = (self._webcam.observe(lookalike) for lookalike in self._mistaken())
         return next((taken for taken in found if taken is not None), None)
 
+    def floor_ends(self) -> Sequence[tuple[float, float]]:
+        """Return the pixels at which the floor ends in the latest frame."""
+        return self._webcam.floor_ends()
+
     def _mistaken(self) -> tuple[str, ...]:
         """Draw the look-alikes that are mistaken for the target in this frame, should it show them."""
         sight = self._sight

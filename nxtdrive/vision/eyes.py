@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
-from behaviors.ports import Blind, Clock, Glimpse, Sighting
+from behaviors.ports import Blind, Clock, FloorRay, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirmation import Confirmation
@@ -14,6 +14,7 @@ from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, Quad, TargetDetector, box_of
 from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
+from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.geometry import Pinhole
 
 READ_TIMEOUT_S = 3.0
@@ -69,6 +70,8 @@ class CameraEyes:
         self._latency_s = latency_s
         self._confirmations = {name: confirmation() for name in targets}
         self._shapes = {name: Shape() for name in targets}
+        self._floor = FreeFloorDetector()
+        self._frame: Frame | None = None
         self._observers: list[OnLook] = []
 
     def on_look(self, observer: OnLook) -> None:
@@ -88,6 +91,18 @@ class CameraEyes:
         """
         return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
 
+    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
+        frame = self._frame
+        if frame is None:
+            return ()
+        if known_free:
+            self._floor.learn(frame.image, frame.time_s)
+        if not self._floor.ready:
+            return ()
+        height, width = frame.image.shape[:2]
+        return _floor_rays(self._floor.ends(frame.image), self._pinhole.resized(width, height))
+
     def _look_for(self, targets: Sequence[str], timeout_s: float) -> Glimpse:
         _check_known(targets, self._targets)
         try:
@@ -96,6 +111,7 @@ class CameraEyes:
             raise NoMorePictures(str(error)) from error
         except CameraError as error:
             raise NoPicture(str(error)) from error
+        self._frame = frame
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}
         return _glimpse(frame.time_s - self._latency_s, sightings)
@@ -152,6 +168,10 @@ class GeometricSensor(Protocol):
         """Return the target's corners in this frame, or None."""
         ...
 
+    def floor_ends(self) -> Sequence[tuple[float, float]]:
+        """Return the pixels, columns and rows, at which the floor ends in this frame."""
+        ...
+
 
 class GeometricEyes:
     """Eyes by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
@@ -182,6 +202,7 @@ class GeometricEyes:
         self._pinhole = pinhole or Pinhole.from_hfov(sensor.size[0])
         self._make = confirmation
         self._given = -1
+        self._knows_floor = False
         self._confirmations: dict[str, Confirmation] = {}
 
     def look(self, target: str) -> Sighting | None:
@@ -204,6 +225,13 @@ class GeometricEyes:
         if self._sensor.look_s:
             self._clock.sleep(self._sensor.look_s)
         return glimpse
+
+    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
+        self._knows_floor |= known_free
+        if not self._knows_floor or self._sensor.unplugged:
+            return ()
+        return _floor_rays(self._sensor.floor_ends(), self._pinhole)
 
     def _look_at(self, target: str, time_s: float) -> Sighting | None:
         quad = self._sensor.observe(target)
@@ -231,6 +259,17 @@ def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float,
     place = pinhole.locate(found, height_mm)
     edges_mm = None if found.bound else pinhole.edges_mm(found, height_mm)
     return Sighting(target, *place, confidence, time_s, found.box, found.cut, found.bound, edges_mm)
+
+
+def _floor_rays(ends: Iterable[Sequence[float]], pinhole: Pinhole) -> list[FloorRay]:
+    """Return what the pixels at which the floor ends say; those above the horizon say nothing."""
+    lowest = pinhole.width * pinhole.aspect
+    found = []
+    for u, v in ends:
+        bearing_deg, end_deg = pinhole.direction(u, v)
+        if end_deg > 0.0:
+            found.append(FloorRay(bearing_deg, pinhole.direction(u, lowest)[1], end_deg))
+    return found
 
 
 def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:

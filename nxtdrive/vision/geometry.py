@@ -102,6 +102,16 @@ class Pinhole:
         """Return the bearing of the pixel column `u` off the optical axis of a level camera, positive right."""
         return math.degrees(math.atan((u - self.width / 2) / self.focal_px))
 
+    def direction(self, u: float, v: float) -> tuple[float, float]:
+        """Return where the ray of a pixel points: its bearing from the robot's forward axis, and how far below level.
+
+        Both in degrees; the bearing is positive right, the second negative above the horizon.
+        """
+        u, v = self._level(u, v)
+        right, down = (u - self.width / 2) / self.focal_px, (v - self.width * self.aspect / 2) / self.focal_px
+        below_deg = math.degrees(math.atan2(down, math.hypot(1.0, right)))
+        return math.degrees(math.atan(right)) + self.mounting.yaw_deg, below_deg
+
     def distance_mm(self, height_px: float, height_mm: float, bearing_deg: float = 0.0) -> float:
         """Return the distance of an upright object `height_mm` high that appears `height_px` high at `bearing_deg`.
 

@@ -20,6 +20,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_backend.camera.geometric_floor import GeometricFloor
 from sim_backend.camera.optics import PINHOLE_OPTICS, Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
@@ -160,6 +161,7 @@ class GeometricSensor:
         self._law = law
         self._shutter_s, self._optics = shutter_s, optics
         self.generator = random.Random(seed)
+        self._floor = GeometricFloor(seed)
 
     def observe(
         self,
@@ -188,6 +190,21 @@ class GeometricSensor:
             if self.generator.random() < self.hit_rate(sight) * self._law.visibility(brightness):
                 return self._report(sight, viewpoint, turn_rate_deg_s, farthest_mm)
         return None
+
+    def floor_ends(
+        self, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0
+    ) -> list[tuple[float, float]]:
+        """The pixels, columns and rows, at which the floor ends in one frame; arguments as in `observe`.
+
+        Directions in which it ends below the frame are left out.
+        """
+        found = []
+        for point in self._floor.ends(panels, viewpoint, self.pinhole):
+            u, v = self._pixel((*point, 0.0), viewpoint, turn_rate_deg_s)
+            v += self._floor.error_px(self.generator) * self.pinhole.width / WORK_WIDTH_PX
+            if 0.0 <= u < self.pinhole.width and 0.0 <= v < self.pinhole.height:
+                found.append((u, v))
+        return found
 
     def sights(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0

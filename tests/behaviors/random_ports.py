@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from random import Random
 
 from behaviors.mission import Mission
-from behaviors.ports import BodyLost, Glimpse, MotionResult, Point, Pose, Sighting, StopReason
+from behaviors.ports import BodyLost, FloorRay, Glimpse, MotionResult, Point, Pose, Sighting, StopReason
 
 
 def two_targets(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
@@ -105,6 +105,10 @@ class RandomPorts:
         self.sleep(self._random.choice((0.05, 0.3, 0.5)))
         seen = {target: self._sighting(target) for target in targets if self._random.random() < self._finds}
         return Glimpse(self._now_s, seen)
+
+    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+        ends = (self._random.uniform(0.1, 25.0) for _ in range(self._random.choice((0, 8))))
+        return [FloorRay(self._random.uniform(-30.0, 30.0), 23.0, end_deg) for end_deg in ends]
 
     def _sighting(self, target: str) -> Sighting:
         bearing_deg, distance_mm = self._random.uniform(-25.0, 25.0), self._random.uniform(250.0, 1500.0)

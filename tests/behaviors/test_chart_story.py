@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import pytest
 from random_ports import RandomPorts, two_targets
@@ -11,7 +11,7 @@ from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
 from behaviors.journal import JOURNAL_FORMAT, Kind, Record
-from behaviors.ports import BodyLost, Glimpse, MotionResult, Pose, Sighting, StopReason
+from behaviors.ports import BodyLost, FloorRay, Glimpse, MotionResult, Pose, Sighting, StopReason
 
 SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
 
@@ -80,6 +80,9 @@ class Facing(RandomPorts):
         at_mm = self._distances.pop(0) if len(self._distances) > 1 else self._distances[0]
         seen = {name: Sighting(name, 0.0, at_mm, 1.0, self._now_s, (100, 80, 40, 56)) for name in targets}
         return Glimpse(self._now_s, seen)
+
+    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+        return ()
 
 
 def _states(records: list[Record]) -> Iterator[str]:

@@ -5,7 +5,8 @@ from datetime import date
 
 import pytest
 
-from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
+from behaviors.adaptive.grid_cells import cell
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission, MissionError, described_by, load_mission
 from behaviors.ports import Glimpse, Pose, Sighting

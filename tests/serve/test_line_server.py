@@ -222,6 +222,9 @@ class Blind:
     def glance(self, targets):
         return Glimpse(0.0, {})
 
+    def free_floor(self, *, known_free):
+        return ()
+
 
 @pytest.mark.slow
 def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
@@ -308,6 +311,9 @@ class Broken:
         raise self.error
 
     def glance(self, targets):
+        raise self.error
+
+    def free_floor(self, *, known_free):
         raise self.error
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from behaviors.adaptive.belief import N as BELIEF
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import Evidence

@@ -13,7 +13,7 @@ import pytest
 from behaviors.adaptive.approach import ApproachSkill
 from behaviors.adaptive.attempts import N as ATTEMPTS
 from behaviors.adaptive.follow_path import FollowPathSkill
-from behaviors.adaptive.occupancy_grid import CELL_MM, cell
+from behaviors.adaptive.grid_cells import CELL_MM, cell
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import unheard_blocker

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.occupancy_grid import CELLS, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.grid_cells import CELLS, cell, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.ports import Point, Pose
 
 RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0

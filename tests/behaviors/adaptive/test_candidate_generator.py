@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.occupancy_grid import CELLS, centre_mm
+from behaviors.adaptive.grid_cells import CELLS, centre_mm
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, OccupancyGrid, cell
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS, cell
 from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.ports import Pose
 
 ORIGIN = Pose()

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS, USUAL_ROBOT, OccupancyGrid, cell, centre_mm
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS, cell, centre_mm
+from behaviors.adaptive.occupancy_grid import USUAL_ROBOT, OccupancyGrid
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Point, Pose

@@ -10,8 +10,9 @@ import pytest
 
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.follow_path import N as PATH
+from behaviors.adaptive.grid_cells import cell
 from behaviors.adaptive.occupancy_grid import N as GRID
-from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import N, Perception
 from behaviors.adaptive.scan import ScanSkill

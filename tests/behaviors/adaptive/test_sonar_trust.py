@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from behaviors.adaptive.occupancy_grid import OccupancyGrid, cell
+from behaviors.adaptive.grid_cells import cell
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.sonar_trust import N as SONAR
 from behaviors.adaptive.sonar_trust import SonarTrust

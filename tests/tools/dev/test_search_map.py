@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from behaviors.adaptive.occupancy_grid import CELL_MM, CELLS
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, Viewpoint

@@ -1,0 +1,77 @@
+"""The cells of the occupancy grid: where they are, and which of them a beam, a disc or a ray meets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.angles import wrapped_deg
+
+CELL_MM, CELLS = 80.0, 180
+"""Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
+
+Mask = NDArray[np.bool_]
+Window = tuple[slice, slice]
+
+
+def centre_mm(indices: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the centres of the cells with these indices along one axis."""
+    return np.asarray((indices - CELLS // 2 + 0.5) * CELL_MM)
+
+
+def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
+    """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
+    i, j = (min(max(math.floor(value_mm / CELL_MM) + CELLS // 2, 0), CELLS - 1) for value_mm in (x_mm, y_mm))
+    return i, j
+
+
+def index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
+    return np.clip(np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2, 0, CELLS - 1)
+
+
+def around(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
+    """Return the cells around a place: their window, and how far they are from it along each axis."""
+    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
+    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
+    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
+    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), dx, dy
+
+
+def disc(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.bool_]]:
+    """Return the cells around a place: their window, and which of them are within the radius."""
+    window, dx, dy = around(x_mm, y_mm, radius_mm)
+    return window, np.hypot(dx, dy) <= radius_mm
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """The cells that a beam may meet.
+
+    Attributes:
+        window: The cells around the sonar.
+        along_mm: How far away each is.
+        off_deg: How far to the right of the beam's axis.
+        inside: Which are in the beam.
+        heading_deg: The direction of its axis.
+    """
+
+    window: Window
+    along_mm: NDArray[np.float64]
+    off_deg: NDArray[np.float64]
+    inside: Mask
+    heading_deg: float
+
+    @classmethod
+    def of(cls, x_mm: float, y_mm: float, heading_deg: float, reach_mm: float, half_deg: float) -> Cone:
+        """Return the cone of a beam from a place."""
+        window, dx, dy = around(x_mm, y_mm, reach_mm)
+        off_deg = wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg)
+        return cls(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
+
+    def arc(self, range_mm: float, half_mm: float) -> Mask:
+        """Which cells are at a distance, give or take."""
+        return np.asarray(self.inside & (np.abs(self.along_mm - range_mm) <= half_mm))

@@ -1,0 +1,152 @@
+"""Distances along the floor from the angles at which a camera sees it end, and how exact they are.
+
+The camera looks down on the floor, so an angle below the horizontal is a distance. A camera that is tilted by a few
+degrees, or whose field of view is not as believed, makes all of them wrong: the angle is `offset + scale * angle`. Both
+are learned from what sonar and camera measure at once, a wall right ahead. Until then only what is near is believed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.ports import FloorRay, Pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class VisibleFloorNumbers:
+    """The numbers of the estimate.
+
+    Attributes:
+        offset_sd_deg: Standard deviation of the camera's tilt: taped or clamped by hand. A guess.
+        calibrated_sd_deg: The same of a camera that was calibrated. Source: docs/calibration.md.
+        scale_sd: Standard deviation of the scale of angles: of a webcam's field of view by its data sheet.
+        calibrated_scale_sd: The same of a camera that was calibrated.
+        noise_deg: Of a wall's angle by camera and sonar; measurements of one wall are alike, so it is no smaller.
+        gate: A measurement that is more standard deviations away compares two different things.
+        ahead_deg: The camera's rays within this bearing are right ahead.
+        cone_deg: In these the sonar may hear something else.
+        flat: A wall right ahead is nowhere in the cone nearer than this share of its distance ahead.
+        nearest_mm: Echoes from here,
+        farthest_mm: to here are compared.
+        moved_mm: After a measurement the robot has to drive so far,
+        turned_deg: or to turn so far, for another one.
+        ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
+        error_mm: Distances that may be wrong by more than this are not used.
+        farthest_used_mm: Nor are larger ones.
+    """
+
+    offset_sd_deg: float = 2.0
+    calibrated_sd_deg: float = 0.5
+    scale_sd: float = 0.1
+    calibrated_scale_sd: float = 0.02
+    noise_deg: float = 1.0
+    gate: float = 3.0
+    ahead_deg: float = 5.0
+    cone_deg: float = 15.0
+    flat: float = 0.9
+    nearest_mm: float = 250.0
+    farthest_mm: float = 1500.0
+    moved_mm: float = 100.0
+    turned_deg: float = 10.0
+    ray_sd_deg: float = 0.15
+    error_mm: float = 200.0
+    farthest_used_mm: float = 3000.0
+
+
+N = VisibleFloorNumbers()
+
+
+@dataclass(frozen=True, slots=True)
+class VisibleFloor:
+    """The free floor by bearing, (n,) each.
+
+    Attributes:
+        bearing_deg: From the robot's forward axis, positive right.
+        near_mm: From the lens to the nearest floor in the frame.
+        free_mm: To where it ends for certain.
+        end_mm: To where something stands; infinity where that is not known well enough.
+    """
+
+    bearing_deg: Array
+    near_mm: Array
+    free_mm: Array
+    end_mm: Array
+
+
+class FloorRanges:
+    """Turns angles into distances.
+
+    Args:
+        height_mm: Of the lens above the floor.
+        sonar_ahead_mm: The sonar in front of the lens.
+        calibrated: Whether the camera was calibrated.
+    """
+
+    def __init__(self, height_mm: float, sonar_ahead_mm: float, *, calibrated: bool) -> None:
+        self._height_mm, self._sonar_ahead_mm = height_mm, sonar_ahead_mm
+        sd_deg = N.calibrated_sd_deg if calibrated else N.offset_sd_deg
+        scale_sd = N.calibrated_scale_sd if calibrated else N.scale_sd
+        self._estimate = np.array([0.0, 1.0])
+        self._covariance = np.diag([sd_deg**2, scale_sd**2])
+        self._compared_at: Pose | None = None
+
+    def measure(self, rays: Sequence[FloorRay]) -> VisibleFloor:
+        """Return the distances along some rays."""
+        angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64)
+        bearing, near, end = angles.reshape(-1, 3).T
+        offset, scale = self._estimate
+        terms = np.stack([np.ones_like(end), end])
+        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + N.ray_sd_deg**2
+        end_mm = self._distance_mm(offset + scale * end)
+        error_mm = np.radians(np.sqrt(variance)) * (end_mm**2 + self._height_mm**2) / self._height_mm
+        known = (error_mm <= N.error_mm) & (end_mm <= N.farthest_used_mm)
+        free_mm = np.minimum(end_mm, self._sure_mm(variance)) - np.minimum(error_mm, N.error_mm)
+        return VisibleFloor(bearing, self._distance_mm(offset + scale * near), free_mm, np.where(known, end_mm, np.inf))
+
+    def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float | None) -> None:
+        """Learn from an echo and a frame of the same moment."""
+        if range_mm is None or not N.nearest_mm <= range_mm <= N.farthest_mm:
+            return
+        if self._compared_at is not None and _near(self._compared_at, pose):
+            return
+        cone = np.array([ray.end_deg for ray in rays if abs(ray.bearing_deg) <= N.cone_deg])
+        ahead = [ray.end_deg for ray in rays if abs(ray.bearing_deg) <= N.ahead_deg]
+        if not ahead:
+            return
+        seen_deg = float(np.median(ahead))
+        if self._distance_mm(cone).min() < N.flat * float(self._distance_mm(np.array([seen_deg]))[0]):
+            return
+        self._compared_at = pose
+        self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))
+
+    def _update(self, seen_deg: float, real_deg: float) -> None:
+        terms = np.array([1.0, seen_deg])
+        gain = self._covariance @ terms
+        variance = float(terms @ gain) + N.noise_deg**2
+        surprise = real_deg - float(terms @ self._estimate)
+        if abs(surprise) <= N.gate * math.sqrt(variance):
+            self._estimate = self._estimate + gain / variance * surprise
+            self._covariance = self._covariance - np.outer(gain, gain) / variance
+
+    def _distance_mm(self, below_deg: Array) -> Array:
+        """Return the distances at which rays meet the floor; those that hardly point down never do."""
+        tangent = np.tan(np.radians(np.clip(below_deg, 0.1, 89.0)))
+        return np.asarray(self._height_mm / tangent)
+
+    def _sure_mm(self, variance: Array) -> Array:
+        """Return up to where distances are wrong by no more than `error_mm`, for the variances of their angles."""
+        square = N.error_mm * self._height_mm / np.radians(np.sqrt(variance)) - self._height_mm**2
+        return np.asarray(np.minimum(N.farthest_used_mm, np.sqrt(np.maximum(0.0, square))))
+
+
+def _near(one: Pose, other: Pose) -> bool:
+    """Whether what is measured at two poses is the same."""
+    moved_mm = math.hypot(one.x_mm - other.x_mm, one.y_mm - other.y_mm)
+    return moved_mm < N.moved_mm and abs(one.heading_deg - other.heading_deg) < N.turned_deg

@@ -1,0 +1,131 @@
+"""How far the floor is free, in one frame: floor is what has the colours of the floor that is known to be free.
+
+The method is that of Ulrich and Nourbakhsh, "Appearance-based obstacle detection with monocular color vision" (AAAI
+2000): the colours are learned from the lower edge of frames in which the floor ahead is free; from there upwards, a
+column of a frame shows floor until its pixels have other colours. `docs/vision.md` section 3 has what it is worth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nxtdrive.vision.detection import Image
+
+
+@dataclass(frozen=True, slots=True)
+class FreeFloorNumbers:
+    """The numbers of the detector; pixels are those of a frame `width_px` wide.
+
+    Attributes:
+        width_px: Frames are brought to this width.
+        columns: Directions in which it looks, spread evenly over the frame.
+        sample_height: The colours are learned from this share of a frame's height, at its lower edge,
+        sample_width: and this share of its width, in the middle.
+        bins: Steps of each of lightness, green to red, and blue to yellow (CIELAB).
+        chroma_step: Width of a step of the latter two; of lightness it is 256 / `bins`.
+        light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
+        chroma_bins: The same for the other two.
+        keeps: Share that a further frame leaves of what was learned before.
+        learn_every_s: And no more frames are learned from than one in this time, so that it remembers some ten seconds.
+        rare: Colours with less than this share of the commonest one's count are not the floor's.
+        run_px: The floor ends where this many pixels in a column have other colours.
+        grain_px: Specks up to this size are ignored.
+    """
+
+    width_px: int = 320
+    columns: int = 24
+    sample_height: float = 0.14
+    sample_width: float = 0.6
+    bins: int = 32
+    chroma_step: int = 3
+    light_bins: int = 4
+    chroma_bins: int = 1
+    keeps: float = 0.97
+    learn_every_s: float = 0.2
+    rare: float = 0.004
+    run_px: int = 5
+    grain_px: int = 5
+
+
+N = FreeFloorNumbers()
+
+Mask = NDArray[np.bool_]
+
+
+class FreeFloorDetector:
+    """Finds where the floor ends, once it has learned what the floor looks like."""
+
+    def __init__(self) -> None:
+        self._counts: NDArray[np.float64] | None = None
+        self._likely: Mask = np.zeros(N.bins**3, bool)
+        self._learned_s = 0.0
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has learned what the floor looks like."""
+        return self._counts is not None
+
+    def learn(self, image: Image, time_s: float) -> None:
+        """Learn from a frame, (height, width, 3) BGR, in which the floor right ahead is free."""
+        if self._counts is not None and time_s - self._learned_s < N.learn_every_s:
+            return
+        self._learned_s = time_s
+        small = _reduced(image)
+        height, width = small.shape[:2]
+        top, aside = round(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
+        sample = _bins(small[top:, aside : width - aside])
+        counts = np.bincount(sample.ravel(), minlength=N.bins**3) / sample.size
+        if self._counts is not None:
+            counts = N.keeps * self._counts + (1.0 - N.keeps) * counts
+        self._counts = counts
+        cube = counts.reshape(N.bins, N.bins, N.bins)
+        for axis, reach in enumerate((N.light_bins, N.chroma_bins, N.chroma_bins)):
+            cube = _spread(cube, axis, reach)
+        self._likely = np.asarray(cube > N.rare * cube.max()).ravel()
+
+    def ends(self, image: Image) -> NDArray[np.float64]:
+        """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
+
+        Columns whose lowest pixels are no floor, and those that look like floor up to the upper edge, are left out.
+        """
+        scale = image.shape[1] / N.width_px
+        small = _reduced(image)
+        height, width = small.shape[:2]
+        floor = cv2.medianBlur(self._likely[_bins(small)].astype(np.uint8), N.grain_px)
+        columns = np.linspace(0, width - 1, 2 * N.columns + 1)[1::2].astype(np.int64)
+        upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
+        in_run = upwards.copy()
+        in_run[N.run_px :] -= upwards[: -N.run_px]
+        full = in_run[N.run_px - 1 :] == N.run_px
+        begins = full.argmax(axis=0)
+        tells = full.any(axis=0) & (begins > 0)
+        ends = np.stack([columns[tells] + 0.5, height - begins[tells]], axis=1)
+        return np.asarray(ends * scale, np.float64)
+
+
+def _reduced(image: Image) -> Image:
+    """Return a frame of the detector's width."""
+    height, width = image.shape[:2]
+    if width == N.width_px:
+        return image
+    size = (N.width_px, max(1, round(height * N.width_px / width)))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _bins(image: Image) -> NDArray[np.int64]:
+    """Return the number of each pixel's colour, (height, width)."""
+    lab = cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2LAB).astype(np.int64)
+    light = lab[..., 0] * N.bins // 256
+    a, b = (np.clip((lab[..., i] - 128) // N.chroma_step + N.bins // 2, 0, N.bins - 1) for i in (1, 2))
+    return np.asarray((light * N.bins + a) * N.bins + b)
+
+
+def _spread(cube: NDArray[np.float64], axis: int, reach: int) -> NDArray[np.float64]:
+    """Return counts that include those of the neighbours along an axis, up to `reach` steps away."""
+    padded = np.pad(cube, [(reach, reach) if each == axis else (0, 0) for each in range(cube.ndim)])
+    size = cube.shape[axis]
+    return np.asarray(sum(np.take(padded, range(i, i + size), axis) for i in range(2 * reach + 1)), np.float64)

@@ -1,0 +1,96 @@
+"""Where the floor ends in a frame, by geometry and chance without an image, as the detector of the free floor has it.
+
+In plan view a column of a level camera's frame is a ray. The floor ends where the lower edge of a panel hides it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.camera.projection import Pinhole
+from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_level_frame
+
+Array = NDArray[np.float64]
+
+COLUMNS = 24
+FARTHEST_MM = 20000.0
+"""Floor that nothing hides ends here, just below the horizon."""
+
+
+@dataclass(frozen=True, slots=True)
+class FloorLaw:
+    """How well the floor is told from what stands on it.
+
+    Attributes:
+        row_sd_px: Standard deviation of the row at which the floor ends, in a frame 320 pixels wide.
+        looks_like_floor: Probability that a texture has the floor's colours, so that the floor seems to go on.
+        specks: Probability that the floor seems to end nearer, at a spot of another colour.
+        speck_px: Then it ends so many rows lower, at most.
+    """
+
+    row_sd_px: float
+    looks_like_floor: float
+    specks: float
+    speck_px: float = 60.0
+
+
+FLOOR_LAW = FloorLaw(row_sd_px=0.5, looks_like_floor=0.05, specks=0.003)
+"""Source: docs/vision.md section 3; of the 20 pairs of bundled floors and boxes one cannot be told apart."""
+
+
+class GeometricFloor:
+    """Simulates the detector of the free floor without rendering.
+
+    Args:
+        seed: Decides which textures look like the floor.
+        law: Performance of the detector.
+    """
+
+    def __init__(self, seed: int = 0, law: FloorLaw = FLOOR_LAW) -> None:
+        self._law = law
+        self._looks_like_floor = cache(
+            lambda texture: random.Random(f"{seed}/floor/{texture}").random() < law.looks_like_floor
+        )
+
+    def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> list[tuple[float, float]]:
+        """The points of the map, x and y, at which the visible floor ends, for each of some columns of a frame.
+
+        What stands on legs hides only the floor behind it, so the floor seems to reach farther than it does.
+        """
+        rays = (np.arange(COLUMNS) + 0.5) / COLUMNS * camera.width - camera.width / 2
+        rays /= camera.focal_px
+        seen = [p for p in panels if p.bottom_mm < viewpoint.height_mm and not self._looks_like_floor(p.texture)]
+        depth = _depths_mm(seen, viewpoint, rays)
+        heading = math.radians(viewpoint.heading_deg)
+        cos, sin = math.cos(heading), math.sin(heading)
+        x = viewpoint.x_mm + depth * (cos - rays * sin)
+        y = viewpoint.y_mm + depth * (sin + rays * cos)
+        return list(zip(x.tolist(), y.tolist(), strict=True))
+
+    def error_px(self, generator: random.Random) -> float:
+        """An error of the row at which the floor ends."""
+        if generator.random() < self._law.specks:
+            return generator.uniform(0.0, self._law.speck_px)
+        return generator.gauss(0.0, self._law.row_sd_px)
+
+
+def _depths_mm(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> Array:
+    """Depth along the camera's heading at which panels hide the floor, (n,), for rays by the tangent of their angle."""
+    if not panels:
+        return np.full(len(rays), FARTHEST_MM)
+    x0, y0, x1, y1, bottom = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm) for p in panels], np.float64).T
+    (right0, depth0), (right1, depth1) = in_level_frame(x0, y0, viewpoint), in_level_frame(x1, y1, viewpoint)
+    along_right, along_depth = right1 - right0, depth1 - depth0
+    ray = rays[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (ray * depth0 - right0) / (along_right - ray * along_depth)
+        depth = (depth0 + share * along_depth) * viewpoint.height_mm / (viewpoint.height_mm - bottom)
+    depth = np.where((share >= 0.0) & (share <= 1.0) & (depth > NEAR_MM), depth, FARTHEST_MM)
+    return np.asarray(np.minimum(depth.min(axis=1), FARTHEST_MM), np.float64)
