@@ -123,6 +123,7 @@ class OccupancyGrid:
         sonar_height_mm: It above the floor.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
+        seen: Where the camera saw something stand, which is exact to a cell.
         weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
             from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
     """
@@ -141,6 +142,7 @@ class OccupancyGrid:
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
         self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
         self._unseen: Mask = np.zeros((CELLS, CELLS), bool)
+        self.seen: Mask = np.zeros((CELLS, CELLS), bool)
         self._seen_from: Pose | None = None
         self.save()
 
@@ -157,7 +159,7 @@ class OccupancyGrid:
     @property
     def _layers(self) -> tuple[NDArray[np.generic], ...]:
         """All that is known of the cells."""
-        return self.evidence, self._heard_deg, self._was_free, self._appeared, self._unseen
+        return self.evidence, self._heard_deg, self._was_free, self._appeared, self._unseen, self.seen
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""
@@ -166,6 +168,7 @@ class OccupancyGrid:
                 self._was_free |= self.evidence < N.freest_silent
                 self._appeared &= self.evidence > 0.0
                 self._unseen &= self.evidence > 0.0
+                self.seen &= self.evidence > 0.0
                 fades_s = np.where(self._appeared, N.appeared_fades_s, N.fades_s)
                 self.evidence *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
@@ -231,6 +234,7 @@ class OccupancyGrid:
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
         self.evidence[ends] = np.minimum(self.evidence[ends] + N.hit_seen, N.most)
+        self.seen |= ends
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float]

@@ -21,6 +21,7 @@ class PlannerNumbers:
 
     Attributes:
         clearance_mm: Room beside the robot that a path must leave.
+        seen_clearance_mm: The same beside what the camera saw, which the map has where it is.
         inflation_mm: Obstacles are inflated by this radius, within which a path costs more: wheels slip and echoes err.
         beyond_cells: Paths go this many cells beyond the known floor at most.
         tight: Cost of a cell within the inflation, in cells of free floor.
@@ -40,6 +41,7 @@ class PlannerNumbers:
     """
 
     clearance_mm: float = 40.0
+    seen_clearance_mm: float = 20.0
     inflation_mm: float = 320.0
     beyond_cells: int = 8
     tight: float = 2.0
@@ -183,7 +185,8 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
-    cost[blocked & (part < -N.free)] = N.narrow
+    seen = _inflated(solid & floor.seen[window], floor.radius_mm + N.seen_clearance_mm)
+    cost[blocked & (part < -N.free) & ~seen] = N.narrow
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
