@@ -233,8 +233,11 @@ class OccupancyGrid:
         ends[i[at_mm > 0.0], j[at_mm > 0.0]] = True
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
-        self.evidence[ends] = np.minimum(self.evidence[ends] + N.hit_seen, N.most)
-        self.seen |= ends
+        exact = np.zeros_like(ends)
+        exact[i[view.exact & (at_mm > 0.0)], j[view.exact & (at_mm > 0.0)]] = True
+        most = np.where(exact, N.most, N.solid - 0.1)[ends]
+        self.evidence[ends] = np.maximum(self.evidence[ends], np.minimum(self.evidence[ends] + N.hit_seen, most))
+        self.seen |= exact
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float]

@@ -9,6 +9,8 @@ from behaviors.ports import Pose
 
 KEPT_S = 3.0
 """Poses are kept this long: far longer than a frame is under way."""
+TURN_OVER_S = 0.2
+"""The rate of a turn is measured over this time."""
 
 
 class PoseHistory:
@@ -37,3 +39,8 @@ class PoseHistory:
             then.y_mm + share * (now.y_mm - then.y_mm),
             then.heading_deg + share * (now.heading_deg - then.heading_deg),
         )
+
+    def turn_deg_s(self, time_s: float) -> float:
+        """Return how fast the robot was turning at a time, positive right."""
+        then, now = self.at(time_s - TURN_OVER_S), self.at(time_s)
+        return (now.heading_deg - then.heading_deg) / TURN_OVER_S

@@ -28,6 +28,11 @@ class VisibleFloorNumbers:
         calibrated_sd_deg: The same of a camera that was calibrated. Source: docs/calibration.md.
         scale_sd: Standard deviation of the scale of angles: of a webcam's field of view by its data sheet.
         calibrated_scale_sd: The same of a camera that was calibrated.
+        yaw_sd_deg: Standard deviation of the direction in which the camera looks.
+        calibrated_yaw_sd_deg: The same of a camera that was calibrated.
+        latency_sd_s: Standard deviation of the time that frames take: a turning robot sees where it looked before.
+        calibrated_latency_sd_s: The same of a camera that was calibrated.
+        exact_mm: What may be farther aside than this is not placed exactly.
         noise_deg: Of a wall's angle by camera and sonar; measurements of one wall are alike, so it is no smaller.
         gate: A measurement that is more standard deviations away compares two different things.
         ahead_deg: The camera's rays within this bearing are right ahead.
@@ -46,6 +51,11 @@ class VisibleFloorNumbers:
     calibrated_sd_deg: float = 0.5
     scale_sd: float = 0.1
     calibrated_scale_sd: float = 0.02
+    yaw_sd_deg: float = 2.5
+    calibrated_yaw_sd_deg: float = 1.0
+    latency_sd_s: float = 0.1
+    calibrated_latency_sd_s: float = 0.03
+    exact_mm: float = 120.0
     noise_deg: float = 1.0
     gate: float = 3.0
     ahead_deg: float = 5.0
@@ -72,12 +82,14 @@ class VisibleFloor:
         near_mm: From the lens to the nearest floor in the frame.
         free_mm: To where it ends for certain.
         end_mm: To where something stands; infinity where that is not known well enough.
+        exact: Whether that is known to a cell of the map.
     """
 
     bearing_deg: Array
     near_mm: Array
     free_mm: Array
     end_mm: Array
+    exact: NDArray[np.bool_]
 
 
 class FloorRanges:
@@ -95,10 +107,12 @@ class FloorRanges:
         scale_sd = N.calibrated_scale_sd if calibrated else N.scale_sd
         self._estimate = np.array([0.0, 1.0])
         self._covariance = np.diag([sd_deg**2, scale_sd**2])
+        self._yaw_sd_deg = N.calibrated_yaw_sd_deg if calibrated else N.yaw_sd_deg
+        self._latency_sd_s = N.calibrated_latency_sd_s if calibrated else N.latency_sd_s
         self._compared_at: Pose | None = None
 
-    def measure(self, rays: Sequence[FloorRay]) -> VisibleFloor:
-        """Return the distances along some rays."""
+    def measure(self, rays: Sequence[FloorRay], turn_deg_s: float = 0.0) -> VisibleFloor:
+        """Return the distances along some rays, of a robot that turns at this rate."""
         angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64)
         bearing, near, end = angles.reshape(-1, 3).T
         offset, scale = self._estimate
@@ -108,7 +122,11 @@ class FloorRanges:
         error_mm = np.radians(np.sqrt(variance)) * (end_mm**2 + self._height_mm**2) / self._height_mm
         known = (error_mm <= N.error_mm) & (end_mm <= N.farthest_used_mm)
         free_mm = np.minimum(end_mm, self._sure_mm(variance)) - np.minimum(error_mm, N.error_mm)
-        return VisibleFloor(bearing, self._distance_mm(offset + scale * near), free_mm, np.where(known, end_mm, np.inf))
+        aside_deg = math.hypot(self._yaw_sd_deg, turn_deg_s * self._latency_sd_s)
+        free_mm = _least_beside(free_mm, bearing, aside_deg)
+        exact = end_mm * math.radians(aside_deg) <= N.exact_mm
+        near_mm = self._distance_mm(offset + scale * near)
+        return VisibleFloor(bearing, near_mm, free_mm, np.where(known, end_mm, np.inf), exact)
 
     def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float | None) -> None:
         """Learn from an echo and a frame of the same moment."""
@@ -150,3 +168,9 @@ def _near(one: Pose, other: Pose) -> bool:
     """Whether what is measured at two poses is the same."""
     moved_mm = math.hypot(one.x_mm - other.x_mm, one.y_mm - other.y_mm)
     return moved_mm < N.moved_mm and abs(one.heading_deg - other.heading_deg) < N.turned_deg
+
+
+def _least_beside(values: Array, bearing_deg: Array, within_deg: float) -> Array:
+    """Return for each bearing the least of the values at bearings within an angle of it."""
+    beside = np.abs(bearing_deg[:, None] - bearing_deg[None, :]) <= within_deg
+    return np.asarray(np.where(beside, values[None, :], np.inf).min(axis=1))

@@ -125,7 +125,7 @@ class WorldModel:
         pose = self.poses.at(time_s)
         self._ranges.compare(rays, pose, range_mm)
         heard = None if range_mm is None else (pose, range_mm)
-        self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays), heard)
+        self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays, self.poses.turn_deg_s(time_s)), heard)
 
     def _hear(self, pose: Pose, range_mm: float | None) -> None:
         if range_mm is not None:
