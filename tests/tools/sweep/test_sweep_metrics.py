@@ -16,6 +16,11 @@ from sim_backend.world.truth import TruePose
 LENA = Goal("lena", (3800.0, 1500.0), 180.0)
 PERSON = Obstacle("anna", (2600.0, 1500.0), radius_mm=200.0)
 BEHIND = (2900.0, 1500.0)
+WALLS = (
+    Obstacle("left of the door", (2000.0, 550.0), (20.0, 1100.0)),
+    Obstacle("right", (2000.0, 2450.0), (20.0, 1100.0)),
+)
+IN_THE_DOOR = Obstacle("anna", (2000.0, 1500.0), radius_mm=250.0)
 
 
 def _scene(*obstacles, goals=(LENA,)):
@@ -99,6 +104,16 @@ def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
     episode = EpisodeBuilder(scene=_scene(Obstacle("screen", (3600.0, 1500.0), (20.0, 400.0)))).enter("search")
     result = judge_target(episode.drive(3400, 1500, 14).enter("reached").end(), "lena")
     assert result.wrong_stops == 1
+
+
+def test_a_path_that_opens_later_is_measured_by_the_map_of_the_arrival():
+    """As where somebody stands in the only door when the pursuit begins."""
+    episode = EpisodeBuilder(late_objects=["anna"], scene=_scene(*WALLS, IN_THE_DOOR)).enter("search")
+    episode.drive(500, 1500, 5).scene = _scene(*WALLS)
+    result = judge_target(episode.drive(3260, 1500, 14).enter("reached").end(), "lena")
+    assert result.success
+    assert result.spl == pytest.approx(1.0, abs=0.02)
+    assert result.sct == pytest.approx(13.7 / 19.0, abs=0.05)
 
 
 def test_half_of_the_path_gives_half_of_the_soft_figure():
