@@ -173,4 +173,4 @@ def _near(one: Pose, other: Pose) -> bool:
 def _least_beside(values: Array, bearing_deg: Array, within_deg: float) -> Array:
     """Return for each bearing the least of the values at bearings within an angle of it."""
     beside = np.abs(bearing_deg[:, None] - bearing_deg[None, :]) <= within_deg
-    return np.asarray(np.where(beside, values[None, :], np.inf).min(axis=1))
+    return np.asarray(np.where(beside, values[None, :], np.inf).min(axis=1, initial=np.inf))

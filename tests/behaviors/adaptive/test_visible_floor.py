@@ -1,0 +1,189 @@
+"""The floor that a camera sees: how far it is free, how exactly that is known, and what it says about the map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from behaviors.adaptive.grid_cells import cell
+from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
+from behaviors.ports import FloorRay, Pose
+
+HEIGHT_MM = 200.0
+SONAR_AHEAD_MM = 60.0
+NEAR_DEG = 23.0
+BEARINGS = np.linspace(-28.0, 28.0, 24)
+
+
+def _ranges(*, calibrated: bool = False) -> FloorRanges:
+    return FloorRanges(HEIGHT_MM, SONAR_AHEAD_MM, calibrated=calibrated)
+
+
+def _angle_deg(distance_mm: float) -> float:
+    return math.degrees(math.atan2(HEIGHT_MM, distance_mm))
+
+
+def _wall(ahead_mm: float, *, tilt_deg: float = 0.0, scale: float = 1.0) -> list[FloorRay]:
+    """A wall right ahead of a camera that looks up by `tilt_deg`, unknown to the robot."""
+    return [
+        FloorRay(float(each), NEAR_DEG, (_angle_deg(ahead_mm / math.cos(math.radians(each))) - tilt_deg) / scale)
+        for each in BEARINGS
+    ]
+
+
+def _learn(ranges: FloorRanges, *, tilt_deg: float, scale: float = 1.0) -> None:
+    """Drive up to walls again and again."""
+    for i, ahead_mm in enumerate((1500.0, 1200.0, 900.0, 700.0, 500.0) * 6):
+        pose = Pose(x_mm=200.0 * i)
+        ranges.compare(_wall(ahead_mm, tilt_deg=tilt_deg, scale=scale), pose, ahead_mm - SONAR_AHEAD_MM)
+
+
+def _ahead(values: np.ndarray) -> float:
+    return float(values[len(values) // 2])
+
+
+@pytest.mark.parametrize("ahead_mm", [500.0, 800.0, 1200.0, 1900.0])
+def test_an_angle_is_a_distance_on_the_floor(ahead_mm):
+    view = _ranges(calibrated=True).measure(_wall(ahead_mm))
+    assert _ahead(view.end_mm) == pytest.approx(ahead_mm, rel=0.01)
+    assert 0.6 * ahead_mm < _ahead(view.free_mm) < ahead_mm
+    assert view.near_mm == pytest.approx(HEIGHT_MM / math.tan(math.radians(NEAR_DEG)))
+
+
+def test_a_camera_whose_tilt_nobody_measured_places_nothing_far_away():
+    near, far = (_ranges().measure(_wall(ahead_mm)) for ahead_mm in (600.0, 2000.0))
+    assert _ahead(near.end_mm) == pytest.approx(600.0, rel=0.01)
+    assert math.isinf(_ahead(far.end_mm))
+    assert 0.0 < _ahead(far.free_mm) < 1000.0, "but the floor is free as far as can be told"
+
+
+@pytest.mark.parametrize("tilt_deg", [-5.0, 3.0])
+@pytest.mark.parametrize("scale", [0.9, 1.1])
+def test_echoes_tell_how_the_camera_is_tilted_and_how_wide_it_sees(tilt_deg, scale):
+    ranges = _ranges()
+    _learn(ranges, tilt_deg=tilt_deg, scale=scale)
+    view = ranges.measure(_wall(1600.0, tilt_deg=tilt_deg, scale=scale))
+    assert _ahead(view.end_mm) == pytest.approx(1600.0, rel=0.07)
+
+
+def test_echoes_of_something_else_teach_nothing():
+    ranges = _ranges(calibrated=True)
+    for i in range(30):
+        ranges.compare(_wall(700.0), Pose(x_mm=200.0 * i), 1400.0)  # a low box: the sonar hears the wall behind it
+    assert _ahead(ranges.measure(_wall(700.0)).end_mm) == pytest.approx(700.0, rel=0.01)
+
+
+def test_a_wall_is_compared_once_from_one_place():
+    once, often = _ranges(), _ranges()
+    once.compare(_wall(700.0, tilt_deg=2.0), Pose(), 700.0 - SONAR_AHEAD_MM)
+    for _ in range(10):
+        often.compare(_wall(700.0, tilt_deg=2.0), Pose(), 700.0 - SONAR_AHEAD_MM)
+    assert _ahead(often.measure(_wall(700.0)).end_mm) == _ahead(once.measure(_wall(700.0)).end_mm)
+
+
+def test_nothing_is_compared_where_the_beam_may_hear_something_nearer_beside():
+    ranges, post = _ranges(), _wall(1200.0)
+    post[8:11] = [FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(600.0)) for ray in post[8:11]]
+    for i in range(10):
+        ranges.compare(post, Pose(x_mm=200.0 * i), 600.0 - SONAR_AHEAD_MM)
+    assert _ahead(ranges.measure(_wall(700.0)).end_mm) == pytest.approx(700.0, rel=0.01)
+
+
+def test_a_robot_that_turns_places_far_things_roughly_and_sees_gaps_narrower():
+    gap = [
+        FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(1900.0 if abs(ray.bearing_deg) < 8 else 1000.0))
+        for ray in _wall(1000.0)
+    ]
+    ranges = _ranges(calibrated=True)
+    still, turning = ranges.measure(gap), ranges.measure(gap, turn_deg_s=200.0)
+    assert still.exact.all()
+    assert not turning.exact[len(gap) // 2]
+    assert (turning.free_mm > 1200.0).sum() < (still.free_mm > 1200.0).sum()
+
+
+@given(st.lists(st.tuples(*[st.floats(-90, 90)] * 3), max_size=30), st.floats(-400, 400))
+def test_whatever_the_rays_the_map_stays_sound(angles, turn_deg_s):
+    view = _ranges().measure([FloorRay(*each) for each in angles], turn_deg_s)
+    floor = OccupancyGrid()
+    floor.add_view(Pose(), view, (Pose(), 500.0))
+    assert np.isfinite(floor.evidence).all()
+    assert -GRID.most <= floor.evidence.min() <= floor.evidence.max() <= GRID.most
+
+
+# what the map makes of it
+
+
+def _view(ahead_mm: float, *, exact: bool = True) -> VisibleFloor:
+    """A wall right ahead, exactly known."""
+    end_mm = ahead_mm / np.cos(np.radians(BEARINGS))
+    return VisibleFloor(BEARINGS, np.full(len(BEARINGS), 460.0), end_mm, end_mm, np.full(len(BEARINGS), exact))
+
+
+def _look(floor: OccupancyGrid, view: VisibleFloor, heard_mm: float | None = None, times: int = 6) -> None:
+    """Look several times while moving to and fro across the view."""
+    for i in range(times):
+        pose = Pose(y_mm=40.0 * (i % 2))
+        floor.add_view(pose, view, None if heard_mm is None else (pose, heard_mm))
+
+
+def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float = 20.0) -> float:
+    return float(floor.evidence[cell(x_mm, y_mm)])
+
+
+def test_what_is_seen_to_be_free_is_free_and_what_ends_the_floor_stands_there():
+    floor = OccupancyGrid()
+    _look(floor, _view(1000.0))
+    assert _evidence_at(floor, 700.0) < -GRID.hint
+    assert _evidence_at(floor, 1015.0) > GRID.solid
+    assert _evidence_at(floor, 1300.0) == 0.0
+    assert _evidence_at(floor, 300.0) == 0.0, "below the frame"
+
+
+def test_one_look_is_not_yet_believed_and_its_repetition_says_nothing_new():
+    floor = OccupancyGrid()
+    for _ in range(10):
+        floor.add_view(Pose(), _view(1000.0))
+    assert GRID.hint < _evidence_at(floor, 1015.0) < GRID.solid
+
+
+def test_what_is_placed_roughly_only_hints():
+    floor = OccupancyGrid()
+    _look(floor, _view(1000.0, exact=False), times=20)
+    assert GRID.hint < _evidence_at(floor, 1015.0) < GRID.solid
+    assert not floor.seen.any()
+
+
+def test_an_echo_from_beyond_says_that_a_rug_is_no_obstacle():
+    floor = OccupancyGrid()
+    _look(floor, _view(800.0), heard_mm=1900.0)
+    assert _evidence_at(floor, 815.0) <= 0.0
+    assert _evidence_at(floor, *Pose(heading_deg=25.0).ahead(800.0 / math.cos(math.radians(25.0)) + 15.0)) > GRID.solid
+
+
+def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
+    floor, unseen = OccupancyGrid(), _view(2500.0)
+    for i in range(6):
+        pose = Pose(y_mm=40.0 * (i % 2))
+        floor.add_view(pose, unseen, (pose, 500.0))
+        floor.add_echo(pose, 500.0)
+    heard = _evidence_at(floor, 600.0)
+    assert heard > GRID.solid
+    _look(floor, unseen, times=10)  # from here on without an echo
+    assert _evidence_at(floor, 600.0) == heard
+    assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
+
+
+def test_evidence_of_an_echo_goes_where_the_camera_sees_free_floor_beside_the_thing():
+    floor = OccupancyGrid()
+    for i in range(6):
+        floor.add_echo(Pose(y_mm=40.0 * (i % 2)), 900.0)
+    before = _evidence_at(floor, *Pose(heading_deg=10.0).ahead(1000.0))
+    _look(floor, _view(2000.0))
+    assert before > GRID.hint
+    assert _evidence_at(floor, *Pose(heading_deg=10.0).ahead(1000.0)) < 0.0
