@@ -15,9 +15,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Cone, Mask, cell, disc, index
+from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Cone, Mask, cell, centre_mm, disc, index
 from behaviors.adaptive.visible_floor import VisibleFloor
-from behaviors.ports import Pose
+from behaviors.ports import Point, Pose
 from behaviors.robot_description import RobotTable
 
 
@@ -63,6 +63,7 @@ class GridNumbers:
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         unseen_mm: What stopped the robot or touched it may be such that the camera takes it for floor, in this radius.
+        grazed_mm: What the camera saw there is marked this large: the robot came nearer to it than the map said.
     """
 
     arc_deg: float = 11.0
@@ -99,7 +100,8 @@ class GridNumbers:
     hit_seen: float = 0.8
     seen_margin_mm: float = 60.0
     same_share: float = 0.25
-    unseen_mm: float = 150.0
+    unseen_mm: float = 100.0
+    grazed_mm: float = 100.0
 
 
 N = GridNumbers()
@@ -290,14 +292,30 @@ class OccupancyGrid:
         self.evidence[window][inside] = N.freest
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
-        """Mark an obstacle of unknown size: what stopped the robot or touched it."""
-        x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
-        window, inside = disc(x_mm, y_mm, N.block_radius_mm)
+        """Mark what stopped the robot or touched it: what the camera saw there, or an obstacle of unknown size."""
+        saw = self._saw_at(pose, range_mm)
+        if saw is not None:
+            window, inside = disc(*saw, N.grazed_mm)
+        else:
+            near_mm = self.sonar_forward_mm + range_mm
+            window, inside = disc(*pose.ahead(near_mm + N.unseen_mm / 2), N.unseen_mm)
+            self._unseen[window] |= inside
+            window, inside = disc(*pose.ahead(near_mm + N.block_radius_mm * 0.6), N.block_radius_mm)
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
         self._appeared[window] |= inside & self._was_free[window]
-        window, inside = disc(x_mm, y_mm, N.unseen_mm)
-        self._unseen[window] |= inside
+
+    def _saw_at(self, pose: Pose, range_mm: float) -> Point | None:
+        """Return what the camera saw nearest to where something stopped the robot; None if it saw nothing there."""
+        x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm)
+        window, near = disc(x_mm, y_mm, self.radius_mm + N.grazed_mm)
+        near &= self.seen[window] & (self.evidence[window] > N.solid)
+        if not near.any():
+            return None
+        i, j = np.nonzero(near)
+        x, y = centre_mm(i + window[0].start), centre_mm(j + window[1].start)
+        best = int(np.argmin(np.hypot(x - x_mm, y - y_mm)))
+        return float(x[best]), float(y[best])
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
         """Whether what gives an echo stands where the map once was free: all along its arc, and behind it."""
