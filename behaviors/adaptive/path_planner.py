@@ -22,9 +22,9 @@ class PlannerNumbers:
     Attributes:
         clearance_mm: Room beside the robot that a path must leave.
         seen_clearance_mm: The same beside what the camera saw, which the map has where it is.
-        inflation_mm: Obstacles are inflated by this radius, within which a path costs more: wheels slip and echoes err.
+        inflation: Within these radii of an obstacle, in millimetres, a cell costs so many cells of free floor: wheels
+            slip and echoes err, and through a door the path shall lead in the middle.
         beyond_cells: Paths go this many cells beyond the known floor at most.
-        tight: Cost of a cell within the inflation, in cells of free floor.
         doubtful: Cost of a cell that may be occupied.
         likely: Cost of a cell with more evidence than `likely_evidence`, from several echoes.
         likely_evidence: See `likely`.
@@ -42,9 +42,8 @@ class PlannerNumbers:
 
     clearance_mm: float = 40.0
     seen_clearance_mm: float = 20.0
-    inflation_mm: float = 320.0
+    inflation: tuple[tuple[float, float], ...] = ((320.0, 2.0), (250.0, 3.0), (210.0, 4.0))
     beyond_cells: int = 8
-    tight: float = 2.0
     doubtful: float = 5.0
     likely: float = 25.0
     likely_evidence: float = 0.8
@@ -181,7 +180,8 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     blocked = _inflated(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
     cost[np.abs(part) <= N.touched] = N.unknown_without_sonar if floor.without_sonar else N.unknown
-    cost[_inflated(solid, N.inflation_mm)] = N.tight
+    for radius_mm, price in N.inflation:
+        cost[_inflated(solid, radius_mm)] = price
     cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
     cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
