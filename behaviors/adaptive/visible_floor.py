@@ -2,7 +2,7 @@
 
 The camera looks down on the floor, so an angle below the horizontal is a distance. A camera that is tilted by a few
 degrees, or whose field of view is not as believed, makes all of them wrong: the angle is `offset + scale * angle`. Both
-are learned from what sonar and camera measure at once, a wall right ahead. Until then only what is near is believed.
+are learned from what sonar and camera measure at once. Until then only what is near is believed.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.ports import FloorRay, Pose
+from behaviors.robot_description import CameraTable
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ class VisibleFloorNumbers:
     Attributes:
         offset_sd_deg: Standard deviation of the camera's tilt: taped or clamped by hand. A guess.
         calibrated_sd_deg: The same of a camera that was calibrated. Source: docs/calibration.md.
-        scale_sd: Standard deviation of the scale of angles: of a webcam's field of view by its data sheet.
+        scale_sd: Standard deviation of the scale of angles: of the lens's height by eye. A guess.
+        measured_scale_sd: The same where the mission states that height: of a webcam's field of view by its data sheet.
         calibrated_scale_sd: The same of a camera that was calibrated.
         yaw_sd_deg: Standard deviation of the direction in which the camera looks.
         calibrated_yaw_sd_deg: The same of a camera that was calibrated.
@@ -35,9 +37,9 @@ class VisibleFloorNumbers:
         exact_mm: What may be farther aside than this is not placed exactly.
         noise_deg: Of a wall's angle by camera and sonar; measurements of one wall are alike, so it is no smaller.
         gate: A measurement that is more standard deviations away compares two different things.
-        ahead_deg: The camera's rays within this bearing are right ahead.
-        cone_deg: In these the sonar may hear something else.
-        flat: A wall right ahead is nowhere in the cone nearer than this share of its distance ahead.
+        beam_deg: An echo comes from within this angle of straight ahead,
+        nearest_rays: and from where these rays, in the middle, see the floor end first:
+        ahead_deg: they have to be this near to straight ahead, since to the sides the beam fades.
         nearest_mm: Echoes from here,
         farthest_mm: to here are compared.
         moved_mm: After a measurement the robot has to drive so far,
@@ -49,19 +51,20 @@ class VisibleFloorNumbers:
 
     offset_sd_deg: float = 2.0
     calibrated_sd_deg: float = 0.5
-    scale_sd: float = 0.1
+    scale_sd: float = 0.25
+    measured_scale_sd: float = 0.1
     calibrated_scale_sd: float = 0.02
     yaw_sd_deg: float = 2.5
     calibrated_yaw_sd_deg: float = 1.0
     latency_sd_s: float = 0.1
     calibrated_latency_sd_s: float = 0.03
     exact_mm: float = 120.0
-    noise_deg: float = 1.0
+    noise_deg: float = 0.5
     gate: float = 3.0
-    ahead_deg: float = 5.0
-    cone_deg: float = 15.0
-    flat: float = 0.9
-    nearest_mm: float = 250.0
+    beam_deg: float = 15.0
+    nearest_rays: int = 3
+    ahead_deg: float = 6.0
+    nearest_mm: float = 400.0
     farthest_mm: float = 1500.0
     moved_mm: float = 100.0
     turned_deg: float = 10.0
@@ -96,15 +99,17 @@ class FloorRanges:
     """Turns angles into distances.
 
     Args:
-        height_mm: Of the lens above the floor.
+        camera: How the camera is mounted.
         sonar_ahead_mm: The sonar in front of the lens.
         calibrated: Whether the camera was calibrated.
     """
 
-    def __init__(self, height_mm: float, sonar_ahead_mm: float, *, calibrated: bool) -> None:
-        self._height_mm, self._sonar_ahead_mm = height_mm, sonar_ahead_mm
+    def __init__(self, camera: CameraTable, sonar_ahead_mm: float, *, calibrated: bool) -> None:
+        self._height_mm, self._sonar_ahead_mm = camera.height_mm, sonar_ahead_mm
         sd_deg = N.calibrated_sd_deg if calibrated else N.offset_sd_deg
-        scale_sd = N.calibrated_scale_sd if calibrated else N.scale_sd
+        scale_sd = N.measured_scale_sd if "height_mm" in camera.model_fields_set else N.scale_sd
+        if calibrated:
+            scale_sd = N.calibrated_scale_sd
         self._estimate = np.array([0.0, 1.0])
         self._covariance = np.diag([sd_deg**2, scale_sd**2])
         self._yaw_sd_deg = N.calibrated_yaw_sd_deg if calibrated else N.yaw_sd_deg
@@ -134,12 +139,12 @@ class FloorRanges:
             return
         if self._compared_at is not None and _near(self._compared_at, pose):
             return
-        cone = np.array([ray.end_deg for ray in rays if abs(ray.bearing_deg) <= N.cone_deg])
-        ahead = [ray.end_deg for ray in rays if abs(ray.bearing_deg) <= N.ahead_deg]
-        if not ahead:
+        beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg) <= N.beam_deg)
+        if len(beam) < N.nearest_rays:
             return
-        seen_deg = float(np.median(ahead))
-        if self._distance_mm(cone).min() < N.flat * float(self._distance_mm(np.array([seen_deg]))[0]):
+        # the sonar hears what is nearest in its beam
+        seen_deg, bearing_deg = beam[-(N.nearest_rays + 1) // 2]
+        if abs(bearing_deg) > N.ahead_deg:
             return
         self._compared_at = pose
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))

@@ -14,6 +14,7 @@ from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
 from behaviors.ports import FloorRay, Pose
+from behaviors.robot_description import CameraTable
 
 HEIGHT_MM = 200.0
 SONAR_AHEAD_MM = 60.0
@@ -22,7 +23,7 @@ BEARINGS = np.linspace(-28.0, 28.0, 24)
 
 
 def _ranges(*, calibrated: bool = False) -> FloorRanges:
-    return FloorRanges(HEIGHT_MM, SONAR_AHEAD_MM, calibrated=calibrated)
+    return FloorRanges(CameraTable(height_mm=HEIGHT_MM), SONAR_AHEAD_MM, calibrated=calibrated)
 
 
 def _angle_deg(distance_mm: float) -> float:
@@ -72,6 +73,18 @@ def test_echoes_tell_how_the_camera_is_tilted_and_how_wide_it_sees(tilt_deg, sca
     assert _ahead(view.end_mm) == pytest.approx(1600.0, rel=0.07)
 
 
+def test_echoes_tell_how_high_the_camera_is():
+    """The mission does not say; it is mounted at 130 mm, not at the usual 200."""
+    ranges = FloorRanges(CameraTable(), SONAR_AHEAD_MM, calibrated=False)
+    low = [
+        (at, [FloorRay(0.0, 15.0, math.degrees(math.atan2(130.0, at)))] * 3) for at in (1400.0, 1000.0, 700.0, 500.0)
+    ]
+    for i, (at_mm, rays) in enumerate(low * 8):
+        ranges.compare(rays, Pose(x_mm=200.0 * i), at_mm - SONAR_AHEAD_MM)
+    for at_mm, rays in low:
+        assert ranges.measure(rays).end_mm == pytest.approx(at_mm, rel=0.07)
+
+
 def test_echoes_of_something_else_teach_nothing():
     ranges = _ranges(calibrated=True)
     for i in range(30):
@@ -87,7 +100,7 @@ def test_a_wall_is_compared_once_from_one_place():
     assert _ahead(often.measure(_wall(700.0)).end_mm) == _ahead(once.measure(_wall(700.0)).end_mm)
 
 
-def test_nothing_is_compared_where_the_beam_may_hear_something_nearer_beside():
+def test_an_echo_is_compared_with_what_is_nearest_in_the_beam():
     ranges, post = _ranges(), _wall(1200.0)
     post[8:11] = [FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(600.0)) for ray in post[8:11]]
     for i in range(10):
