@@ -37,6 +37,8 @@ class ScaleNumbers:
         nearest_echo_mm: Echoes are compared with a target from this near,
         farthest_echo_mm: up to this far, by its size.
         apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
+        least_nearer: What gives the echo is straight ahead when it comes nearer by this share of what is driven,
+        most_nearer: up to this.
         stretch_mm: A picture's growth is measured over a stretch of this length,
         longest_mm: and up to this length, since wheels slip.
         straight_deg: On which the robot turns no more than this.
@@ -58,6 +60,8 @@ class ScaleNumbers:
     nearest_echo_mm: float = 250.0
     farthest_echo_mm: float = 1000.0
     apart_mm: float = 60.0
+    least_nearer: float = 0.5
+    most_nearer: float = 1.6
     stretch_mm: float = 250.0
     longest_mm: float = 800.0
     straight_deg: float = 15.0
@@ -78,7 +82,7 @@ class _Estimate:
     offset_variance: float = N.offset_mm**2
     covariance: float = 0.0
     begin: tuple[Pose, float] | None = None
-    heard_at: Pose | None = None
+    heard_at: tuple[Pose, float] | None = None
     guessed: bool = False
 
     @property
@@ -197,8 +201,14 @@ class CameraScale:
     def _hear(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
         at = estimate.heard_at
         by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
-        near = at is not None and math.hypot(pose.x_mm - at.x_mm, pose.y_mm - at.y_mm) < N.apart_mm
-        if near or not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
+        if not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
             return
-        estimate.heard_at = pose
+        driven_mm = math.inf if at is None else math.hypot(pose.x_mm - at[0].x_mm, pose.y_mm - at[0].y_mm)
+        if driven_mm < N.apart_mm:
+            return
+        estimate.heard_at = pose, echo_mm
+        # what is straight ahead comes nearer by what is driven; what does not is beside the way
+        if at is None or not N.least_nearer <= (at[1] - echo_mm) / driven_mm <= N.most_nearer:
+            estimate.forget_offset()
+            return
         estimate.update(distance_mm, 1.0, echo_mm, N.echo_mm**2 + (N.size_sd * distance_mm) ** 2)

@@ -64,6 +64,22 @@ def test_echoes_of_something_else_do_not_make_a_right_camera_wrong(offset_mm):
     assert _factor(scale) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.parametrize("stuck_mm", [260.0, 310.0, 500.0])
+def test_a_sonar_that_repeats_an_echo_does_not_make_a_right_camera_wrong(stuck_mm):
+    scale = CameraScale(AHEAD_MM)
+    for i in range(100):
+        scale.learn(_sighting(2000.0 - 16.0 * i), Pose(16.0 * i), stuck_mm)
+    assert _factor(scale) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_box_beside_the_way_does_not_make_a_right_camera_wrong():
+    """As the robot passes it, its echo comes nearer by less than half of what is driven."""
+    scale = CameraScale(AHEAD_MM)
+    for i in range(30):
+        scale.learn(_sighting(1000.0 - 16.0 * i), Pose(16.0 * i), 520.0 - 7.0 * i)
+    assert _factor(scale) == pytest.approx(1.0, abs=0.1)
+
+
 def test_what_is_aside_says_nothing_and_before_anything_is_measured_the_robot_goes_nearer():
     scale = CameraScale(AHEAD_MM)
     scale.learn(_sighting(800.0, bearing_deg=20.0), Pose(), 400.0)
