@@ -21,15 +21,20 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs limits of
 
 @contextlib.contextmanager
 def _small_files(size):
-    """Let no file get more than `size` bytes, as on a full disk."""
+    """Let no file get more than `size` bytes, as on a full disk.
+
+    Python would cut short the bytecode of what is imported meanwhile, too, and could not import it any more.
+    """
     import resource
 
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limits, unwritten = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        sys.dont_write_bytecode = unwritten
 
 
 WRITERS = {

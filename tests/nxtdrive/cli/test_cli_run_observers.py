@@ -49,7 +49,9 @@ def _run(command: list[str], **options: object) -> subprocess.CompletedProcess[s
 
 
 def _run_with_small_files(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    return _run(command, cwd=folder, stdout=subprocess.PIPE, preexec_fn=_limit_files)
+    # -B: bytecode that was cut short could not be imported any more
+    program, *words = command
+    return _run([program, "-B", *words], cwd=folder, stdout=subprocess.PIPE, preexec_fn=_limit_files)
 
 
 def _summary(folder: Path) -> dict:
