@@ -81,8 +81,15 @@ def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_f
 @pytest.mark.slow
 def test_a_mission_that_sets_no_time_limit_ends_after_ten_minutes(perform, mission_for):
     mission = mission_for("rilakkuma")
-    table = mission.mission.model_copy(update={"profile": "adaptive"})
-    done = perform("open", mission.model_copy(update={"mission": table}), geometric=True)
+    table = mission.mission.model_copy(update={"profile": "adaptive", "reconnect_timeout_s": 3600.0})
+    done = perform(
+        "open",
+        mission.model_copy(update={"mission": table}),
+        geometric=True,
+        faults=LinkFaults(unplugged_ms=((20_000, 570_000),)),  # most of the time, which then takes little to simulate
+        reconnecting=True,
+    )
+    assert done.of(Kind.TRANSITION, to="up"), "it goes on with its search"
     assert done.report.ending is Ending.TIME_UP
     assert 600 <= done.report.duration_s < 605
     assert _at_rest(done)
