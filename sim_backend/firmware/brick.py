@@ -119,7 +119,7 @@ class SimBrick:
         )
         self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
         self._calibrations: dict[bytes, tuple[int, int]] = {}
-        self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed)
+        self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         ui, screen = self.ui, self._screen
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
         channel = Channel()

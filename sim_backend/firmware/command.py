@@ -137,7 +137,9 @@ class CommandModule:
 
     @tick.setter
     def tick(self, tick: int) -> None:
-        self._tick_lag = 1 if tick != self.tick else self._tick_lag
+        if tick != self.tick:
+            self._tick_lag = 1
+            self.wake()
 
     @property
     def pool(self) -> bytes:
@@ -175,8 +177,9 @@ class CommandModule:
         return _POOL_AT + self._memory.base + offset & 0xFFFF
 
     def start(self, name: bytes) -> None:
-        """Start a program in the next pass."""
-        self.file_name, self.activate = name, 1
+        """Start a program in the next pass; behind the end of its name the old one stays in the field."""
+        text = name.split(b"\0")[0] + b"\0"
+        self.file_name, self.activate = (text + self.file_name[len(text) :])[:NAME_SIZE], 1
         self.wake()
 
     def stop(self) -> None:
@@ -221,7 +224,8 @@ class CommandModule:
         match self._state:
             case InterpreterState.RUNNING | InterpreterState.STEP:
                 if self.deactivate == 1:
-                    self.deactivate, self._tick_lag = 0, int(self._dialect.abort_stops_tick)
+                    self.deactivate = 0
+                    self._tick_lag |= self._dialect.abort_stops_tick
                     self._end(ProgramStatus.ABORTED)
                 else:
                     self._execute(now_ms)
@@ -234,11 +238,12 @@ class CommandModule:
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on."""
-        self._pool, self._written = fresh_pool(self.behind_pool), {}
+        self._pool = fresh_pool(self.behind_pool)
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         try:
             program = parse(content, self._layout.types)
+            self._written = {}
             self._memory = memory = Memory(program, self._layout, self._pool)
             memory.fill()
         except (BadProgram, OutOfMemory) as error:
@@ -275,7 +280,7 @@ class CommandModule:
         machine.lag = self._tick_lag
         outcome = machine.run(now_ms, 1 if steps else None)
         runs = machine.runs
-        if runs:
+        if runs and outcome is None and self._dialect.abort_stops_tick:
             self._tick_lag = machine.lag = 0
         if outcome is None and not steps:
             self.due_ms = now_ms + 1 if runs and not machine.spins else machine.due_ms
@@ -304,6 +309,8 @@ class CommandModule:
             self._loader.close(self._handle)
         self._show_clumps()
         self._handle = self._machine = self.mailboxes = None
+        if not self._dialect.keeps_offsets:
+            self._written = {}
         self.breakpoints = []
         self._phase = _Phase.WAITING
         if self.activate:

@@ -136,11 +136,12 @@ class Flash:
 
         The header keeps its size, of which at most one sector more is counted than its end and the data need.
         """
-        if file.appendable:
-            header = _rounded(_header(len(file.sectors)))
-            file.size = file.data_size
-            keep = (header >= SECTOR) + max(1, -(-(header % SECTOR + file.size) // SECTOR))
-            file.sectors = file.sectors[:keep]
+        if not file.appendable:
+            return
+        header = _rounded(_header(len(file.sectors)))
+        file.size = file.data_size
+        keep = (header >= SECTOR) + max(1, -(-(header % SECTOR + file.size) // SECTOR))
+        file.sectors = file.sectors[:keep]
         self.count()
 
     def power_up(self) -> None:

@@ -10,7 +10,10 @@ from enum import IntEnum
 from sim_backend.firmware.module import NEVER, Clock
 
 _UPDATE = 1
-_CAPACITY = 128
+_RING = 128
+"""Size of the buffer of the receiver; it counts modulo this."""
+_LINE = 4096
+"""Bytes that the line keeps at most."""
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
@@ -29,20 +32,25 @@ class HighSpeedState(IntEnum):
 
 
 class HighSpeed:
-    """Bytes that arrived on port 4 and were not fetched yet."""
+    """Bytes that arrived on port 4 and were not fetched yet.
 
-    def __init__(self, clock: Clock, *, ends_done: bool) -> None:
+    What arrives waits on the line until the receiver takes it, from the power-on to the first opening, too.
+    """
+
+    def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int = _RING) -> None:
         """Make the port.
 
         Args:
             clock: The brick's time.
             ends_done: Whether the state becomes `DONE` as a request is carried out.
+            fetch_modulus: The place from which the next byte is fetched counts modulo this.
         """
-        self._clock, self._ends_done = clock, ends_done
+        self._clock, self._ends_done, self._fetch_modulus = clock, ends_done, fetch_modulus
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
-        self._opened_ms = NEVER
-        self._waiting = b""
+        self._opened_ms, self._fresh = NEVER, True
+        self._line, self._line_ms = b"", clock.now_ms
+        self._ring, self._in, self._out = bytearray(_RING), 0, 0
 
     @property
     def flags(self) -> int:
@@ -69,23 +77,42 @@ class HighSpeed:
     @property
     def waiting(self) -> int:
         """Number of bytes not yet fetched."""
-        return len(self._waiting)
+        self._settle()
+        self._take(self._clock.now_ms)
+        return (self._in - self._out) % _RING
 
     def arrive(self, data: bytes) -> None:
-        """Receive bytes; they are lost while the receiver is closed or the buffer is full."""
+        """Receive bytes; they are lost while the receiver is closed again, or opens."""
         self._settle()
-        if self._clock.now_ms >= self._opened_ms + _OPENING_MS:
-            self._waiting = (self._waiting + data)[:_CAPACITY]
+        self._take(self._clock.now_ms - 1)
+        if self._fresh or self._clock.now_ms >= self._opened_ms + _OPENING_MS:
+            self._line = (self._line + data)[:_LINE]
 
     def fetch(self, size: int) -> bytes:
         """Remove and return up to `size` bytes."""
-        data, self._waiting = self._waiting[:size], self._waiting[size:]
-        return data
+        data = bytearray()
+        if self.waiting:
+            while len(data) < size and self._out != self._in:
+                data.append(self._ring[self._out])
+                self._out = (self._out + 1) % self._fetch_modulus
+        return bytes(data)
+
+    def _take(self, until_ms: int) -> None:
+        """Take bytes from the line in the passes since then: in each, as many as fit up to the end of the ring."""
+        first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
+        for _ in range(first_ms, until_ms + 1):
+            if not self._line:
+                break
+            data, self._line = self._line[: _RING - self._in], self._line[_RING - self._in :]
+            self._ring[self._in : self._in + len(data)] = data
+            self._in = (self._in + len(data)) % _RING
+        self._line_ms = max(self._line_ms, until_ms + 1)
 
     def _settle(self) -> None:
         """Carry out requests in the passes since then: initialising takes one, and asks for receiving in the next."""
         while self._next_ms < self._clock.now_ms and (self._flags & _UPDATE or self._unknown):
             if self._state == HighSpeedState.INITIALISE:
+                self._close()
                 self._state = int(HighSpeedState.RECEIVE)
             else:
                 self._carry_out()
@@ -99,8 +126,15 @@ class HighSpeed:
     def _carry_out(self) -> None:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
-            self._opened_ms = min(self._opened_ms, self._next_ms)
-        elif self._state == HighSpeedState.EXIT:
-            self._opened_ms = NEVER
+            self._take(self._next_ms)
+            self._fresh = self._fresh and self._opened_ms == NEVER
+            self._opened_ms = self._next_ms
+        elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
+            self._close()
         if self._ends_done and (self._state in _ENDED or self._unknown):
             self._state = int(HighSpeedState.DONE)
+
+    def _close(self) -> None:
+        """Close the receiver: what it has not taken is lost."""
+        self._take(self._next_ms)
+        self._line, self._opened_ms, self._fresh = b"", NEVER, False

@@ -131,11 +131,15 @@ class Channel:
         self.rx_out = self.rx_in
         return bytes(self.rx[(first + i) % RING] for i in range(min(count, RING)))  # the map may tell of more
 
+    def take(self) -> None:
+        """Take the bytes of the next try out of the send buffer."""
+        self.tx_out = self.tx_out + self.tx_size & 0xFF
+
     def _account(self) -> None:
         self.sent = self.tx_size
         if self.rx_size:
             self.waited = 0
-        self.tx_out = self.tx_out + self.tx_size & 0xFF
+        self.take()
 
     def begin(self, message: Iterable[int], *, restarts: bool) -> None:
         """Send a message; `restarts`: with a second start before a read."""
@@ -271,6 +275,7 @@ class LowSpeedModule:
         message = after_map_buffer(self.channels, self.active, index)
         channel.sending = (message + channel.sending[len(message) :])[:RING]
         if channel.bus.stuck:
+            channel.take()
             channel.fail(ChannelError.NOT_READY)
             return
         restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)

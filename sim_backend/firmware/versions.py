@@ -40,6 +40,8 @@ class Version:
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
         ends_high_speed: Whether the state of the high speed port becomes 6 when a request was carried out.
+        high_speed_modulus: Modulo what the place counts from which bytes of the high speed port are fetched, in a
+            ring of 128.
         end_pauses_screen: Whether the refresh of the screen rests in the pass after the end of a program.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
@@ -80,6 +82,7 @@ class Version:
     counts_full_ring: bool
     write_options: bool
     ends_high_speed: bool
+    high_speed_modulus: int
     end_pauses_screen: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
@@ -122,6 +125,7 @@ _V1_29 = Version(
     counts_full_ring=False,
     write_options=False,
     ends_high_speed=False,
+    high_speed_modulus=64,
     end_pauses_screen=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
@@ -198,6 +202,7 @@ _V1_32 = replace(
     regulates_position=True,
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
     ends_high_speed=True,
+    high_speed_modulus=128,
     end_pauses_screen=True,
     stops_all_synchronised=False,
     resends_messages=True,
