@@ -221,6 +221,11 @@ class SimBrick:
         return self._clock.now_ms
 
     @property
+    def display_on(self) -> bool:
+        """Whether the display is on: by the map, and not switched off with the brick."""
+        return self._screen.lit and self.io_control.display_on
+
+    @property
     def powered_off(self) -> bool:
         """Whether the firmware has switched the brick off; a real one no longer replies."""
         return bool(self.io_control.power_command)

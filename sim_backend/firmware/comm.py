@@ -104,10 +104,17 @@ class Comm:
     def _handle(self, command: type[Command[Any]], telegram: bytes) -> HandlerResult:
         data = bytes(self.inbox)
         if command is Write:  # only Write uses the telegram's length; other commands read stale bytes beyond its end
-            data = telegram if len(telegram) >= _WRITE_SIZE else data[:_WRITE_SIZE]
+            data = telegram if len(telegram) >= _WRITE_SIZE else self._short_write(len(telegram))
         channel = self._channel
         channel.limits, channel.inbox, channel.outbox = self._limits, self._buffers, self.outbox
         return self._handlers[command](command.decode(data))
+
+    def _short_write(self, length: int) -> bytes:
+        """A Write without a handle: the size of its data, its length less that of the header, has 16 bits.
+
+        What follows the Comm map in memory is taken to be zero.
+        """
+        return bytes(self._buffers).ljust(_WRITE_SIZE + (length - _WRITE_SIZE & 0xFFFF), b"\0")
 
     def _store_message(self, reply: bytes) -> None:
         """Store another brick's successful reply to a MessageRead in the mailbox it names."""

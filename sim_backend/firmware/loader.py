@@ -361,8 +361,9 @@ class Loader:
     def _reserve(self, file: File) -> Status:
         if file.size > self.flash.free:
             return Status.NO_SPACE
-        may_lack = self._version.cuts_files_short and not file.linear
-        reserved = self.flash.reserve(file, contiguous=file.linear, may_lack=may_lack)
+        contiguous = file.linear or (file.appendable and self._version.linear_data_files)
+        may_lack = self._version.cuts_files_short and not contiguous
+        reserved = self.flash.reserve(file, contiguous=contiguous, may_lack=may_lack)
         return Status.OK if reserved else Status.NO_LINEAR_SPACE
 
     def _enter(self, number: int, file: File) -> None:

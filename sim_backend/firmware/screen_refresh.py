@@ -33,13 +33,14 @@ class ScreenRefresh:
         erase_mask: Parts of the screen to erase; one is done in each pass, the highest bit first.
         update_mask: Parts of the screen to draw, after those to erase and in the same way.
         centered_lines: The lines of text among them, its lowest eight bits, that are centered.
+        lit: Whether the display's controller was last told to be on.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self.due_ms = NEVER
         self.erase_mask = self.update_mask = self.centered_lines = 0
-        self._flags, self._rests_ms = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER
+        self._flags, self._rests_ms, self.lit = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER, True
         self.begin(_FIRST_PAUSE)
 
     @property
@@ -126,6 +127,7 @@ class ScreenRefresh:
         """Stop or restart the refresh as the flags say; whether it is about to stop."""
         if self._flags & DisplayFlag.REFRESH:
             self._flags &= ~int(DisplayFlag.REFRESH_DISABLED)
+        self.lit = self.lit if self._flags & DisplayFlag.REFRESH_DISABLED else self.on
         if self._stopped and not self._flags & DisplayFlag.REFRESH_DISABLED:
             self.begin(now_ms + _PERIOD_MS - 1)
         elif not self._flags & DisplayFlag.REFRESH and self._pauses(now_ms):

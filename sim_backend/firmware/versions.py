@@ -54,6 +54,7 @@ class Version:
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
         cuts_files_short: Whether a file that needs more sectors than are free is created with those that are.
+        linear_data_files: Whether data files are contiguous, too.
         sectors: Flash sectors for files.
         flash_start: Address of the first of these.
         directory_size: Maximum number of files.
@@ -93,6 +94,7 @@ class Version:
     writing_prevents_deletion: bool
     deletion_spares_found: bool
     cuts_files_short: bool
+    linear_data_files: bool
     flash_start: int
     sectors: int
     directory_size: int
@@ -136,6 +138,7 @@ _V1_29 = Version(
     writing_prevents_deletion=True,
     deletion_spares_found=True,
     cuts_files_short=True,
+    linear_data_files=False,
     flash_start=0x122100,
     sectors=477,
     directory_size=127,
@@ -167,6 +170,7 @@ _V1_05 = replace(
     writing_prevents_deletion=False,
     deletion_spares_found=False,
     cuts_files_short=False,
+    linear_data_files=True,
     flash_start=0x121400,
     sectors=491,
     directory_size=63,

@@ -247,8 +247,8 @@ class Bench:
     def _power(self) -> str:
         brick = self.brick
         divisions = sum(control.zero_divisions for control in brick.output.controls)
-        supply = brick.io_control
-        return f"power={supply.power_command:02x} display={supply.display_on:d} inpower=00 div0={divisions}"
+        power = brick.io_control.power_command
+        return f"power={power:02x} display={brick.display_on:d} inpower=00 div0={divisions}"
 
     def _bluetooth_name(self) -> str:
         return self.brick.radio.stored_name.hex()
