@@ -56,6 +56,7 @@ ABLATIONS: dict[str, Policy] = {
     "adaptive-no-viewpoints": _executive(AdaptiveProfile, chooses_viewpoints=False),
     "adaptive-in-order": _executive(AdaptiveProfile, in_order=True),
     "adaptive-no-memory": _executive(AdaptiveProfile, remembers_others=False),
+    "adaptive-no-floor": _executive(AdaptiveProfile, sees_floor=False),
 }
 """The adaptive profile with one capability removed; run only when selected by name."""
 ORACLE = "oracle"
