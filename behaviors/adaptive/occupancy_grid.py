@@ -223,37 +223,32 @@ class OccupancyGrid:
         self._seen_from = lens
         free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
         if heard is not None:
-            free_mm, end_mm = self._reconciled(lens, view, heard)
-        angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
+            free_mm, end_mm = self._reconciled(lens, view, free_mm, heard)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
-        i, j = index(lens.x_mm + along_mm * np.cos(angle)), index(lens.y_mm + along_mm * np.sin(angle))
-        passed = (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None])
-        free, ends = np.zeros_like(self._unseen), np.zeros_like(self._unseen)
-        free[i[passed], j[passed]] = True
-        at_mm = np.where(np.isfinite(end_mm), end_mm + CELL_MM / 4, 0.0)
-        i, j = index(lens.x_mm + at_mm * np.cos(angle[:, 0])), index(lens.y_mm + at_mm * np.sin(angle[:, 0]))
-        ends[i[at_mm > 0.0], j[at_mm > 0.0]] = True
+        free = _mask(lens, view, along_mm, (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None]))
+        ends_mm, known = end_mm[:, None] + CELL_MM / 4, np.isfinite(end_mm)
+        ends = _mask(lens, view, ends_mm, known[:, None])
+        exact = _mask(lens, view, ends_mm, (known & view.exact)[:, None])
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
-        exact = np.zeros_like(ends)
-        exact[i[view.exact & (at_mm > 0.0)], j[view.exact & (at_mm > 0.0)]] = True
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
         self.evidence[ends] = np.maximum(self.evidence[ends], np.minimum(self.evidence[ends] + N.hit_seen, most))
         self.seen |= exact
 
     def _reconciled(
-        self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float]
+        self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], heard: tuple[Pose, float]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return up to where a view shows free floor, and where it shows something, as far as an echo allows it."""
         pose, range_mm = heard
-        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
-        free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
         ahead = np.abs(view.bearing_deg - off_deg) <= N.arc_deg
-        end_mm = np.where(ahead & (end_mm < (1.0 - N.same_share) * echo_mm), np.inf, end_mm)
-        if range_mm <= N.near_mm and not (ahead & (end_mm < (1.0 + N.same_share) * echo_mm)).any():
+        end_mm = np.where(ahead & (view.end_mm < (1.0 - N.same_share) * echo_mm), np.inf, view.end_mm)
+        in_view = ahead & (view.near_mm < echo_mm)
+        seen = ahead & (end_mm < (1.0 + N.same_share) * echo_mm)
+        if range_mm <= N.near_mm and in_view.any() and not seen.any():
             free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - N.margin_mm), free_mm)
-            cone = Cone.of(x_mm, y_mm, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
+            sonar = pose.ahead(self.sonar_forward_mm)
+            cone = Cone.of(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
             self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * N.arc_cells)
         return free_mm, end_mm
 
@@ -380,3 +375,13 @@ def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
     alike = range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm
     return moved < N.repeated_mm and abs(a.heading_deg - b.heading_deg) < N.repeated_deg and alike
+
+
+def _mask(lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:
+    """Return the cells along the rays of a view, at distances (rays, n) or (1, n), where they are wanted, (rays, n)."""
+    angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
+    along_mm = np.where(wanted, along_mm, 0.0)
+    i, j = index(lens.x_mm + along_mm * np.cos(angle)), index(lens.y_mm + along_mm * np.sin(angle))
+    mask = np.zeros((CELLS, CELLS), bool)
+    mask[i[wanted], j[wanted]] = True
+    return mask

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -190,6 +191,20 @@ def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
     _look(floor, unseen, times=10)  # from here on without an echo
     assert _evidence_at(floor, 600.0) == heard
     assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
+
+
+def test_what_is_nearer_than_the_frame_shows_is_not_taken_for_unseen():
+    """The echo of a door post marks an arc across the door, which later views from farther away clear."""
+    floor = OccupancyGrid()
+    beside = VisibleFloor(*(each[np.abs(BEARINGS) > 12.0] for each in astuple(_view(2500.0))))
+    for i in range(6):
+        pose = Pose(y_mm=40.0 * (i % 2))
+        floor.add_view(pose, beside, (pose, 300.0))
+        floor.add_echo(pose, 300.0)
+    assert _evidence_at(floor, 400.0) > GRID.solid
+    for i in range(10):
+        floor.add_view(Pose(-500.0, 40.0 * (i % 2)), _view(3000.0))
+    assert _evidence_at(floor, 400.0) < 0.0
 
 
 def test_evidence_of_an_echo_goes_where_the_camera_sees_free_floor_beside_the_thing():
