@@ -24,7 +24,7 @@ class FreeFloorNumbers:
         width_px: Frames are brought to this width.
         columns: Directions in which it looks, spread evenly over the frame.
         sample_height: The colours are learned from this share of a frame's height, at its lower edge,
-        sample_width: and this share of its width, in the middle.
+        sample_width: and this share of its width, in the middle: 15 degrees to either side, where the sonar hears.
         bins: Steps of each of lightness, green to red, and blue to yellow (CIELAB).
         chroma_step: Width of a step of the latter two; of lightness it is 256 / `bins`.
         light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
@@ -39,7 +39,7 @@ class FreeFloorNumbers:
     width_px: int = 320
     columns: int = 24
     sample_height: float = 0.14
-    sample_width: float = 0.6
+    sample_width: float = 0.45
     bins: int = 32
     chroma_step: int = 3
     light_bins: int = 4
@@ -76,7 +76,7 @@ class FreeFloorDetector:
         self._learned_s = time_s
         small = _reduced(image)
         height, width = small.shape[:2]
-        top, aside = round(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
+        top, aside = int(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
         sample = _bins(small[top:, aside : width - aside])
         counts = np.bincount(sample.ravel(), minlength=N.bins**3) / sample.size
         if self._counts is not None:
@@ -95,8 +95,10 @@ class FreeFloorDetector:
         scale = image.shape[1] / N.width_px
         small = _reduced(image)
         height, width = small.shape[:2]
+        if height < N.run_px:
+            return np.empty((0, 2))
         floor = cv2.medianBlur(self._likely[_bins(small)].astype(np.uint8), N.grain_px)
-        columns = np.linspace(0, width - 1, 2 * N.columns + 1)[1::2].astype(np.int64)
+        columns = ((np.arange(N.columns) + 0.5) * width / N.columns).astype(np.int64)
         upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
         in_run = upwards.copy()
         in_run[N.run_px :] -= upwards[: -N.run_px]

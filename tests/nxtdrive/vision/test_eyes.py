@@ -10,7 +10,10 @@ from nxtdrive.vision.confirmation import Confirmation
 from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
-from nxtdrive.vision.geometry import Pinhole
+from nxtdrive.vision.geometry import Mounting, Pinhole
+from sim_backend.camera.geometric import GeometricSensor
+from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
+from sim_backend.camera.sim_camera import SimCamera
 
 PINHOLE = Pinhole.from_hfov(320, 60)
 
@@ -175,3 +178,56 @@ def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
     sensor.unplugged = True
     with pytest.raises(Blind):
         GeometricEyes(sensor, clock, {"lena": 297.0}).glance(["lena"])
+
+
+class Place:
+    """A sensor of the floor at a place: a wall, and a box in front of it."""
+
+    fps, look_s = 10.0, 0.0
+    unplugged = dropped = False
+
+    def __init__(self, size, tilt_deg):
+        corners = [(900.0, 60.0), (1200.0, 60.0), (1200.0, 360.0), (900.0, 360.0)]
+        self.panels = [Panel(2000.0, -9000.0, 2000.0, 9000.0, 0.0, 2500.0, "wall")]
+        self.panels += standing_panels(corners, 300.0, "blue_box")
+        self.viewpoint = Viewpoint(0.0, 0.0, 0.0, 200.0, tilt_deg)
+        # a seed that takes neither texture for floor
+        self.size, self.sensor = size, GeometricSensor(size, seed=2)
+
+    def observe(self, name):
+        return None
+
+    def floor_ends(self):
+        return self.sensor.floor_ends(self.panels, self.viewpoint)
+
+
+@pytest.mark.parametrize(("size", "tilt_deg"), [((320, 240), 0.0), ((640, 480), 0.0), ((320, 240), -8.0)])
+def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
+    place, pinhole = Place(size, tilt_deg), Pinhole.from_hfov(size[0], 60.0, Mounting(tilt_deg=tilt_deg))
+    frame = SimCamera(size, seed=1).frame(place.panels, place.viewpoint)
+    camera = CameraEyes(ReplayCamera("test", iter([frame]), 10, clock), {}, pinhole)
+    geometric = GeometricEyes(place, clock, {}, pinhole)
+    both = []
+    for eyes in (camera, geometric):
+        eyes.glance([])
+        assert eyes.free_floor(known_free=False) == ()
+        both.append(eyes.free_floor(known_free=True))
+        assert len(eyes.free_floor(known_free=False)) == len(both[-1])
+    assert abs(len(both[0]) - len(both[1])) <= 1
+
+    def distance_mm(ray):
+        return 200.0 / math.tan(math.radians(ray.end_deg))
+
+    pairs = [(one, min(both[1], key=lambda other: abs(other.bearing_deg - one.bearing_deg))) for one in both[0]]
+    near = [(one, other) for one, other in pairs if abs(one.end_deg - other.end_deg) < 0.5]
+    assert len(near) >= len(pairs) - 2, "but for the edges of the box"
+    assert {round(distance_mm(one) * math.cos(math.radians(one.bearing_deg)), -3) for one, _ in near} == {1000, 2000}
+    for one, other in near:
+        assert one.bearing_deg == pytest.approx(other.bearing_deg, abs=1.0)
+        assert one.near_deg == pytest.approx(other.near_deg, abs=0.2)
+        assert distance_mm(one) == pytest.approx(distance_mm(other), rel=0.08)
+
+
+def test_eyes_without_a_look_know_no_floor(look_at, scene):
+    eyes = look_at([scene.background])
+    assert eyes.free_floor(known_free=True) == ()
