@@ -174,7 +174,8 @@ class Renderer:
         """Texels per pixel for each image column: the geometric mean of both directions."""
         across = facet.widths * surface.texture.width * surface.repeats[0]
         upright_mm = facet.panel.top_mm - facet.panel.bottom_mm
-        along = surface.texture.height / (upright_mm * self.camera.focal_px * facet.inverse_depth)
+        with np.errstate(divide="ignore"):  # a column beside the panel may look along it
+            along = surface.texture.height / (upright_mm * self.camera.focal_px * facet.inverse_depth)
         return np.sqrt(np.abs(across * along))
 
     def _draw_floor(self, viewpoint: Viewpoint, image: Image, nearest: NDArray[np.float32]) -> None:
