@@ -1,0 +1,335 @@
+"""Measure how exactly the end of the free floor is seen, in rendered rooms.
+
+    python -m tools.dev.free_floor_accuracy [--rooms 80] [--places 4] [--seed 1] [--conditions "plain,JPEG 20"]
+
+Each room has one floor, one wall and boxes or persons of one texture; all combinations take turns. The detector learns
+as it does on a robot: from frames with nothing within the sonar's 700 mm. Where the floor really ends comes from the
+same view, twice as fine, with a flat colour for each kind of surface. The tables of docs/vision.md section 3 come
+from here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import random
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.adaptive.perception import N as PERCEPTION
+from nxtdrive.vision.free_floor import FreeFloorDetector
+from nxtdrive.vision.free_floor import N as DETECTOR
+from sim_backend.camera.geometric_floor import FloorLaw, GeometricFloor
+from sim_backend.camera.lens import PERFECT, Lens, LensEffects
+from sim_backend.camera.projection import Pinhole
+from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
+from sim_backend.camera.sim_camera import SimCamera
+from sim_backend.camera.textures import Color, Image, Texture, TextureLibrary
+
+FLOORS = ("floor", "carpet")
+WALLS = ("wall", "wallpaper", "bricks", "wood")
+PERSONS = ("person_blue", "person_green")
+BOXES = ("wood", "cardboard", "carton", "crate", "red_box", "blue_box", "green_box", "yellow_box", *PERSONS)
+RUGS: tuple[Color, ...] = ((60, 60, 140), (110, 70, 50), (190, 205, 215), (70, 70, 70))
+"""Wine red, dark blue, beige, grey."""
+
+FLOOR, RUG, WALL, BOX = (255, 255, 255), (0, 255, 0), (255, 0, 0), (0, 0, 255)
+"""Colours of the kinds of surfaces; what is above the walls is nearly white."""
+
+LENS_MM = 200.0
+WALL_MM = 2500.0
+CONE_DEG = 15.0
+"""Half of the sonar's cone."""
+
+LEARNED = 10
+"""Frames that are learned from in each room."""
+TRIES = 2000
+FINER = 2
+NEAR_PX = 2.5
+"""A row is right within this, in pixels of a frame `DETECTOR.width_px` wide."""
+ALIKE = 0.5
+"""Textures with more than this share of rays that end too far cannot be told apart."""
+TILES = 4
+"""What lies on the floor repeats after so many widths of the floor's texture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """How the frames differ from those of a good camera in a well-lit room.
+
+    Attributes:
+        turn_deg_s: The robot turns while it looks, not while it learns.
+        brightness: The frame is so much brighter than those that were learned from.
+        fade: Light falls off over the frame, in any direction, from this much more to this much less.
+        shadow: Stripes of the floor have this share of the light.
+        rug: Rugs lie on the floor.
+        effects: The camera.
+        size: Of the frames.
+        tilt_deg: The camera looks up by this.
+    """
+
+    turn_deg_s: float = 0.0
+    brightness: float = 1.0
+    fade: float = 0.0
+    shadow: float = 1.0
+    rug: bool = False
+    effects: LensEffects = field(default_factory=LensEffects)
+    size: tuple[int, int] = (320, 240)
+    tilt_deg: float = 0.0
+
+
+CONDITIONS = {
+    "plain": Condition(),
+    "turning at 36 deg/s": Condition(turn_deg_s=36.0),
+    "suddenly x0.7": Condition(brightness=0.7),
+    "suddenly x1.4": Condition(brightness=1.4),
+    "light falls off": Condition(fade=0.25),
+    "hard shadow": Condition(shadow=0.6),
+    "JPEG 20": Condition(effects=LensEffects(jpeg_quality=20)),
+    "rug": Condition(rug=True),
+    "640x480": Condition(size=(640, 480)),
+    "tilted by -10 deg": Condition(tilt_deg=-10.0),
+    "double noise": Condition(effects=LensEffects(noise=8.0)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """What stands on which floor, and places to look from: first those to learn from."""
+
+    floor: str
+    wall: str
+    box: str
+    panels: Sequence[Panel]
+    learned_from: Sequence[Viewpoint]
+    places: Sequence[Viewpoint]
+
+
+@dataclass(frozen=True, slots=True)
+class Ray:
+    """One direction of a frame. Rows are those of a frame `DETECTOR.width_px` wide, from its upper edge.
+
+    Attributes:
+        floor: Texture.
+        obstacle: Texture of what ends the floor.
+        end_px: Where it does.
+        rug_px: Where a rug begins; None without one in front of the obstacle.
+        seen_px: Where the detector has it; None if it says nothing.
+    """
+
+    floor: str
+    obstacle: str
+    end_px: float
+    rug_px: float | None
+    seen_px: float | None
+
+    @property
+    def error_px(self) -> float:
+        """How much too low the row is, which means too near."""
+        return math.nan if self.seen_px is None else self.seen_px - self.end_px
+
+
+class Painted(TextureLibrary):
+    """The bundled textures with a floor on which something lies.
+
+    Args:
+        seed: Of the textures.
+        floor: The floor's name.
+        condition: Says what lies on it.
+        rng: Decides where.
+
+    Attributes:
+        rugs: A floor for `Kinds`.
+    """
+
+    def __init__(self, seed: int, floor: str, condition: Condition, rng: random.Random) -> None:
+        super().__init__(seed)
+        plain, self._name = super().__getitem__(floor), floor
+        pixels, kinds = np.tile(plain.pixels, (TILES, TILES, 1)), np.full((8, 8, 3), FLOOR, np.uint8)
+        size, tile_mm = len(pixels), (plain.tile_mm or 1000.0) * TILES
+        if condition.shadow < 1.0:
+            stripe = np.add.outer(np.arange(size), np.arange(size)) % (size // 2) < size // 10
+            pixels[stripe] = (pixels[stripe] * condition.shadow).astype(np.uint8)
+        if condition.rug:
+            kinds = np.full(pixels.shape, FLOOR, np.uint8)
+            grain = np.random.default_rng(rng.randrange(1 << 30))
+            for color in rng.sample(RUGS, 2):
+                left, top = (round(rng.uniform(0.0, 0.75) * size) for _ in range(2))
+                place = slice(top, top + round(0.17 * size)), slice(left, left + round(0.25 * size))
+                noise = grain.normal(0.0, 6.0, (*pixels[place].shape[:2], 1))
+                pixels[place] = (np.array(color) + noise).clip(0, 255).astype(np.uint8)
+                kinds[place] = RUG
+        self._floor, self.rugs = Texture(pixels, tile_mm), Texture(kinds, tile_mm)
+
+    def __getitem__(self, name: str) -> Texture:
+        """The texture called `name`."""
+        return self._floor if name == self._name else super().__getitem__(name)
+
+
+class Kinds(TextureLibrary):
+    """A flat colour for each kind of surface."""
+
+    def __init__(self, room: Room, floor: Texture) -> None:
+        super().__init__()
+        wall, box = (Texture(np.full((8, 8, 3), color, np.uint8)) for color in (WALL, BOX))
+        self._textures = {room.wall: wall, room.box: box, room.floor: floor}
+
+    def __getitem__(self, name: str) -> Texture:
+        """The colour of a texture's kind."""
+        return self._textures[name]
+
+
+def make_room(number: int, places: int, seed: int) -> Room:
+    """Draw a room; the combinations of textures take turns."""
+    mixed = list(itertools.product(FLOORS, WALLS, BOXES))
+    random.Random(seed).shuffle(mixed)  # noqa: S311 - a repeatable draw
+    floor, wall, box = mixed[number % len(mixed)]
+    rng = random.Random(f"{seed}/{number}")  # noqa: S311 - a repeatable draw
+    wide, deep = rng.uniform(3000.0, 5000.0), rng.uniform(3000.0, 5000.0)
+    corners = [(0.0, 0.0), (wide, 0.0), (wide, deep), (0.0, deep)]
+    panels = [Panel(*one, *other, 0.0, WALL_MM, wall) for one, other in itertools.pairwise([*corners, corners[0]])]
+    taken = []
+    for _ in range(rng.randint(3, 7)):
+        x, y, first_deg = rng.uniform(400.0, wide - 400.0), rng.uniform(400.0, deep - 400.0), rng.uniform(0.0, 90.0)
+        reach, high = (150.0, 1700.0) if box in PERSONS else (rng.uniform(60.0, 300.0), rng.uniform(120.0, 500.0))
+        turns = [math.radians(first_deg + 90.0 * side) for side in range(4)]
+        sides = [(x + reach * math.cos(turn), y + reach * math.sin(turn)) for turn in turns]
+        panels += standing_panels(sides, high, box)
+        taken.append((x, y, reach + 150.0))
+    learned_from: list[Viewpoint] = []
+    seen_from: list[Viewpoint] = []
+    for _ in range(TRIES):
+        x, y = rng.uniform(250.0, wide - 250.0), rng.uniform(250.0, deep - 250.0)
+        viewpoint = Viewpoint(x, y, rng.uniform(0.0, 360.0), LENS_MM)
+        if any(math.dist((x, y), centre) < reach for *centre, reach in taken):
+            continue
+        if len(learned_from) < LEARNED and free_ahead_mm(panels, viewpoint) > PERCEPTION.free_mm:
+            learned_from.append(viewpoint)
+        elif len(seen_from) < places:
+            seen_from.append(viewpoint)
+    return Room(floor, wall, box, panels, learned_from, seen_from)
+
+
+def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
+    """Return how far away the nearest thing in the sonar's cone is."""
+    nearest_mm = math.inf
+    for x, y in GeometricFloor(law=FloorLaw(0.0, 0.0, 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
+        bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
+        if abs((bearing_deg + 180.0) % 360.0 - 180.0) <= CONE_DEG:
+            nearest_mm = min(nearest_mm, math.dist((x, y), (viewpoint.x_mm, viewpoint.y_mm)))
+    return nearest_mm
+
+
+def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
+    """Yield the directions in which floor is visible in a room."""
+    rng = random.Random(seed)  # noqa: S311 - a repeatable draw
+    textures = Painted(seed, room.floor, condition, rng)
+    camera = SimCamera(condition.size, lens=PERFECT, floor=room.floor, textures=textures)
+    fine = DETECTOR.width_px * FINER, condition.size[1] * DETECTOR.width_px * FINER // condition.size[0]
+    kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=Kinds(room, textures.rugs))
+    lens = Lens(condition.effects, condition.size, camera.pinhole.focal_px, seed)
+    detector = FreeFloorDetector()
+
+    def frame(viewpoint: Viewpoint, turn_deg_s: float = 0.0, brightness: float = 1.0) -> Image:
+        image = camera.frame(room.panels, viewpoint)
+        if condition.fade:
+            image = faded(image, condition.fade, rng.uniform(0.0, 2 * math.pi))
+        return lens.expose(image, turn_deg_s, brightness)
+
+    for number, place in enumerate(room.learned_from):
+        detector.learn(frame(replace(place, tilt_deg=condition.tilt_deg)), float(number))
+    for place in room.places:
+        place = replace(place, tilt_deg=condition.tilt_deg)
+        ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness)) * (
+            DETECTOR.width_px / condition.size[0]
+        )
+        yield from compare(room, kinds.frame(room.panels, place), ends)
+
+
+def faded(image: Image, share: float, towards: float) -> Image:
+    """Return a frame in which light falls off in a direction."""
+    height, width = image.shape[:2]
+    x, y = np.linspace(-1.0, 1.0, width) * math.cos(towards), np.linspace(-1.0, 1.0, height) * math.sin(towards)
+    light = 1.0 + share * np.add.outer(y, x) / (abs(math.cos(towards)) + abs(math.sin(towards)))
+    return np.asarray((image * light[..., None]).clip(0, 255), np.uint8)
+
+
+def compare(room: Room, kinds: Image, ends: NDArray[np.float64]) -> Iterable[Ray]:
+    """Yield the directions in which floor is visible in a frame of kinds, with what the detector says."""
+    seen = {int(u * DETECTOR.columns / DETECTOR.width_px): float(v) for u, v in ends}
+    for column in range(DETECTOR.columns):
+        upwards = kinds[::-1, int((column + 0.5) / DETECTOR.columns * DETECTOR.width_px) * FINER + FINER // 2]
+        solid, rug = upwards[:, 1] < 128, (upwards[:, 1] >= 128) & (upwards[:, 2] < 128)
+        first = int(solid.argmax())
+        if first < FINER * DETECTOR.run_px:
+            continue
+        obstacle = room.box if upwards[first, 2] > upwards[first, 0] else room.wall
+        begins = int(rug[:first].argmax())
+        rug_px = (len(upwards) - begins) / FINER if begins else None
+        yield Ray(room.floor, obstacle, (len(upwards) - first) / FINER, rug_px, seen.get(column))
+
+
+def row(name: str, rays: Sequence[Ray]) -> str:
+    """Return a row of the table."""
+    errors = np.array([ray.error_px for ray in rays if ray.seen_px is not None])
+    if not len(errors):
+        return f"| {name} | {len(rays)} | 0 % |" + " - |" * 5
+    low, middle, high = np.percentile(errors, (25, 50, 75))
+    shares = (np.abs(errors) <= NEAR_PX).mean(), (errors < -NEAR_PX).mean(), (errors > NEAR_PX).mean()
+    cells = [f"{100 * len(errors) / len(rays):.1f} %", f"{middle:+.2f}", f"{(high - low) / 1.349:.2f}"]
+    return f"| {name} | {len(rays)} | {' | '.join(cells)} | {' | '.join(f'{100 * each:.1f} %' for each in shares)} |"
+
+
+def alike(rays: Iterable[Ray]) -> Iterable[str]:
+    """Yield the pairs of floor and obstacle of which some rays end too far, worst first."""
+    pairs: Mapping[tuple[str, str], list[bool]] = defaultdict(list)
+    for ray in rays:
+        if ray.seen_px is not None:
+            pairs[ray.floor, ray.obstacle].append(ray.error_px < -NEAR_PX)
+    shares = {pair: sum(far) / len(far) for pair, far in pairs.items()}
+    for (floor, obstacle), share in sorted(shares.items(), key=lambda item: -item[1]):
+        if share >= 0.01:
+            verdict = "cannot be told apart" if share > ALIKE else "told apart"
+            yield f"{obstacle} on {floor}: {100 * share:.0f} % of {len(pairs[floor, obstacle])} rays too far, {verdict}"
+    yield f"{sum(share > ALIKE for share in shares.values())} of {len(shares)} pairs cannot be told apart"
+
+
+def on_rugs(rays: Iterable[Ray]) -> str:
+    """Say how often the floor ends at a rug that lies in front of what really ends it."""
+    over = [ray for ray in rays if ray.rug_px is not None]
+    there = sum(ray.seen_px is not None and abs(ray.seen_px - (ray.rug_px or 0.0)) <= NEAR_PX for ray in over)
+    beyond = sum(abs(ray.error_px) <= NEAR_PX for ray in over)
+    count = max(1, len(over))
+    shares = [f"{100 * number / count:.0f} %" for number in (there, beyond)]
+    return f"of {len(over)} rays over a rug {shares[0]} end at its edge, {shares[1]} at what stands behind it"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(prog="free_floor_accuracy", description="How exactly the floor's end is seen.")
+    parser.add_argument("--rooms", type=int, default=80)
+    parser.add_argument("--places", type=int, default=4, help="to look from, per room")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
+    args = parser.parse_args(argv)
+    rooms = [make_room(number, args.places, args.seed) for number in range(args.rooms)]
+    print("| condition | rays | says something | median, px | spread, px | right | too far | too near |")
+    print("|---" * 8 + "|")
+    remarks: list[str] = []
+    for name in (each.strip() for each in args.conditions.split(",")):
+        condition = CONDITIONS[name]
+        rays = [ray for number, room in enumerate(rooms) for ray in measure(room, condition, args.seed + number)]
+        print(row(name, rays), flush=True)
+        remarks += alike(rays) if condition == CONDITIONS["plain"] else [on_rugs(rays)] if condition.rug else []
+    print(*["", *remarks], sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
