@@ -21,7 +21,7 @@ from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import nxtdrive
 from behaviors.executive import Executive, Report
@@ -42,6 +42,9 @@ from nxtdrive.mission.setup import (
 )
 
 from .bench_peer import run_nxt_python
+
+if TYPE_CHECKING:
+    from nxtdrive.vision.detection import Image
 
 REPEATS = 7
 """Repeats of each measurement; the median is reported."""
@@ -261,7 +264,21 @@ def measure_detectors() -> Iterable[Figure]:
             detector = make_detector(spec).detector
             took_us = _microseconds(partial(detector.detect, frame), number=3)
             yield Figure(f"detector {name}, {size[0]}x{size[1]}", took_us / 1000, "ms/frame")
+        yield from _measure_free_floor(frame)
     yield from _measure_several_pictures()
+
+
+def _measure_free_floor(frame: Image) -> Iterable[Figure]:
+    """Measure where the free floor ends in a frame, and what it takes to learn the floor from it."""
+    from nxtdrive.vision.free_floor import FreeFloorDetector
+
+    detector, height, width = FreeFloorDetector(), *frame.shape[:2]
+    seconds = itertools.count()
+    learn_us = _microseconds(lambda: detector.learn(frame, float(next(seconds))), number=3)
+    yield at_most(
+        f"free floor, {width}x{height}", _microseconds(partial(detector.ends, frame), 3) / 1000, "ms/frame", 5
+    )
+    yield Figure(f"free floor, learning it, {width}x{height}", learn_us / 1000, "ms/frame")
 
 
 def _measure_several_pictures() -> Iterable[Figure]:
