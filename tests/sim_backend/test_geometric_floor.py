@@ -1,0 +1,122 @@
+"""The free floor by geometry: it ends where panels meet it, in the rows where the detector would have it."""
+
+import math
+import random
+from statistics import fmean, pstdev
+
+import pytest
+
+from sim_backend.camera.geometric import GeometricSensor
+from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_LAW, FloorLaw, GeometricFloor
+from sim_backend.camera.projection import Pinhole
+from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
+
+CAMERA = Pinhole(320, 240, 60.0)
+ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
+EXACT = GeometricFloor(law=FloorLaw(row_sd_px=0.0, looks_like_floor=0.0, specks=0.0))
+
+
+def wall(ahead_mm, bottom_mm=0.0, texture="wall", half_mm=9000.0):
+    return Panel(ahead_mm, -half_mm, ahead_mm, half_mm, bottom_mm, 2500.0, texture)
+
+
+def sensor_that_sees(panels, size=(320, 240)):
+    """A sensor whose seed takes none of the panels for floor."""
+    sensors = (GeometricSensor(size, seed=seed) for seed in range(40))
+    return next(one for one in sensors if not any(v < 130.0 for _, v in one.floor_ends(panels, ORIGIN)))
+
+
+def test_the_ends_lie_on_the_wall():
+    ends = EXACT.ends([wall(1500.0)], ORIGIN, CAMERA)
+    assert len(ends) == 24
+    assert [x for x, _ in ends] == pytest.approx([1500.0] * 24)
+    bearings_deg = [math.degrees(math.atan2(y, x)) for x, y in ends]
+    assert bearings_deg == sorted(bearings_deg)
+    assert (bearings_deg[0], bearings_deg[-1]) == pytest.approx((-29.0, 29.0), abs=0.2)
+
+
+def test_a_turned_camera_sees_the_same_places():
+    viewpoint = Viewpoint(700.0, -300.0, 125.0, 200.0)
+    turn = math.radians(125.0)
+    feet = [
+        (700.0 + 900.0 * math.cos(turn) - y * math.sin(turn), -300.0 + 900.0 * math.sin(turn) + y * math.cos(turn))
+        for y in (-5000.0, 5000.0)
+    ]
+    for x, y in EXACT.ends([Panel(*feet[0], *feet[1], 0.0, 2500.0, "wall")], viewpoint, CAMERA):
+        assert (x - 700.0) * math.cos(turn) + (y + 300.0) * math.sin(turn) == pytest.approx(900.0)
+
+
+def test_the_nearest_thing_ends_the_floor():
+    box = standing_panels([(800.0, -100.0), (1000.0, -100.0), (1000.0, 100.0), (800.0, 100.0)], 150.0, "crate")
+    ahead = {round(y): x for x, y in EXACT.ends([wall(2000.0), *box], ORIGIN, CAMERA)}
+    assert {round(x) for x in ahead.values()} == {800, 2000}
+    assert all((abs(y) <= 100.0) == (x == pytest.approx(800.0)) for y, x in ahead.items())
+
+
+def test_a_thing_on_legs_hides_only_the_floor_behind_it():
+    ends = EXACT.ends([wall(1000.0, bottom_mm=100.0)], ORIGIN, CAMERA)
+    assert [x for x, _ in ends] == pytest.approx([2000.0] * 24)
+    assert [x for x, _ in EXACT.ends([wall(1000.0, bottom_mm=200.0)], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+
+
+def test_what_is_behind_the_camera_hides_nothing():
+    assert [x for x, _ in EXACT.ends([wall(-1000.0)], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+    assert [x for x, _ in EXACT.ends([], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+
+
+def test_a_texture_taken_for_floor_hides_nothing():
+    blind = GeometricFloor(law=FloorLaw(row_sd_px=0.0, looks_like_floor=1.0, specks=0.0))
+    assert [x for x, _ in blind.ends([wall(1000.0)], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+
+
+def test_the_seed_decides_which_textures_look_like_floor():
+    law = FloorLaw(row_sd_px=0.0, looks_like_floor=0.3, specks=0.0)
+
+    def hides(seed, texture):
+        return GeometricFloor(seed, law).ends([wall(1000.0, texture=texture)], ORIGIN, CAMERA)[0][0] < 1001.0
+
+    textures = [f"texture {number}" for number in range(300)]
+    first, again, other = ([hides(seed, texture) for texture in textures] for seed in (1, 1, 2))
+    assert first == again != other
+    assert fmean(first) == pytest.approx(0.7, abs=0.08)
+
+
+def test_errors_are_as_large_as_the_law_says():
+    generator, floor = random.Random(4), GeometricFloor(law=FloorLaw(row_sd_px=0.8, looks_like_floor=0.0, specks=0.1))
+    errors = [floor.error_px(generator) for _ in range(4000)]
+    low = [error for error in errors if error > 4.0]
+    assert len(low) / len(errors) == pytest.approx(0.1 * 56.0 / 60.0, abs=0.02)
+    assert max(low) <= 60.0
+    assert pstdev(error for error in errors if error < 0.0) == pytest.approx(0.8 * math.sqrt(1 - 2 / math.pi), rel=0.1)
+
+
+@pytest.mark.parametrize("size", [(320, 240), (640, 480)])
+def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_law_says(size):
+    sensor, scale = sensor_that_sees([wall(1000.0)], size), size[0] / 320
+    row = size[1] / 2 + Pinhole(*size, 60.0).focal_px * 200.0 / 1000.0
+    errors = []
+    for _ in range(50):
+        ends = sensor.floor_ends([wall(1000.0)], ORIGIN)
+        assert [u for u, _ in ends] == pytest.approx([(column + 0.5) / 24 * size[0] for column in range(24)])
+        errors += [(v - row) / scale for _, v in ends]
+    usual = [error for error in errors if abs(error) < 4 * FLOOR_LAW.row_sd_px]
+    assert len(usual) > 0.97 * len(errors)
+    assert pstdev(usual) == pytest.approx(FLOOR_LAW.row_sd_px, rel=0.1)
+
+
+def test_the_same_seed_sees_the_same():
+    def looks(seed):
+        sensor = GeometricSensor(seed=seed)
+        return [sensor.floor_ends([wall(1000.0)], ORIGIN) for _ in range(5)]
+
+    assert looks(1) == looks(1)
+    assert looks(1) != looks(2)
+
+
+def test_what_ends_below_the_frame_is_left_out():
+    sensor = sensor_that_sees([wall(1000.0)])
+    assert sensor.floor_ends([wall(400.0)], ORIGIN) == []
+    partly = sensor.floor_ends([wall(2000.0), wall(400.0, half_mm=100.0)], ORIGIN)
+    assert 10 <= len(partly) < 24
+    for ahead_mm in (430.0, 460.0, 465.0, 500.0):
+        assert all(0.0 <= v < 240.0 for _ in range(50) for _, v in sensor.floor_ends([wall(ahead_mm)], ORIGIN))
