@@ -161,7 +161,7 @@ class GeometricSensor:
         self._law = law
         self._shutter_s, self._optics = shutter_s, optics
         self.generator = random.Random(seed)
-        self._floor = GeometricFloor(seed)
+        self._floor = GeometricFloor()
 
     def observe(
         self,

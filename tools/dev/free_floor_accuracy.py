@@ -219,7 +219,7 @@ def make_room(number: int, places: int, seed: int) -> Room:
 def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
     """Return how far away the nearest thing in the sonar's cone is."""
     nearest_mm = math.inf
-    for x, y in GeometricFloor(law=FloorLaw(0.0, 0.0, 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
+    for x, y in GeometricFloor(law=FloorLaw(0.0, frozenset(), 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
         bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
         if abs((bearing_deg + 180.0) % 360.0 - 180.0) <= CONE_DEG:
             nearest_mm = min(nearest_mm, math.dist((x, y), (viewpoint.x_mm, viewpoint.y_mm)))
