@@ -243,9 +243,9 @@ class OccupancyGrid:
         off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
         ahead = np.abs(view.bearing_deg - off_deg) <= N.arc_deg
         end_mm = np.where(ahead & (view.end_mm < (1.0 - N.same_share) * echo_mm), np.inf, view.end_mm)
-        in_view = ahead & (view.near_mm < echo_mm)
+        overlooked = ahead & (free_mm > echo_mm)
         seen = ahead & (end_mm < (1.0 + N.same_share) * echo_mm)
-        if range_mm <= N.near_mm and in_view.any() and not seen.any():
+        if range_mm <= N.far_mm and overlooked.any() and not seen.any():
             free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - N.margin_mm), free_mm)
             sonar = pose.ahead(self.sonar_forward_mm)
             cone = Cone.of(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)

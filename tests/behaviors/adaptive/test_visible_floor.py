@@ -193,6 +193,17 @@ def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
     assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
 
 
+def test_what_is_heard_from_afar_but_looks_like_floor_stays_a_hint():
+    floor, unseen = OccupancyGrid(), _view(2500.0)
+    for i in range(6):
+        pose = Pose(y_mm=40.0 * (i % 2))
+        floor.add_view(pose, unseen, (pose, 1000.0))
+        floor.add_echo(pose, 1000.0)
+    assert _evidence_at(floor, 1100.0) > GRID.hint
+    _look(floor, unseen, times=10)
+    assert _evidence_at(floor, 1100.0) > GRID.hint
+
+
 def test_what_is_nearer_than_the_frame_shows_is_not_taken_for_unseen():
     """The echo of a door post marks an arc across the door, which later views from farther away clear."""
     floor = OccupancyGrid()
