@@ -10,9 +10,6 @@ _HEADER = 36
 _POINTER = 2
 _ALIGNMENT = 4
 
-FIRST_PAGE = SECTOR - _HEADER
-"""Bytes of a file that are written to the flash together with its header."""
-
 SETTINGS = "NVConfig.sys"
 """File that the firmware creates at its first boot."""
 
@@ -81,6 +78,11 @@ class File:
         return self.sectors[0] * SECTOR + _rounded(_header(len(self.sectors)))
 
     @property
+    def first_page(self) -> int:
+        """How many of its bytes are written to the flash together with the beginning of its header."""
+        return min(self.size, max(0, SECTOR - _rounded(_header(len(self.sectors)))))
+
+    @property
     def seen(self) -> File:
         """The file that a directory entry of this one shows."""
         return self if self.overlaid_by is None else self.overlaid_by.seen
@@ -118,11 +120,11 @@ class Flash:
                 return number
         return len(self.files)
 
-    def reserve(self, file: File, *, contiguous: bool, may_lack: bool = False) -> bool:
-        """Allocate sectors for `file`: all that it needs unless it `may_lack` some, perhaps `contiguous`."""
+    def reserve(self, file: File, *, contiguous: bool) -> bool:
+        """Allocate sectors for `file`: one block if `contiguous`, else those that are free, even if it lacks some."""
         count = _sectors_taken(file.size)
         free = [sector for sector in range(self._total) if sector not in self._used]
-        for start in range(1 if may_lack else len(free) - count + 1):
+        for start in range(len(free) - count + 1 if contiguous else min(1, len(free))):
             chosen = free[start : start + count]
             if not contiguous or chosen[-1] - chosen[0] == count - 1:
                 file.sectors = chosen

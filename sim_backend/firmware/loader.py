@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.file_handle import Handle, Use
-from sim_backend.firmware.flash import FIRST_PAGE, File, Flash
+from sim_backend.firmware.flash import File, Flash
 from sim_backend.firmware.names import NAME_LIMIT, matcher
 from sim_backend.firmware.versions import Version
 
@@ -125,8 +125,8 @@ class Loader:
         if status:
             return Opened(status, number)
         self._take(number, Use.WRITE, file)
+        self._write_header(file)
         if appendable:
-            self._write_header(file)
             self._enter(number, file)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
@@ -176,7 +176,7 @@ class Loader:
         fitting = data[: file.size - len(file.content)]
         buffered = len(file.content)
         file.content += fitting
-        if buffered < min(file.size, FIRST_PAGE) <= len(file.content) and not file.appendable:
+        if buffered < file.first_page <= len(file.content):
             self._write_header(file)
         if len(fitting) < len(data):
             handle.overrun = True
@@ -221,10 +221,11 @@ class Loader:
             number, {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         ):
             return Status.FILE_IS_BUSY
-        index = self._handles[number].index
+        index, spared = self._handles[number].index, self._version.deletion_spares_found
         del self.flash.files[index]
         self.flash.count()
-        self._shift(index + self._version.deletion_spares_found, -1)
+        self._shift(index + spared, -1)
+        self._handles[number].index = (index - (not spared)) & 0xFF
         return Status.OK
 
     def _blocked(self, number: int, uses: Collection[Use]) -> bool:
@@ -362,9 +363,9 @@ class Loader:
         if file.size > self.flash.free:
             return Status.NO_SPACE
         contiguous = file.linear or (file.appendable and self._version.linear_data_files)
-        may_lack = self._version.cuts_files_short and not contiguous
-        reserved = self.flash.reserve(file, contiguous=contiguous, may_lack=may_lack)
-        return Status.OK if reserved else Status.NO_LINEAR_SPACE
+        if self.flash.reserve(file, contiguous=contiguous):
+            return Status.OK
+        return Status.NO_LINEAR_SPACE if contiguous else Status.UNDEFINED_ERROR
 
     def _enter(self, number: int, file: File) -> None:
         """Make a file the first of the directory."""
@@ -390,7 +391,8 @@ class Loader:
     def _finish(self, number: int, file: File, *, complete: bool) -> None:
         if file.appendable:
             file.data_size = len(file.content)
-            self._write_header(file)
+            if file.data_size < file.first_page:
+                self._write_header(file)
         elif complete and len(file.content) == file.size:
             file.data_size = file.size
             self._enter(number, file)

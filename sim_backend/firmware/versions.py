@@ -53,7 +53,6 @@ class Version:
         strict_data_names: Whether data files may not have names of programs.
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
-        cuts_files_short: Whether a file that needs more sectors than are free is created with those that are.
         linear_data_files: Whether data files are contiguous, too.
         sectors: Flash sectors for files.
         flash_start: Address of the first of these.
@@ -93,7 +92,6 @@ class Version:
     strict_data_names: bool
     writing_prevents_deletion: bool
     deletion_spares_found: bool
-    cuts_files_short: bool
     linear_data_files: bool
     flash_start: int
     sectors: int
@@ -137,7 +135,6 @@ _V1_29 = Version(
     strict_data_names=True,
     writing_prevents_deletion=True,
     deletion_spares_found=True,
-    cuts_files_short=True,
     linear_data_files=False,
     flash_start=0x122100,
     sectors=477,
@@ -169,7 +166,6 @@ _V1_05 = replace(
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,
-    cuts_files_short=False,
     linear_data_files=True,
     flash_start=0x121400,
     sectors=491,

@@ -150,7 +150,12 @@ CONVERSATIONS = [
         [*UNCOUNTED, "018b63000000000000000000000000000000000000001ad40100", "018400", DELETE_B, "019b"],
         "029b004e58540000000000000000000000000016530102030000000000d8020000",
     ),
-    ("but not in 1.05", "1.05", [*UNCOUNTED, "018b6300000000000000000000000000000000000000fee10100"], "028b8900"),
+    (
+        "but no data file of 1.05",
+        "1.05",
+        [*UNCOUNTED, "018b6300000000000000000000000000000000000000fee10100"],
+        "028b8900",
+    ),
     ("the handle of a program reads on in its last file", "1.29", [*PROGRAM, *READ_PART, *START], "028200000300040506"),
     (
         "also in a data file that it wrote",
