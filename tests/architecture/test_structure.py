@@ -22,7 +22,10 @@ GPL = {"nxt", "agentspeak"}
 CLOCKS = {"time", "monotonic", "perf_counter", "sleep", "process_time"}
 
 
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+@pytest.fixture(scope="module")
+def trees() -> dict[Path, ast.Module]:
+    """Every file of the product, parsed."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
 def _imports(tree: ast.Module) -> Iterator[str]:
@@ -50,20 +53,23 @@ def test_files_stay_short():
     assert {path: count for path, count in lines.items() if count > MAX_FILE_LINES} == {}
 
 
-def test_functions_stay_short():
-    lengths = [(path, *each) for path, tree in TREES.items() for each in _lengths(tree)]
+@pytest.mark.xdist_group("parsed files")
+def test_functions_stay_short(trees):
+    lengths = [(path, *each) for path, tree in trees.items() for each in _lengths(tree)]
     assert len(lengths) > 1000
     assert [each for each in lengths if each[2] > MAX_FUNCTION_LINES] == []
 
 
-def test_gpl_programs_are_never_imported():
-    imported = {path: {name.split(".")[0] for name in _imports(tree)} for path, tree in TREES.items()}
+@pytest.mark.xdist_group("parsed files")
+def test_gpl_programs_are_never_imported(trees):
+    imported = {path: {name.split(".")[0] for name in _imports(tree)} for path, tree in trees.items()}
     assert {path: names & GPL for path, names in imported.items() if names & GPL} == {}
 
 
-def test_clocks_are_injected():
+@pytest.mark.xdist_group("parsed files")
+def test_clocks_are_injected(trees):
     readers = [
-        f"{path}:{node.lineno}" for path, tree in TREES.items() for node in ast.walk(tree) if _reads_the_clock(node)
+        f"{path}:{node.lineno}" for path, tree in trees.items() for node in ast.walk(tree) if _reads_the_clock(node)
     ]
     assert readers
     allowed = {ROOT / "tools", ROOT / "nxtdrive" / "transports"}

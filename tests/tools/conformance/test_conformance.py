@@ -49,6 +49,7 @@ def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
     assert replay(name, SCENARIOS[firmware][name].steps, firmware).differences == []
 
 
+@pytest.mark.xdist_group("random conversations")
 @pytest.mark.parametrize("wanted", CATEGORIES)
 @pytest.mark.parametrize("firmware", RANDOM)
 def test_a_sample_of_random_conversations_goes_as_with_the_firmware(firmware, wanted):
@@ -59,6 +60,7 @@ def test_a_sample_of_random_conversations_goes_as_with_the_firmware(firmware, wa
 
 
 @pytest.mark.slow
+@pytest.mark.xdist_group("random conversations")
 @pytest.mark.parametrize("wanted", CATEGORIES)
 @pytest.mark.parametrize("firmware", RANDOM)
 def test_random_conversations_go_as_with_the_firmware_but_for_the_known_ones(firmware, wanted):
@@ -66,6 +68,7 @@ def test_random_conversations_go_as_with_the_firmware_but_for_the_known_ones(fir
     assert different(firmware, names) == names & KNOWN[firmware].keys()
 
 
+@pytest.mark.xdist_group("random conversations")
 def test_no_scenario_is_left_out():
     assert len(CASES) == 160 * len(FIRMWARES)
     for firmware, count in {"1.05": 600, "1.29": 600, "1.32": 200}.items():
