@@ -68,7 +68,7 @@ def test_a_journal_without_a_path_makes_no_room():
 
 @pytest.fixture(scope="module", name="past")
 def _past():
-    drawn = draw_scenario("clutter", 100)
+    drawn = draw_scenario("clutter", 103)
     return drawn, *perform(drawn, "adaptive", "geometric")
 
 

@@ -247,7 +247,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 @pytest.mark.slow
 def test_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
-    trace, referee = perform(draw_scenario("doorway", 3011), "adaptive", "geometric")
+    trace, referee = perform(draw_scenario("doorway", 3013), "adaptive", "geometric")
     waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY
