@@ -107,7 +107,7 @@ def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
 
 
 def test_a_path_that_opens_later_is_measured_by_the_map_of_the_arrival():
-    """As where somebody stands in the only door when the pursuit begins."""
+    """A person stands in the only door when the pursuit begins."""
     episode = EpisodeBuilder(late_objects=["anna"], scene=_scene(*WALLS, IN_THE_DOOR)).enter("search")
     episode.drive(500, 1500, 5).scene = _scene(*WALLS)
     result = judge_target(episode.drive(3260, 1500, 14).enter("reached").end(), "lena")
