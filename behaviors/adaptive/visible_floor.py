@@ -2,7 +2,9 @@
 
 The camera looks down on the floor, so an angle below the horizontal is a distance. A camera that is tilted by a few
 degrees, or whose field of view is not as believed, makes all of them wrong: the angle is `offset + scale * angle`. Both
-are learned from what sonar and camera measure at once. Until then only what is near is believed.
+are learned from what sonar and camera measure at once. Until then only what is near is believed. Often the two do not
+measure the same thing, so all pairs of offset and scale are weighed by how well they explain the measurements, each of
+which may have nothing to do with either.
 """
 
 from __future__ import annotations
@@ -36,7 +38,11 @@ class VisibleFloorNumbers:
         calibrated_latency_sd_s: The same of a camera that was calibrated.
         exact_mm: What may be farther aside than this is not placed exactly.
         noise_deg: Of a wall's angle by camera and sonar; measurements of one wall are alike, so it is no smaller.
-        gate: A measurement that is more standard deviations away compares two different things.
+        other_thing: Chance that sonar and camera measured two different things: what looks like the floor, or is
+            lower than the beam,
+        other_thing_deg: whose angles then differ by anything within this span.
+        sds: How many standard deviations of either number are considered,
+        steps: in so many steps each.
         beam_deg: An echo comes from within this angle of straight ahead,
         nearest_rays: and from where these rays, in the middle, see the floor end first:
         ahead_deg: they have to be this near to straight ahead, since to the sides the beam fades.
@@ -60,7 +66,10 @@ class VisibleFloorNumbers:
     calibrated_latency_sd_s: float = 0.03
     exact_mm: float = 120.0
     noise_deg: float = 0.5
-    gate: float = 3.0
+    other_thing: float = 0.4
+    other_thing_deg: float = 40.0
+    sds: float = 3.0
+    steps: int = 61
     beam_deg: float = 15.0
     nearest_rays: int = 3
     ahead_deg: float = 6.0
@@ -110,8 +119,11 @@ class FloorRanges:
         scale_sd = N.measured_scale_sd if "height_mm" in camera.model_fields_set else N.scale_sd
         if calibrated:
             scale_sd = N.calibrated_scale_sd
-        self._estimate = np.array([0.0, 1.0])
-        self._covariance = np.diag([sd_deg**2, scale_sd**2])
+        span = np.linspace(-N.sds, N.sds, N.steps)
+        offset, scale = np.meshgrid(sd_deg * span, 1.0 + scale_sd * span)
+        self._considered = np.stack([offset.ravel(), scale.ravel()])
+        self._log_chance = -(np.add.outer(span**2, span**2).ravel()) / 2
+        self._estimate, self._covariance = self._summary()
         self._yaw_sd_deg = N.calibrated_yaw_sd_deg if calibrated else N.yaw_sd_deg
         self._latency_sd_s = N.calibrated_latency_sd_s if calibrated else N.latency_sd_s
         self._compared_at: Pose | None = None
@@ -150,13 +162,17 @@ class FloorRanges:
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))
 
     def _update(self, seen_deg: float, real_deg: float) -> None:
-        terms = np.array([1.0, seen_deg])
-        gain = self._covariance @ terms
-        variance = float(terms @ gain) + N.noise_deg**2
-        surprise = real_deg - float(terms @ self._estimate)
-        if abs(surprise) <= N.gate * math.sqrt(variance):
-            self._estimate = self._estimate + gain / variance * surprise
-            self._covariance = self._covariance - np.outer(gain, gain) / variance
+        offset, scale = self._considered
+        error = (offset + scale * seen_deg - real_deg) / N.noise_deg
+        same_thing = np.exp(-(error**2) / 2) / (N.noise_deg * math.sqrt(2 * math.pi))
+        self._log_chance += np.log((1.0 - N.other_thing) * same_thing + N.other_thing / N.other_thing_deg)
+        self._estimate, self._covariance = self._summary()
+
+    def _summary(self) -> tuple[Array, Array]:
+        """Return the mean and the covariance of offset and scale."""
+        chance = np.exp(self._log_chance - self._log_chance.max())
+        mean = np.average(self._considered, axis=1, weights=chance)
+        return mean, np.cov(self._considered, aweights=chance, ddof=0)
 
     def _distance_mm(self, below_deg: Array) -> Array:
         """Return the distances at which rays meet the floor; those that hardly point down never do."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
+from random import Random
 
 import numpy as np
 import pytest
@@ -91,6 +92,19 @@ def test_echoes_of_something_else_teach_nothing():
     for i in range(30):
         ranges.compare(_wall(700.0), Pose(x_mm=200.0 * i), 1400.0)  # a low box: the sonar hears the wall behind it
     assert _ahead(ranges.measure(_wall(700.0)).end_mm) == pytest.approx(700.0, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_boxes_that_look_like_the_floor_teach_nothing(seed):
+    """Three of five echoes come from a box somewhere before the wall at which the floor seems to end."""
+    random, ranges = Random(seed), _ranges()
+    for i in range(60):
+        ahead_mm = random.uniform(700.0, 2000.0)
+        heard_mm = random.uniform(500.0, ahead_mm) if random.random() < 0.6 else ahead_mm
+        ranges.compare(_wall(ahead_mm), Pose(x_mm=200.0 * i), heard_mm - SONAR_AHEAD_MM)
+    view = ranges.measure(_wall(1400.0))
+    assert _ahead(view.end_mm) == pytest.approx(1400.0, rel=0.1)
+    assert _ahead(view.free_mm) > 1000.0
 
 
 def test_a_wall_is_compared_once_from_one_place():
