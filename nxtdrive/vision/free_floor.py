@@ -34,6 +34,8 @@ class FreeFloorNumbers:
         rare: Colours with less than this share of the commonest one's count are not the floor's.
         run_px: The floor ends where this many pixels in a column have other colours.
         grain_px: Specks up to this size are ignored.
+        familiar: Where less than this share of the sample has the floor's colours, the exposure may have changed.
+        gain: Changes of exposure up to these factors are undone.
     """
 
     width_px: int = 320
@@ -49,6 +51,8 @@ class FreeFloorNumbers:
     rare: float = 0.004
     run_px: int = 5
     grain_px: int = 5
+    familiar: float = 0.8
+    gain: tuple[float, float] = (0.4, 2.5)
 
 
 N = FreeFloorNumbers()
@@ -63,6 +67,7 @@ class FreeFloorDetector:
         self._counts: NDArray[np.float64] | None = None
         self._likely: Mask = np.zeros(N.bins**3, bool)
         self._learned_s = 0.0
+        self._light = 0.0
 
     @property
     def ready(self) -> bool:
@@ -75,13 +80,12 @@ class FreeFloorDetector:
             return
         self._learned_s = time_s
         small = _reduced(image)
-        height, width = small.shape[:2]
-        top, aside = int(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
-        sample = _bins(small[top:, aside : width - aside])
-        counts = np.bincount(sample.ravel(), minlength=N.bins**3) / sample.size
+        sample = _bins(_sample(small))
+        counts, light = np.bincount(sample.ravel(), minlength=N.bins**3) / sample.size, _light(small)
         if self._counts is not None:
             counts = N.keeps * self._counts + (1.0 - N.keeps) * counts
-        self._counts = counts
+            light = N.keeps * self._light + (1.0 - N.keeps) * light
+        self._counts, self._light = counts, light
         cube = counts.reshape(N.bins, N.bins, N.bins)
         for axis, reach in enumerate((N.light_bins, N.chroma_bins, N.chroma_bins)):
             cube = _spread(cube, axis, reach)
@@ -97,7 +101,7 @@ class FreeFloorDetector:
         height, width = small.shape[:2]
         if height < N.run_px:
             return np.empty((0, 2))
-        floor = cv2.medianBlur(self._likely[_bins(small)].astype(np.uint8), N.grain_px)
+        floor = cv2.medianBlur(self._likely[_bins(self._levelled(small))].astype(np.uint8), N.grain_px)
         columns = ((np.arange(N.columns) + 0.5) * width / N.columns).astype(np.int64)
         upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
         in_run = upwards.copy()
@@ -107,6 +111,31 @@ class FreeFloorDetector:
         tells = full.any(axis=0) & (begins > 0)
         ends = np.stack([columns[tells] + 0.5, height - begins[tells]], axis=1)
         return np.asarray(ends * scale, np.float64)
+
+    def _levelled(self, small: Image) -> Image:
+        """Return a frame in the light in which the floor was learned, if more of the sample is then known."""
+        known = self._known(small)
+        if known >= N.familiar or not self.ready:
+            return small
+        gain = min(max(self._light / max(_light(small), 1.0), N.gain[0]), N.gain[1])
+        levelled = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
+        return levelled if self._known(levelled) > max(known, 0.5) else small
+
+    def _known(self, small: Image) -> float:
+        """Return which share of a frame's sample has the floor's colours."""
+        return float(self._likely[_bins(_sample(small))].mean())
+
+
+def _sample(small: Image) -> Image:
+    """Return the part of a frame that shows free floor if the sonar hears nothing near."""
+    height, width = small.shape[:2]
+    top, aside = int(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
+    return small[top:, aside : width - aside]
+
+
+def _light(small: Image) -> float:
+    """Return the brightness of a frame's sample."""
+    return float(np.median(cv2.cvtColor(_sample(small), cv2.COLOR_BGR2GRAY)))
 
 
 def _reduced(image: Image) -> Image:

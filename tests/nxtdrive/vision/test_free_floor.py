@@ -114,12 +114,19 @@ def test_a_wall_of_the_colour_of_the_floor_tells_nothing(detector):
     assert len(detector.ends(floor)) == 0
 
 
-@pytest.mark.parametrize("brightness", [0.75, 0.85, 1.2])
-def test_sudden_shade_does_not_invent_obstacles(detector, look, brightness):
+@pytest.mark.parametrize("brightness", [0.5, 0.75, 0.85, 1.2, 1.3])
+def test_sudden_light_or_shade_does_not_invent_obstacles(detector, look, brightness):
     ends = detector.ends(look([wall(2000.0)], brightness=brightness))
     assert len(ends) == 24
     assert np.median(rows_off(ends, 2000.0)) == pytest.approx(0.0, abs=1.0)
     assert (np.abs(rows_off(ends, 2000.0)) < 2.5).mean() > 0.9
+
+
+def test_what_is_right_ahead_is_not_taken_for_floor_in_another_light(detector, look):
+    near = np.full((240, 320, 3), (200, 30, 30), np.uint8)
+    near[:120] = look([wall(2000.0)])[:120]
+    assert len(detector.ends(near)) == 0
+    assert len(detector.ends(look([wall(2000.0)], brightness=0.6))) == 24
 
 
 def test_one_frame_in_much_stronger_light_is_enough_to_know_the_floor_again(look):
