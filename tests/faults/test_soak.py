@@ -38,7 +38,11 @@ def test_memory_that_grows_is_found(short_hours, monkeypatch, traced_every, foun
 
 
 @pytest.mark.slow
-def test_three_hours():
+def test_three_hours(monkeypatch):
+    """Of 20 minutes: longer than the time after which an idle brick switches itself off."""
+    monkeypatch.setattr(soak, "HOUR_S", 1200.0)
+    monkeypatch.setattr(soak, "POLLS", 200)
+    monkeypatch.setattr(soak, "BEFORE_WRAP_MS", 30 * 60 * 1000)
     tally = soak.CAMPAIGN.run(1, range(3))
     assert tally.violations == []
     assert tally.outcomes["counter of the brick that wrapped"] == 1

@@ -25,7 +25,11 @@ from nxtdrive.simulated.scenario import Scenario, draw_scenario
 from nxtdrive.tools.sweep.performance import perform as perform_scenario
 from sim_backend.link import LinkFaults
 
-STATES = ("search", "arrive", "wait", "move_to", "detour", "rescan")
+# one process looks up when a state is visited, and performs both of its tests
+STATES = [
+    pytest.param(state, marks=pytest.mark.xdist_group(f"interrupted {state}"))
+    for state in ("search", "arrive", "wait", "move_to", "detour", "rescan")
+]
 SCENARIOS = tuple(product(("block_transient", "block_permanent"), range(100, 105)))
 LIMIT_S = 30.0
 LONG_S = 0.8
