@@ -10,6 +10,9 @@ from functools import cached_property
 from random import Random
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sim_backend.camera.metering import Metering
 
 if TYPE_CHECKING:
@@ -122,10 +125,10 @@ class Webcam:
         view = (seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
         return self._sensor.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
 
-    def floor_ends(self) -> list[tuple[float, float]]:
+    def floor_ends(self) -> NDArray[np.float64]:
         """Simulate the detector of the free floor on the latest frame: the pixels at which the floor ends."""
         if self.unplugged or self.dropped:
-            return []
+            return np.empty((0, 2))
         seen = self._fresh()
         return self._sensor.floor_ends(seen.panels, seen.viewpoint, seen.turn_rate_deg_s)
 

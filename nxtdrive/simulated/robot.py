@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
+import numpy as np
+from numpy.typing import NDArray
+
 from behaviors.journal import Observer
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
@@ -105,7 +108,7 @@ class SpoiltSensor:
         found = (self._webcam.observe(lookalike) for lookalike in self._mistaken())
         return next((taken for taken in found if taken is not None), None)
 
-    def floor_ends(self) -> Sequence[tuple[float, float]]:
+    def floor_ends(self) -> NDArray[np.float64]:
         """Return the pixels at which the floor ends in the latest frame."""
         return self._webcam.floor_ends()
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from behaviors.ports import Blind, Clock, FloorRay, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
@@ -168,8 +171,8 @@ class GeometricSensor(Protocol):
         """Return the target's corners in this frame, or None."""
         ...
 
-    def floor_ends(self) -> Sequence[tuple[float, float]]:
-        """Return the pixels, columns and rows, at which the floor ends in this frame."""
+    def floor_ends(self) -> NDArray[np.float64]:
+        """Return the pixels, (n, 2) columns and rows, at which the floor ends in this frame."""
         ...
 
 
@@ -261,15 +264,13 @@ def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float,
     return Sighting(target, *place, confidence, time_s, found.box, found.cut, found.bound, edges_mm)
 
 
-def _floor_rays(ends: Iterable[Sequence[float]], pinhole: Pinhole) -> list[FloorRay]:
-    """Return what the pixels at which the floor ends say; those above the horizon say nothing."""
-    lowest = pinhole.width * pinhole.aspect
-    found = []
-    for u, v in ends:
-        bearing_deg, end_deg = pinhole.direction(u, v)
-        if end_deg > 0.0:
-            found.append(FloorRay(bearing_deg, pinhole.direction(u, lowest)[1], end_deg))
-    return found
+def _floor_rays(ends: NDArray[np.float64], pinhole: Pinhole) -> list[FloorRay]:
+    """Return what the pixels at which the floor ends, (n, 2), say; those above the horizon say nothing."""
+    u, v = ends.T
+    bearing_deg, end_deg = pinhole.directions(u, v)
+    _, near_deg = pinhole.directions(u, np.full(len(u), pinhole.width * pinhole.aspect))
+    angles = np.stack([bearing_deg, near_deg, end_deg], axis=1)
+    return [FloorRay(*each) for each in angles[end_deg > 0.0].tolist()]
 
 
 def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:

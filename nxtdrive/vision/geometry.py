@@ -11,6 +11,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Box, Detection, Quad
 
@@ -20,6 +23,8 @@ A4_HEIGHT_MM = 297.0
 DEFAULT_HFOV_DEG = 60.0
 """Horizontal field of view of a common webcam; an error scales every distance: see docs/vision.md on calibration."""
 
+
+Array = NDArray[np.float64]
 
 LEAST_AHEAD = 1e-3
 """A ray that points up or down too steeply for a level camera counts as this far ahead, over its length."""
@@ -102,15 +107,15 @@ class Pinhole:
         """Return the bearing of the pixel column `u` off the optical axis of a level camera, positive right."""
         return math.degrees(math.atan((u - self.width / 2) / self.focal_px))
 
-    def direction(self, u: float, v: float) -> tuple[float, float]:
-        """Return where the ray of a pixel points: its bearing from the robot's forward axis, and how far below level.
+    def directions(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """Return where the rays of pixels point: bearings from the robot's forward axis, and how far below level.
 
-        Both in degrees; the bearing is positive right, the second negative above the horizon.
+        Both in degrees; bearings are positive right, the others negative above the horizon.
         """
         u, v = self._level(u, v)
         right, down = (u - self.width / 2) / self.focal_px, (v - self.width * self.aspect / 2) / self.focal_px
-        below_deg = math.degrees(math.atan2(down, math.hypot(1.0, right)))
-        return math.degrees(math.atan(right)) + self.mounting.yaw_deg, below_deg
+        below_deg = np.degrees(np.arctan2(down, np.hypot(1.0, right)))
+        return np.degrees(np.arctan(right)) + self.mounting.yaw_deg, below_deg
 
     def distance_mm(self, height_px: float, height_mm: float, bearing_deg: float = 0.0) -> float:
         """Return the distance of an upright object `height_mm` high that appears `height_px` high at `bearing_deg`.
@@ -146,16 +151,17 @@ class Pinhole:
     def _levelled(self, detection: Detection) -> Detection:
         """Return the detection as the same camera would have it if it were neither tilted nor rolled."""
         quad = detection.quad or _upright(detection.box, math.radians(self.mounting.roll_deg))
-        a, b, c, d = (self._level(*corner) for corner in quad)
+        u, v = self._level(*np.array(quad).T)
+        a, b, c, d = zip(u.tolist(), v.tolist(), strict=True)
         return Detection(detection.box, detection.score, (a, b, c, d))
 
-    def _level(self, u: float, v: float) -> tuple[float, float]:
+    def _level(self, u: Array, v: Array) -> tuple[Array, Array]:
         centre_u, centre_v = self.width / 2, self.width * self.aspect / 2
-        right, down, ahead = (u - centre_u) / self.focal_px, (v - centre_v) / self.focal_px, 1.0
+        right, down = (u - centre_u) / self.focal_px, (v - centre_v) / self.focal_px
         roll, tilt = math.radians(self.mounting.roll_deg), math.radians(self.mounting.tilt_deg)
         right, down = right * math.cos(roll) - down * math.sin(roll), right * math.sin(roll) + down * math.cos(roll)
-        down, ahead = down * math.cos(tilt) - ahead * math.sin(tilt), down * math.sin(tilt) + ahead * math.cos(tilt)
-        ahead = max(ahead, LEAST_AHEAD)
+        down, ahead = down * math.cos(tilt) - math.sin(tilt), down * math.sin(tilt) + math.cos(tilt)
+        ahead = np.maximum(ahead, LEAST_AHEAD)
         return centre_u + self.focal_px * right / ahead, centre_v + self.focal_px * down / ahead
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from sim_backend.camera.geometric_floor import GeometricFloor
 from sim_backend.camera.optics import PINHOLE_OPTICS, Optics
 from sim_backend.camera.projection import Pinhole
-from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
+from sim_backend.camera.scene import NEAR_MM, Length, Panel, Viewpoint, in_camera_frame, in_level_frame
 
 Point = tuple[float, float, float]
 Points = NDArray[np.float64]
@@ -193,18 +193,20 @@ class GeometricSensor:
 
     def floor_ends(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0
-    ) -> list[tuple[float, float]]:
-        """The pixels, columns and rows, at which the floor ends in one frame; arguments as in `observe`.
+    ) -> NDArray[np.float64]:
+        """The pixels, (n, 2) columns and rows, at which the floor ends in one frame; arguments as in `observe`.
 
         Directions in which it ends below the frame are left out.
         """
-        found = []
-        for point in self._floor.ends(panels, viewpoint, self.pinhole):
-            u, v = self._pixel((*point, 0.0), viewpoint, turn_rate_deg_s)
-            v += self._floor.error_px(self.generator) * self.pinhole.width / WORK_WIDTH_PX
-            if 0.0 <= u < self.pinhole.width and 0.0 <= v < self.pinhole.height:
-                found.append((u, v))
-        return found
+        points = self._floor.ends(panels, viewpoint, self.pinhole)
+        if self._optics.readout_s and turn_rate_deg_s:
+            u, v = np.array([self._pixel((x, y, 0.0), viewpoint, turn_rate_deg_s) for x, y in points]).T
+        else:
+            u, v = self._project((*points.T, np.zeros(len(points))), viewpoint)
+        errors_px = np.array([self._floor.error_px(self.generator) for _ in points])
+        v = v + errors_px * self.pinhole.width / WORK_WIDTH_PX
+        inside = (u >= 0.0) & (u < self.pinhole.width) & (v >= 0.0) & (v < self.pinhole.height)
+        return np.asarray(np.stack([u, v], axis=1)[inside])
 
     def sights(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
@@ -281,7 +283,7 @@ class GeometricSensor:
         turn_deg = self._optics.row_turn_deg(at[1] / self.pinhole.height, turn_rate_deg_s)
         return self._project(point, replace(viewpoint, heading_deg=viewpoint.heading_deg + turn_deg))
 
-    def _project(self, point: Point, viewpoint: Viewpoint) -> tuple[float, float]:
+    def _project(self, point: tuple[Length, Length, Length], viewpoint: Viewpoint) -> tuple[Length, Length]:
         right, down, depth = in_camera_frame(*point, viewpoint)
         x, y = self._optics.distorted(right / depth, down / depth)
         focal = self.pinhole.focal_px

@@ -54,8 +54,8 @@ class GeometricFloor:
     def __init__(self, law: FloorLaw = FLOOR_LAW) -> None:
         self._law = law
 
-    def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> list[tuple[float, float]]:
-        """The points of the map, x and y, at which the visible floor ends, for each of some columns of a frame.
+    def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
+        """The points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
 
         What stands on legs hides only the floor behind it, so the floor seems to reach farther than it does.
         """
@@ -67,7 +67,7 @@ class GeometricFloor:
         cos, sin = math.cos(heading), math.sin(heading)
         x = viewpoint.x_mm + depth * (cos - rays * sin)
         y = viewpoint.y_mm + depth * (sin + rays * cos)
-        return list(zip(x.tolist(), y.tolist(), strict=True))
+        return np.stack([x, y], axis=1)
 
     def error_px(self, generator: random.Random) -> float:
         """An error of the row at which the floor ends."""

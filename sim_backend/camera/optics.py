@@ -33,7 +33,7 @@ class Optics:
     distortion_k1: float = 0.0
     readout_s: float = 0.0
 
-    def distorted(self, x: float, y: float) -> tuple[float, float]:
+    def distorted(self, x: Share, y: Share) -> tuple[Share, Share]:
         """Where a point of the image appears, both in focal lengths from the optical axis."""
         stretch = 1.0 + self.distortion_k1 * (x * x + y * y)
         return x * stretch, y * stretch

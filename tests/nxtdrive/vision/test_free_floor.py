@@ -53,11 +53,9 @@ def detector(look):
 
 def ahead_mm(ends, size=(320, 240)):
     """How far along the camera's heading the floor ends, by bearing."""
-    pinhole, found = Pinhole.from_hfov(size[0], 60.0), {}
-    for u, v in ends:
-        bearing_deg, below_deg = pinhole.direction(u, v)
-        found[bearing_deg] = 200.0 / math.tan(math.radians(below_deg)) * math.cos(math.radians(bearing_deg))
-    return found
+    bearing_deg, below_deg = Pinhole.from_hfov(size[0], 60.0).directions(*ends.T)
+    ahead = 200.0 / np.tan(np.radians(below_deg)) * np.cos(np.radians(bearing_deg))
+    return dict(zip(bearing_deg.tolist(), ahead.tolist(), strict=True))
 
 
 def rows_off(ends, truth_mm, size=(320, 240)):
