@@ -46,10 +46,20 @@ class DaskCluster:
         ports = ("--port", "0", "--dashboard-address", "127.0.0.1:0")
         self.scheduler = self._start(environment, "scheduler", *ports, "--scheduler-file", str(file))
         self.address = json.loads(_eventually(lambda: file.exists() and file.read_text()))["address"]
+        self.workers = []
 
     def add_workers(self, number, *words, **environment):
         alone = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self.folder))
-        return [self._start(environment, "worker", self.address, *alone, *words) for _ in range(number)]
+        added = [self._start(environment, "worker", self.address, *alone, *words) for _ in range(number)]
+        self.workers += added
+        return added
+
+    def dismiss_workers(self):
+        """End all workers, for the next test."""
+        while self.workers:
+            self.workers.pop().kill()
+        with self.look() as client:
+            _eventually(lambda: not client.nthreads())
 
     def join(self, number, patience_s=STARTS_S):
         """The cluster as a sweep sees it, once it has this many workers."""
@@ -99,10 +109,17 @@ def _lines():
     return [evaluate(task) for task in TASKS]
 
 
-@pytest.fixture
-def dask(tmp_path):
+@pytest.fixture(scope="module", name="shared")
+def _shared(tmp_path_factory):
     with contextlib.ExitStack() as stack:
-        yield DaskCluster(stack, tmp_path)
+        yield DaskCluster(stack, tmp_path_factory.mktemp("dask"))
+
+
+@pytest.fixture
+def dask(shared):
+    """A scheduler that outlives the test, without workers."""
+    yield shared
+    shared.dismiss_workers()
 
 
 @pytest.fixture
@@ -154,10 +171,12 @@ def test_without_a_worker_the_sweep_ends(dask, tmp_path):
     assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
 
 
-def test_a_scheduler_that_goes_away_ends_the_sweep(dask, tmp_path):
-    dask.add_workers(1)
-    with dask.join(1) as cluster, pytest.raises(ConfigError, match=r"failed \(.*--resume"):
-        sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: dask.scheduler.kill(), watch=cluster.watch)
+def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path):
+    with contextlib.ExitStack() as stack:
+        dask = DaskCluster(stack, tmp_path)
+        dask.add_workers(1)
+        with dask.join(1) as cluster, pytest.raises(ConfigError, match=r"failed \(.*--resume"):
+            sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: dask.scheduler.kill(), watch=cluster.watch)
 
 
 def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
