@@ -163,6 +163,10 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
             return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
         except BrokenExecutor as error:
             raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
+        except KeyboardInterrupt:
+            progress.stop()
+            screen.print(f"interrupted; the missions so far are in {out}: go on with --resume", markup=False)
+            raise
 
 
 def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:

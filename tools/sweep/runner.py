@@ -11,11 +11,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice, product
-from multiprocessing import get_context, parent_process
-from multiprocessing.process import BaseProcess
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from threading import Thread
 from typing import Any, TypeVar
@@ -77,25 +77,36 @@ def plan(
     return [Task(index, kind, seed, policy, eyes, robot) for index, (kind, seed, policy) in enumerate(cases)]
 
 
-def workers(number: int) -> AbstractContextManager[Executor]:
-    """Return an executor with that many processes; with one, it is this process."""
+@contextmanager
+def workers(number: int) -> Iterator[Executor]:
+    """Provide an executor with that many processes; with one, it is this process.
+
+    An exception ends the processes at once, in the midst of what they do.
+    """
     if number == 1:
-        return nullcontext(InProcess())
+        yield InProcess()
+        return
     # spawned everywhere, so that a sweep works the same on all systems
-    return ProcessPoolExecutor(number, mp_context=get_context("spawn"), initializer=_serve_parent)
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    with ours, theirs, ProcessPoolExecutor(number, context, _serve_parent, (theirs,)) as executor:
+        try:
+            yield executor
+        except BaseException:
+            ours.close()
+            raise
 
 
-def _serve_parent() -> None:
+def _serve_parent(parent: Connection) -> None:
     """Ignore Ctrl-C, which every process of the terminal receives and the parent handles; end with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    if parent is not None:
-        Thread(target=_end_with, args=(parent,), daemon=True).start()
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
-def _end_with(parent: BaseProcess) -> None:
-    """End this process when its parent ends."""
-    parent.join()
+def _end_with(parent: Connection) -> None:
+    """End this process when its parent closes the connection or ends."""
+    with suppress(EOFError, OSError):
+        parent.recv()
     os._exit(1)
 
 

@@ -2,8 +2,12 @@
 
 import json
 import math
+import signal
 import subprocess
 import sys
+import time
+from concurrent.futures import BrokenExecutor
+from contextlib import suppress
 
 import pytest
 
@@ -68,6 +72,13 @@ def test_no_worker_outlives_a_sweep_that_is_killed():
         program.communicate(timeout=30)
 
 
+def test_an_interrupted_sweep_does_not_wait_for_missions_that_nobody_wants():
+    with suppress(KeyboardInterrupt), workers(2) as executor:
+        missions = [executor.submit(time.sleep, 3600.0) for _ in range(4)]
+        raise KeyboardInterrupt
+    assert all(isinstance(mission.exception(), BrokenExecutor) for mission in missions)
+
+
 def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, monkeypatch):
     def stuck(_robot):
         raise RuntimeError("two decisions at the same moment")
@@ -92,6 +103,17 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         sweep(TASKS, tmp_path / "out.jsonl", InProcess())
     assert read_lines(tmp_path / "out.jsonl") == []
+
+
+def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    def interrupt(_robot):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(policies.POLICIES, "thesis", interrupt)
+    out = tmp_path / "out.jsonl"
+    words = ["--classes", "open", "--seeds", "100", "--profiles", "thesis", "--out", str(out)]
+    assert main(["sweep", *words]) == 128 + signal.SIGINT
+    assert f"are in {out}: go on with --resume" in capsys.readouterr().err.replace("\n", "")
 
 
 def test_another_file_is_not_taken_for_a_sweeps(tmp_path):
