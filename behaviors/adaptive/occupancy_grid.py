@@ -62,7 +62,6 @@ class GridNumbers:
         hit_seen: What ends the floor in a frame raises that of its cell by this.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
-        unseen_mm: What stopped the robot or touched it may be such that the camera takes it for floor, in this radius.
         grazed_mm: What the camera saw there is marked this large: the robot came nearer to it than the map said.
     """
 
@@ -100,7 +99,6 @@ class GridNumbers:
     hit_seen: float = 0.8
     seen_margin_mm: float = 60.0
     same_share: float = 0.25
-    unseen_mm: float = 100.0
     grazed_mm: float = 100.0
 
 
@@ -141,6 +139,7 @@ class OccupancyGrid:
         self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
+        self._swept: Mask = np.zeros((CELLS, CELLS), bool)
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
         self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
         self._unseen: Mask = np.zeros((CELLS, CELLS), bool)
@@ -161,13 +160,14 @@ class OccupancyGrid:
     @property
     def _layers(self) -> tuple[NDArray[np.generic], ...]:
         """All that is known of the cells."""
-        return self.evidence, self._heard_deg, self._was_free, self._appeared, self._unseen, self.seen
+        return self.evidence, self._heard_deg, self._swept, self._was_free, self._appeared, self._unseen, self.seen
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
-                self._was_free |= self.evidence < N.freest_silent
+                # where the camera alone saw free floor it may have overlooked something
+                self._was_free |= self._swept & (self.evidence < N.freest_silent)
                 self._appeared &= self.evidence > 0.0
                 self._unseen &= self.evidence > 0.0
                 self.seen &= self.evidence > 0.0
@@ -185,6 +185,7 @@ class OccupancyGrid:
         cells = self.evidence[cone.window]
         free = self._passed(cone, reach_mm - N.margin_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
+        self._swept[cone.window] |= free
         if range_mm >= N.far_mm or repeated:
             return
         hit = cone.arc(range_mm, CELL_MM * N.arc_cells) & (np.abs(cone.off_deg) <= N.arc_deg)
@@ -206,6 +207,7 @@ class OccupancyGrid:
         cells = self.evidence[cone.window]
         free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
+        self._swept[cone.window] |= free
 
     def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
         """Update with the free floor that a camera sees.
@@ -285,17 +287,18 @@ class OccupancyGrid:
         """Clear the robot's footprint."""
         window, inside = disc(pose.x_mm, pose.y_mm, self.radius_mm)
         self.evidence[window][inside] = N.freest
+        self._swept[window] |= inside
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
         """Mark what stopped the robot or touched it: what the camera saw there, or an obstacle of unknown size."""
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
             window, inside = disc(*saw, N.grazed_mm)
-        else:
+        # a robot that kept away from what was marked larger before has met something else
+        if saw is None or (self.evidence[window][inside] > N.solid).all():
             near_mm = self.sonar_forward_mm + range_mm
-            window, inside = disc(*pose.ahead(near_mm + N.unseen_mm / 2), N.unseen_mm)
-            self._unseen[window] |= inside
             window, inside = disc(*pose.ahead(near_mm + N.block_radius_mm * 0.6), N.block_radius_mm)
+            self._unseen[window] |= inside
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
         self._appeared[window] |= inside & self._was_free[window]

@@ -240,3 +240,25 @@ def test_evidence_of_an_echo_goes_where_the_camera_sees_free_floor_beside_the_th
     _look(floor, _view(2000.0))
     assert before > GRID.hint
     assert _evidence_at(floor, *Pose(heading_deg=10.0).ahead(1000.0)) < 0.0
+
+
+def test_what_is_touched_where_the_floor_looked_free_was_overlooked_and_is_not_about_to_leave():
+    floor = OccupancyGrid()
+    _look(floor, _view(2500.0), times=10)
+    floor.fade(0.0)
+    floor.fade(2.0)
+    floor.mark_obstacle(Pose(400.0), 0.0)
+    _look(floor, _view(2500.0), times=10)
+    touched = _evidence_at(floor, 600.0)
+    floor.fade(2.0 + GRID.appeared_fades_s)
+    assert touched > GRID.solid
+    assert _evidence_at(floor, 600.0) > 0.8 * touched
+
+
+def test_a_robot_that_kept_away_from_what_it_saw_has_touched_something_else():
+    floor, pose = OccupancyGrid(), Pose(600.0)
+    _look(floor, _view(1000.0))
+    floor.mark_obstacle(pose, 150.0)
+    assert _evidence_at(floor, 930.0, 160.0) <= 0.0, "the wall is marked larger where it is nearest"
+    floor.mark_obstacle(pose, 150.0)
+    assert _evidence_at(floor, 930.0, 160.0) > GRID.solid
