@@ -107,7 +107,7 @@ class SimBrick:
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
         self.radio = Radio(clock, name.encode("latin-1"), address)
-        self.button = ButtonModule(clock, self.ui.press, self.ui.switch_off)
+        self.button = ButtonModule(clock, self.ui.press)
         self.command = CommandModule(
             clock,
             self.loader,

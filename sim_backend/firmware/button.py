@@ -73,18 +73,22 @@ class ButtonModule:
         buttons: The four buttons in that order.
     """
 
-    def __init__(self, clock: Clock, on_change: Callable[[int], None], on_long_exit: Callable[[], None]) -> None:
+    def __init__(self, clock: Clock, on_change: Callable[[int], None]) -> None:
         """Make the module.
 
         Args:
             clock: The brick's time.
-            on_change: Called with a mask of newly pressed buttons when buttons were pressed or released.
-            on_long_exit: Called when exit has been held for two seconds.
+            on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held.
         """
-        self._clock, self._on_change, self._on_long_exit = clock, on_change, on_long_exit
+        self._clock, self._on_change = clock, on_change
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
         self._mask = 0
+
+    @property
+    def exit_held(self) -> bool:
+        """Whether exit has just been held for two seconds."""
+        return bool(self.buttons[0].state & ButtonState.LONG_PRESS)
 
     def hold(self, mask: int) -> None:
         """Hold the buttons of `mask` (bit 0 exit, 1 right, 2 left, 3 enter) and release the others."""
@@ -118,9 +122,7 @@ class ButtonModule:
         for number, button in enumerate(self.buttons):
             button.sample(bool(self._mask >> number & 1), now_ms)
         new = self._mask & ~before
-        if self._mask != before:
+        if self._mask != before or self.exit_held:
             self._on_change(new)
-        if self.buttons[0].state & ButtonState.LONG_PRESS:
-            self._on_long_exit()
         steady = new == 0 and any(button.state for button in self.buttons)
         self.due_ms = now_ms + 1 if new else now_ms + SAMPLE_MS if steady else NEVER

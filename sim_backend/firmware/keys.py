@@ -21,10 +21,10 @@ class Key(IntEnum):
     EXIT = 4
 
 
-ENTER = 3
-"""Number of the enter button in the button module."""
+EXIT, ENTER = 0, 3
+"""Numbers of these buttons in the button module."""
 
-KEYS = ((0, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
+KEYS = ((EXIT, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
 """Numbers of the button module and their keys; of several the first one counts."""
 
 

@@ -210,10 +210,12 @@ class Menu:
         return self._state
 
     def _draw(self) -> None:
-        """Draw what the present state draws; a page shows the status bar."""
+        """Draw what the present state draws; a page shows the status bar, and draws its icons that have changed."""
         self._screen.mark(self._drawn)
         if self._drawn not in (NOTHING, marks.ENTRY):
             self._settings.flags |= int(UiFlag.ENABLE_STATUS)
+        if self._drawn.update & marks.ICONS:
+            self._settings.flags |= int(UiFlag.UPDATE)
 
     def interrupt(self) -> None:
         """Draw what the present state draws, and forget the states to come: a file is started, whose page follows."""

@@ -159,7 +159,7 @@ class OutputModule:
         """Stop all motors and zero their counters in the next pass."""
         for output in self.outputs:
             output.mode = output.power = output.regulation = output.turn = output.run_state = output.tacho_limit = 0
-            output.flags |= COMMAND | _RESET_COUNT | _RESET_BLOCK | _RESET_ROTATION
+            output.flags = COMMAND | _RESET_COUNT | _RESET_BLOCK | _RESET_ROTATION
         self.wake()
 
     def run(self, now_ms: int) -> None:

@@ -23,6 +23,8 @@ class Marks(NamedTuple):
 
 FRAME = 0x1000
 """Bit of the frame around the status bar."""
+ICONS = 0x1E000
+"""Bits of the icons of the status bar."""
 _ALL = 0xFFFF_FFFF
 NOTHING = Marks()
 MENU = Marks(0x4000_0200, 0xFF700, drop=0xFF)

@@ -11,10 +11,10 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
-from sim_backend.firmware.button import Button
+from sim_backend.firmware.button import Button, ButtonState
 from sim_backend.firmware.file_runner import FileRunner
 from sim_backend.firmware.io_control import IoControl
-from sim_backend.firmware.keys import ENTER, KEYS, Key, Keys
+from sim_backend.firmware.keys import ENTER, EXIT, KEYS, Key, Keys
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
@@ -26,7 +26,7 @@ from sim_backend.firmware.sound import ATTENTION, CLICK, SoundModule
 from sim_backend.firmware.ui_states import Run, UiState
 from sim_backend.firmware.versions import Version
 
-_EXIT_MASK, _ENTER_MASK = 1, 1 << ENTER
+_EXIT_MASK, _ENTER_MASK = 1 << EXIT, 1 << ENTER
 
 
 class UiModule(FileRunner):
@@ -138,11 +138,11 @@ class UiModule(FileRunner):
         """Whether a press clicks at once: in a question, and in the warning of a low battery."""
         return self.state in (UiState.QUESTION, UiState.LOW_BATTERY) and not self._disabled(key)
 
-    def switch_off(self) -> None:
-        """Switch the brick off: exit was held, which counts only in the menus and messages."""
+    def _follow_exit(self) -> None:
+        """Switch the brick off while exit's state says that it was held, which counts only in menus and messages."""
         file_runs = self.runs_file and not self._shows_message
-        self.force_off = int(self._off_ms == NEVER and not (self._starting or file_runs))
-        self.wake()
+        if self.buttons[EXIT].state & ButtonState.LONG_PRESS and self._off_ms == NEVER:
+            self.force_off |= int(not (self._starting or file_runs))
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
@@ -171,6 +171,7 @@ class UiModule(FileRunner):
             self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
             self.flags &= ~states.STATUS_WORK
         self.watch_start(now_ms)
+        self._follow_exit()
         self.watch_supply()
         self._schedule()
 

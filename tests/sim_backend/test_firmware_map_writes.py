@@ -215,6 +215,39 @@ CONVERSATIONS = [
         ["019501000c001a0002000804", "!tick 5", "019401000c001a000200"],
         "02940001000c0002008007",
     ),
+    (
+        "in a pass that samples the buttons it is not seen",
+        "1.29",
+        ["!tick 1", "0195010004002000010004", "!tick 20", "!power"],
+        "power=00 display=1 inpower=00 div0=0",
+    ),
+    (
+        "a long press of exit in the button map switches the brick off",
+        "1.29",
+        ["0195010004002000010004", "!tick 20", "!power"],
+        "power=5a display=0 inpower=00 div0=0",
+    ),
+    (
+        "a page of the menus draws the icons that were written",
+        "1.29",
+        ["019501000a006c000400aabbccdd", "!button 2", "!tick 7", "019401000a006c000400"],
+        "02940001000a0004001a210c11",
+    ),
+    (
+        "the reset before a program clears bit 80 of the flags of an output",
+        "1.29",
+        [
+            "0181676f2e727865000000000000000000000000000048000000",
+            "0183004d696e6473746f726d734e5854000005020012000800120008000a00000000000800010002000600000006000400030000000000000008000a00",
+            "0183000100ffffffff0000000029400100",
+            "018400",
+            "01950100020012000100d0",
+            "0000676f2e7278650000000000000000000000000000",
+            "!tick 12",
+            "01940100020012000100",
+        ],
+        "02940001000200010000",
+    ),
 ]
 
 
