@@ -5,6 +5,7 @@ Source: docs/firmware.md section 6.1. The wire protocol that transfers the senso
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from enum import IntEnum
 from typing import Protocol, runtime_checkable
@@ -20,6 +21,13 @@ CALIBRATING, OFF = 1, 2
 
 _ATTEMPT = 158
 """Passes until the reading of a calibration fails; it begins again in the next one."""
+
+_CALIBRATION = struct.Struct("<12I2H")
+"""Factors and limits of a calibration; a byte is read in each of the last passes of an attempt."""
+
+_FIRST_BYTE = _ATTEMPT + 1 - _CALIBRATION.size
+_NO_ANSWER = 0xFF
+"""What is read as a byte if no sensor answers."""
 
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
@@ -88,10 +96,24 @@ class ColorPort:
         """Begin to read the calibration."""
         self.state, self.waited, self._attempt = CALIBRATING, 0, 0
 
-    def fails(self, passes: int) -> bool:
+    def begin_exit(self) -> None:
+        """Begin the end of a sensor's use, which reads its calibration once."""
+        self.waited = self._attempt = 0
+
+    def go_on_with_exit(self) -> None:
+        """Go on with reading the calibration once."""
+        if self._attempt >= 0:
+            self.fails()
+
+    def fails(self) -> bool:
         """Go on with the calibration of a sensor that does not answer; whether it fails and begins again."""
-        self._attempt += passes
-        failed = self._attempt >= _ATTEMPT
+        self._attempt += 1
+        if self._attempt >= _FIRST_BYTE:
+            read = bytearray(_CALIBRATION.pack(*self.calibration, *self.limits))
+            read[self._attempt - _FIRST_BYTE] = _NO_ANSWER
+            values = _CALIBRATION.unpack(read)
+            self.calibration, self.limits = values[: len(self.calibration)], values[len(self.calibration) :]
+        failed = self._attempt == _ATTEMPT
         if failed:
             self._attempt = -1
         return failed

@@ -184,7 +184,8 @@ class InputPort:
     @property
     def reads_calibration(self) -> bool:
         """Whether a pass can change something in the reading of a calibration."""
-        return self.awaits_calibration or bool(self.settling and self.type in _COLOR and self.color.device is None)
+        reads = self.settling or self.color.state == CALIBRATING
+        return self.awaits_calibration or bool(reads and self.type in _COLOR and self.color.device is None)
 
     @property
     def awaits_calibration(self) -> bool:
@@ -203,14 +204,21 @@ class InputPort:
 
     def await_calibration(self) -> None:
         """Wait for the calibration of a colour sensor that is not there; a low converter value looks like one."""
-        color = self.color
         self.settling = NEVER
         self.invalid |= INVALID
+        self.read_calibration()
+
+    def read_calibration(self) -> bool:
+        """Go on with the calibration of a colour sensor that is not there; whether it fails and begins again."""
+        color = self.color
         self.ask_for_calibration()
+        failed = color.state == CALIBRATING and color.fails()
         if self.voltage > _EXIT_RAW:
             color.state = OFF
-        elif color.state == OFF:
+            return False
+        if color.state == OFF:
             color.begin_calibration()
+        return failed
 
     def read_color(self, device: ColorDevice) -> None:
         """Read the colour sensor: the colour, or the brightness with one lamp on."""
@@ -342,11 +350,12 @@ class InputModule:
         lacks_color_sensor = self._version.color_sensor and port.color.device is None
         if port.type != port.known_type:
             if lacks_color_sensor and port.type == SensorType.NONE and port.known_type in _LAMPS:
-                port.type, port.color.waited = COLOR_EXIT, 0
+                port.type = COLOR_EXIT
+                port.color.begin_exit()
                 port.configure(NEVER, self._pins(COLOR_EXIT))
                 return
             if port.type == COLOR_EXIT:
-                port.color.waited = 0
+                port.color.begin_exit()
             if self._version.color_sensor and port.type in _COLOR:
                 port.color.begin_calibration()
                 if self._version.absent_color is not None:
@@ -354,6 +363,7 @@ class InputModule:
             port.configure(self._settling(port), self._pins(port.type))
         elif lacks_color_sensor and port.type == COLOR_EXIT:
             port.ask_for_calibration()
+            port.color.go_on_with_exit()
             if port.voltage > _EXIT_RAW:
                 port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
             else:
@@ -367,17 +377,10 @@ class InputModule:
         """Handle a type of the colour sensor on a port without one."""
         if self._version.absent_color is None:
             port.await_calibration()
-        elif port.voltage > _EXIT_RAW:
-            port.color.state = OFF
-            port.settle(passes)
-        elif port.color.state == OFF:
-            port.color.begin_calibration()
-            port.settle(passes)
-        else:
-            port.ask_for_calibration()
-            port.settle(passes)
-            if port.color.fails(passes) and port.settling:
-                port.settling = _SETTLING_COLOR
+            return
+        port.settle(passes)
+        if port.read_calibration() and port.settling:
+            port.settling = _SETTLING_COLOR
 
     def _settling(self, port: InputPort) -> int | None:
         """Number of passes after a change of type in which the values are invalid, or None if nothing must settle."""

@@ -248,6 +248,43 @@ CONVERSATIONS = [
         ],
         "02940001000200010000",
     ),
+    (
+        "the calibration of a colour sensor that does not answer is read as FF",
+        "1.29",
+        ["!sensor 2 20", "0005020e00", "!tick 109", "019401000300f8000400"],
+        "029400010003000400ffffff00",
+    ),
+    (
+        "one byte in each pass",
+        "1.32",
+        ["!sensor 2 20", "0005021000", "!tick 158", "0194010003002a010400"],
+        "029400010003000400ffff0000",
+    ),
+    (
+        "a converter that sees no sensor stops it",
+        "1.32",
+        ["!sensor 2 20", "0005020d00", "!tick 109", "!sensor 2 51", "!tick 100", "019401000300f8000400"],
+        "029400010003000400ffffffff",
+    ),
+    (
+        "the end of a colour sensor reads it too",
+        "1.29",
+        ["!sensor 2 20", "0005021200", "!tick 109", "019401000300f8000400"],
+        "029400010003000400ffffff00",
+    ),
+    (
+        "the reading begins again when it has failed",
+        "1.29",
+        [
+            "!sensor 2 20",
+            "0005020e00",
+            "!tick 158",
+            "019501000300f800040000000000",
+            "!tick 106",
+            "019401000300f8000400",
+        ],
+        "02940001000300040000000000",
+    ),
 ]
 
 
