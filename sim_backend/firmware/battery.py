@@ -63,7 +63,7 @@ class Battery:
     @property
     def shown_bars(self) -> int:
         """Bars of the icon: that of an empty battery has one bar after every other sample, from the first one on."""
-        return self.bars or self._empty_samples % 2
+        return self.bars + self._empty_samples % 2
 
     @property
     def low(self) -> bool:

@@ -102,6 +102,7 @@ class CommandModule:
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = self._tick_lag = 0
+        self._written_tick: int | None = None
 
     @property
     def active(self) -> bool:
@@ -138,7 +139,7 @@ class CommandModule:
     @tick.setter
     def tick(self, tick: int) -> None:
         if tick != self.tick:
-            self._tick_lag = 1
+            self._tick_lag, self._written_tick = 1, tick if self._dialect.abort_stops_tick else None
             self.wake()
 
     @property
@@ -278,7 +279,10 @@ class CommandModule:
             return
         steps = self._state == _STEP
         machine.lag = self._tick_lag
+        if self._written_tick is not None:  # clumps wake up by it, and sleep from it on, in this pass
+            machine.lag = now_ms - 1 - self._written_tick
         outcome = machine.run(now_ms, 1 if steps else None)
+        machine.lag, self._written_tick = self._tick_lag, None
         runs = machine.runs
         if runs and outcome is None and self._dialect.abort_stops_tick:
             self._tick_lag = machine.lag = 0

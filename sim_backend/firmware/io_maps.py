@@ -215,7 +215,7 @@ def display_map(
     module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar, program_steps: ProgramSteps
 ) -> LiveMap:
     """Display with its frame buffer."""
-    live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=refresh.wake)
+    live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=status_bar.note_write)
     live.bind(status_bar, StatusIcons="icons")
     live.bind(program_steps, StepIcons="icons")
     live.bind(

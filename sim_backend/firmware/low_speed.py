@@ -145,7 +145,7 @@ class Channel:
         """Send a message; `restarts`: with a second start before a read."""
         self._account()
         self.bus.begin(message, self.rx_size, restarts=restarts)
-        self.state, self.mode, self.error = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING, ChannelError.NONE
+        self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
 
     def transfer(self, message: bytes) -> None:
         """Send a message and read at once, in one try."""
@@ -227,9 +227,10 @@ class LowSpeedModule:
         self.due_ms = self._clock.now_ms + 1
 
     def reset(self) -> None:
-        """Drop all transactions."""
-        self.active = 0
-        for channel in self.channels:
+        """Drop all transactions; a bit of an idle port stays."""
+        for index, channel in enumerate(self.channels):
+            if channel.state != ChannelState.IDLE:
+                self.active &= ~(1 << index)
             channel.reset()
 
     def run(self, now_ms: int) -> None:

@@ -5,6 +5,7 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
@@ -12,11 +13,14 @@ from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.ui_states import UiState
 
-_BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE = 0x19, 0x1F, 0x0D, 0x13
+_BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE_BATTERY = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
 
-_RADIO_STATES, _RADIO_ICONS = 0x07, 6
-"""Bits of BluetoothState with the radio's state; states that have an icon, others keep the last one."""
+_RADIO_STATES = 0x07
+"""Bits of BluetoothState with the radio's state."""
+
+_ICONS = 6
+"""Icons of a kind; a greater number keeps the last one."""
 
 _FIRST_ICON = 0x2000
 """Bit of UpdateMask for the first icon; the others follow."""
@@ -40,8 +44,13 @@ class StatusBar:
 
     def __init__(self, clock: Clock, ui: UiModule, radio: Radio, screen: ScreenRefresh) -> None:
         self._clock, self._ui, self._radio, self._screen = clock, ui, radio, screen
-        self.icons = bytes((_BLUETOOTH + RadioState.ON,))
+        self.icons = bytes((_BLUETOOTH + RadioState.ON, 0))
         self.icons = self._now()
+
+    def note_write(self) -> None:
+        """Work off what was written to the display's map; the user interface may take some of it away."""
+        self._screen.wake()
+        self._ui.wake()
 
     def draw(self, *, everything: bool) -> None:
         """Draw the icons that have changed, or everything."""
@@ -56,8 +65,13 @@ class StatusBar:
     def _now(self) -> bytes:
         ui, battery = self._ui, self._ui.battery
         running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
-        charge = (_RECHARGEABLE if battery.rechargeable else _BATTERY) + battery.shown_bars
         radio = self._radio.state & _RADIO_STATES
-        bluetooth = _BLUETOOTH + radio if radio < _RADIO_ICONS else self.icons[0]
-        icons = (bluetooth, _USB + ui.usb_state, 1 + running, charge)
+        bluetooth, charge = _BLUETOOTH + radio, battery.shown_bars
+        charge += _RECHARGEABLE_BATTERY if battery.raw & RECHARGEABLE else _BATTERY
+        icons = (
+            bluetooth if radio < _ICONS else self.icons[0],
+            _USB + ui.usb_state,
+            1 + running,
+            charge if battery.bars < _ICONS else self.icons[-1],
+        )
         return bytes(icon & 0xFF for icon in icons)

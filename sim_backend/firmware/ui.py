@@ -20,6 +20,7 @@ from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import pack_name
 from sim_backend.firmware.program_steps import ProgramSteps
+from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
 from sim_backend.firmware.sound import ATTENTION, CLICK, SoundModule
@@ -138,11 +139,12 @@ class UiModule(FileRunner):
         """Whether a press clicks at once: in a question, and in the warning of a low battery."""
         return self.state in (UiState.QUESTION, UiState.LOW_BATTERY) and not self._disabled(key)
 
-    def _follow_exit(self) -> None:
-        """Switch the brick off while exit's state says that it was held, which counts only in menus and messages."""
-        file_runs = self.runs_file and not self._shows_message
-        if self.buttons[EXIT].state & ButtonState.LONG_PRESS and self._off_ms == NEVER:
-            self.force_off |= int(not (self._starting or file_runs))
+    def _follow_exit(self, now_ms: int) -> None:
+        """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
+        begins = self._run is Run.TONE and self._next_step_ms == now_ms + times.FADE_MS
+        counts = not (self._starting or (self.runs_file and not begins) or self._off_ms != NEVER)
+        if counts and self.buttons[EXIT].state & ButtonState.LONG_PRESS:
+            self.force_off = 1
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
@@ -162,18 +164,26 @@ class UiModule(FileRunner):
             self._read_keys(now_ms)
         elif self._ends_message(now_ms):
             self._sound.play_own(CLICK, self.volume)
+            self._timer_started_ms = now_ms
             self._next_step_ms = self._message_ends_ms = now_ms
         elif self._answers(now_ms) or (self._takes_keys and self.button and not self._deaf(now_ms)):
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
-        if self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK:
-            self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
-            self.flags &= ~states.STATUS_WORK
+        self._follow_status()
         self.watch_start(now_ms)
-        self._follow_exit()
+        self._follow_exit(now_ms)
         self.watch_supply()
         self._schedule()
+
+    def _follow_status(self) -> None:
+        """Draw the status bar if that is requested; without it nothing of it stays to be drawn."""
+        if not self.flags & UiFlag.ENABLE_STATUS:
+            if self._screen.update_mask & marks.STATUS.update:
+                self._screen.mark(Marks(drop=marks.STATUS.update))
+        elif self.flags & states.STATUS_WORK:
+            self.draw_status(everything=bool(self.flags & UiFlag.REDRAW_STATUS))
+            self.flags &= ~states.STATUS_WORK
 
     def _ends_message(self, now_ms: int) -> bool:
         """Whether a button ends the message about a file's end, which reads none in its last pass."""

@@ -321,7 +321,7 @@ class Machine:
         number = self.queue.first
         self.suspend(following)
         if duration_ms and self._exists(number):
-            self.tasks[number].wake_ms = self.now_ms - self.lag + duration_ms
+            self.tasks[number].wake_ms = self.now_ms - self.lag + duration_ms & 0xFFFF_FFFF
         (self._sleeping if duration_ms else self.queue).append(number)
         return END_TURN
 
