@@ -41,20 +41,21 @@ class ScreenRefresh:
         self.due_ms = NEVER
         self.erase_mask = self.update_mask = self.centered_lines = 0
         self._flags, self._rests_ms, self.lit = int(DisplayFlag.ON | DisplayFlag.REFRESH), NEVER, True
+        self._held_ms = self._frozen_ms = NEVER
         self.begin(_FIRST_PAUSE)
 
     @property
     def flags(self) -> int:
         """See `DisplayFlag`; the screen is being refreshed in all passes but one of each period."""
-        if self._flags & _STOPPED:
-            return self._flags
         now_ms = self._clock.now_ms
+        if self._flags & _STOPPED or now_ms == self._held_ms:
+            return self._flags
         pauses = self._flags & DisplayFlag.REFRESH and (self._pauses(now_ms) or now_ms == self._rests_ms)
         return self._flags & ~int(DisplayFlag.BUSY) | (0 if pauses else int(DisplayFlag.BUSY))
 
     @flags.setter
     def flags(self, flags: int) -> None:
-        self._flags = flags
+        self._flags, self._held_ms = flags, self._clock.now_ms
 
     @property
     def on(self) -> bool:
@@ -103,7 +104,7 @@ class ScreenRefresh:
 
     def begin(self, pause_ms: int) -> None:
         """Begin the refresh anew, with a pause in the given pass."""
-        self._pause_ms, self._stopped = pause_ms, False
+        self._pause_ms, self._frozen_ms = pause_ms, NEVER
 
     def wake(self) -> None:
         """Run in the next pass: the map was written."""
@@ -119,21 +120,33 @@ class ScreenRefresh:
             before, self.update_mask = self.update_mask, _without_highest(self.update_mask)
             self.centered_lines &= ~(before ^ self.update_mask)
         pending = self.drawing
-        if not self._flags & DisplayFlag.POPUP:
+        if self._flags & DisplayFlag.POPUP:
+            self._go_on(now_ms)
+        else:
             pending = self._switch(now_ms) or pending
         self.due_ms = now_ms + 1 if pending else NEVER
 
     def _switch(self, now_ms: int) -> bool:
-        """Stop or restart the refresh as the flags say; whether it is about to stop."""
+        """Refresh the screen, or stop as the flags say; whether the next pass can change something."""
+        if self._flags & DisplayFlag.REFRESH_DISABLED:
+            self._frozen_ms = min(self._frozen_ms, now_ms)
+            if self._flags & DisplayFlag.REFRESH:
+                self._flags, self._held_ms = self._flags & ~int(DisplayFlag.REFRESH_DISABLED), now_ms
+                return True
+            return False
+        self._go_on(now_ms)
+        self.lit = self.on
         if self._flags & DisplayFlag.REFRESH:
-            self._flags &= ~int(DisplayFlag.REFRESH_DISABLED)
-        self.lit = self.lit if self._flags & DisplayFlag.REFRESH_DISABLED else self.on
-        if self._stopped and not self._flags & DisplayFlag.REFRESH_DISABLED:
-            self.begin(now_ms + _PERIOD_MS - 1)
-        elif not self._flags & DisplayFlag.REFRESH and self._pauses(now_ms):
-            self._stopped = True
+            return False
+        if self._pauses(now_ms):
             self._flags = self._flags & ~int(DisplayFlag.BUSY) | int(DisplayFlag.REFRESH_DISABLED)
-        return not self._flags & (DisplayFlag.REFRESH | DisplayFlag.REFRESH_DISABLED)
+            self._frozen_ms = now_ms + 1
+        return not self._flags & DisplayFlag.REFRESH_DISABLED
+
+    def _go_on(self, now_ms: int) -> None:
+        """Go on with a refresh that was stopped, where it was."""
+        if self._frozen_ms != NEVER:
+            self._pause_ms, self._frozen_ms = self._pause_ms + now_ms - self._frozen_ms, NEVER
 
     def _pauses(self, now_ms: int) -> bool:
         return (now_ms - self._pause_ms) % _PERIOD_MS == 0
