@@ -79,9 +79,13 @@ class ScreenRefresh:
         """Draw what a program has drawn."""
         self.mark(_DRAWING)
 
+    def show_normal(self) -> None:
+        """Show the normal screen."""
+        self._flags &= ~int(DisplayFlag.POPUP)
+
     def rest(self, now_ms: int) -> None:
         """Show the normal screen, and send no line in the given pass."""
-        self._flags &= ~int(DisplayFlag.POPUP)
+        self.show_normal()
         self._rests_ms = now_ms
 
     @property

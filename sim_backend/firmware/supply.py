@@ -14,6 +14,7 @@ from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.keys import Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.question import Question
 from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
@@ -53,6 +54,7 @@ class Supply(SleepTimer):
         self._warned_in = UiState.START
         self._warned_ms = 0
         self._report: list[Marks] = []
+        self._question = Question(screen)
 
     def watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
@@ -97,6 +99,7 @@ class Supply(SleepTimer):
         if asks and not (self.flags & UiFlag.BUSY or self._off_ms != NEVER or self._from_menu or self._starting):
             if asks & RadioState.ASKING:
                 self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
+                self._question.begin()
             else:
                 self.state = int(UiState.REPORT)
                 self.begin_report()
@@ -120,7 +123,7 @@ class Supply(SleepTimer):
     def _show_report(self) -> None:
         """Draw the message part by part, each when the one before is drawn; later end it."""
         if not self._report:
-            self._end_report()
+            self.end_report(RadioState.REPORTING)
             return
         shown_ms = 1
         if not self._screen.drawing:
@@ -128,9 +131,9 @@ class Supply(SleepTimer):
             shown_ms = 1 if self._report else times.REPORT_MS
         self._next_step_ms = self._clock.now_ms + shown_ms
 
-    def _end_report(self) -> None:
-        """Draw the menu again, unless a file was requested meanwhile."""
-        self.radio.state &= ~int(RadioState.REPORTING)
+    def end_report(self, state: RadioState) -> None:
+        """End a question or message of the radio: draw the menu again, unless a file was requested meanwhile."""
+        self.radio.state &= ~int(state)
         self.flags &= ~int(UiFlag.BUSY)
         self.state, self._next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
         self._menu.go_on_from(self.state)

@@ -20,6 +20,7 @@ from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import pack_name
 from sim_backend.firmware.program_steps import ProgramSteps
+from sim_backend.firmware.radio import RadioState
 from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
@@ -126,7 +127,7 @@ class UiModule(FileRunner):
             if self._runs_program and buttons & _EXIT_MASK and not kept and self.programs.active:
                 self.programs.stop()
         if not self._in_menu and self._off_ms == NEVER:
-            if not (self.runs_file or self.state == UiState.OPENING):
+            if not (self.runs_file or self.state == UiState.OPENING or self._asks):
                 self._keys.read(self.buttons, self._clock.now_ms)
             for number, key in KEYS[::-1]:
                 if buttons >> number & 1:
@@ -136,8 +137,14 @@ class UiModule(FileRunner):
         self.wake()
 
     def _clicks(self, key: int) -> bool:
-        """Whether a press clicks at once: in a question, and in the warning of a low battery."""
-        return self.state in (UiState.QUESTION, UiState.LOW_BATTERY) and not self._disabled(key)
+        """Whether a press clicks at once: before a question is shown, and in the warning of a low battery."""
+        clicks = self.state == UiState.LOW_BATTERY or (self.state == UiState.QUESTION and not self._asks)
+        return clicks and not self._disabled(key)
+
+    @property
+    def _asks(self) -> bool:
+        """Whether a question of the radio waits for an answer."""
+        return self.state == UiState.QUESTION and self._question.waits
 
     def _follow_exit(self, now_ms: int) -> None:
         """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
@@ -295,7 +302,20 @@ class UiModule(FileRunner):
         elif self.state == UiState.DRAWING:
             self.state = int(UiState.WAITING)
         elif self.state == UiState.QUESTION:
+            self._follow_question(now_ms)
+
+    def _follow_question(self, now_ms: int) -> None:
+        """Show a question of the radio; enter takes what it offers first, what other keys and a PIN do is not shown."""
+        question = self._question
+        if not question.sounded:
+            question.sounded = True
             self._sound.play_own(ATTENTION, self.volume)
+        elif question.waits:
+            question.chosen = self._key(now_ms) == Key.ENTER and not self.radio.state & RadioState.ASKING_PIN
+        elif question.go_on():
+            self.end_report(RadioState.ASKING)
+            return
+        self._next_step_ms = now_ms + 1
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms

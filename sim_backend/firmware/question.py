@@ -1,0 +1,50 @@
+"""The user interface's question whether to accept a connection, which the radio asks for.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from sim_backend.firmware import screen_marks as marks
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+
+
+class Question:
+    """The question over the normal screen: it waits until the screen is drawn, then is drawn pass by pass.
+
+    Args:
+        screen: What draws it.
+
+    Attributes:
+        sounded: Whether its sound was played.
+        chosen: Whether the answer that it offers first was given.
+    """
+
+    def __init__(self, screen: ScreenRefresh) -> None:
+        self._screen = screen
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin to draw it."""
+        self._parts = [*marks.QUESTION]
+        self.sounded = self.chosen = self._erased = False
+
+    @property
+    def waits(self) -> bool:
+        """Whether it is shown and has no answer."""
+        return not (self._parts or self.chosen)
+
+    def go_on(self) -> bool:
+        """Draw its next part, or erase it after the answer; whether it ends now."""
+        if not self._screen.pops_up:
+            if not self._screen.drawing:
+                self._screen.pop_up()
+        elif self._parts:
+            self._screen.mark(self._parts.pop(0))
+        elif self.chosen and not self._erased:
+            self._erased = True
+            self._screen.mark(marks.ANSWERED)
+        elif self.chosen and not self._screen.drawing:
+            self._screen.show_normal()
+            return True
+        return False
