@@ -31,13 +31,15 @@ KEYS = ((EXIT, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
 class Keys:
     """The buttons as a menu reads them: a key counts when none was held before, left and right again while held.
 
+    What counts again is the key that was pressed first, while any is held.
+
     Attributes:
         repeat_ms: When a held button counts again.
     """
 
     def __init__(self) -> None:
         self.repeat_ms = NEVER
-        self._held = False
+        self._first: Key | None = None
 
     def held(self, buttons: Sequence[Button]) -> Key | None:
         """The key that is held."""
@@ -45,18 +47,20 @@ class Keys:
 
     def changed(self, buttons: Sequence[Button]) -> bool:
         """Whether a key was pressed or all were released since the last reading."""
-        return self._held != (self.held(buttons) is not None)
+        return (self._first is None) != (self.held(buttons) is None)
 
     def ignore(self, buttons: Sequence[Button]) -> None:
         """Let the button that is held not count, nor count again."""
-        self._held, self.repeat_ms = self.held(buttons) is not None, NEVER
+        self._first, self.repeat_ms = self.held(buttons), NEVER
 
     def read(self, buttons: Sequence[Button], now_ms: int) -> Key | None:
         """The key that counts now."""
         key = self.held(buttons)
-        before, self._held = self._held, key is not None
-        repeats = key in (Key.LEFT, Key.RIGHT)
-        if key is None or (before and not (repeats and now_ms >= self.repeat_ms)):
+        if key is None or self._first is None:
+            self._first = key
+            self.repeat_ms = now_ms + _FIRST_REPEAT_MS if key in (Key.LEFT, Key.RIGHT) else NEVER
+            return key
+        if now_ms < self.repeat_ms:
             return None
-        self.repeat_ms = now_ms + (_REPEAT_MS if before else _FIRST_REPEAT_MS) if repeats else NEVER
-        return key
+        self.repeat_ms = now_ms + _REPEAT_MS
+        return self._first

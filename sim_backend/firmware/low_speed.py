@@ -293,12 +293,12 @@ class LowSpeedModule:
         if not self._configured(port):
             return Status.CHANNEL_NOT_CONFIGURED
         match self.channels[port].state:
-            case ChannelState.IDLE:
-                return Status.OK
             case ChannelState.ERROR:
                 return Status.BUS_ERROR
-            case _:
+            case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING | ChannelState.DONE:
                 return Status.PENDING
+            case _:  # the firmware leaves what stood in its reply
+                return Status.OK
 
     def write_port(self, port: int) -> int:
         """The port, 0..3, that LSWrite with this number means; see `Version.write_options`."""

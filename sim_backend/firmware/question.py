@@ -5,6 +5,8 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 
@@ -14,20 +16,21 @@ class Question:
 
     Args:
         screen: What draws it.
+        draw_bar: Draws the status bar.
 
     Attributes:
         sounded: Whether its sound was played.
         chosen: Whether the answer that it offers first was given.
     """
 
-    def __init__(self, screen: ScreenRefresh) -> None:
-        self._screen = screen
+    def __init__(self, screen: ScreenRefresh, draw_bar: Callable[[], None]) -> None:
+        self._screen, self._draw_bar = screen, draw_bar
         self.begin()
 
     def begin(self) -> None:
         """Begin to draw it."""
         self._parts = [*marks.QUESTION]
-        self.sounded = self.chosen = self._erased = False
+        self.sounded = self.chosen = self._has_bar = self._erased = False
 
     @property
     def waits(self) -> bool:
@@ -39,11 +42,15 @@ class Question:
         if not self._screen.pops_up:
             if not self._screen.drawing:
                 self._screen.pop_up()
+        elif not self._has_bar:
+            self._has_bar = True
+            self._draw_bar()
         elif self._parts:
             self._screen.mark(self._parts.pop(0))
         elif self.chosen and not self._erased:
             self._erased = True
             self._screen.mark(marks.ANSWERED)
+            self._draw_bar()
         elif self.chosen and not self._screen.drawing:
             self._screen.show_normal()
             return True

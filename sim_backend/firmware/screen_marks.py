@@ -53,10 +53,10 @@ REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
 LOGO, EMPTY, ENTRY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000), Marks(0x2000_0000)
 """The first picture of a start, that of an empty battery, and the end of the pictures."""
 STATUS = Marks(0x200, 0x1F200)
-QUESTION = STATUS, Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
-"""The parts of a question of the radio."""
-ANSWERED = Marks(0x2000_0200, 0x1F200)
-"""The end of a question."""
+QUESTION = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
+"""The parts of a question of the radio, behind the status bar."""
+ANSWERED = Marks(0x2000_0000)
+"""The end of a question, with the status bar."""
 STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
 """The status bar, and the same while a file runs."""
 

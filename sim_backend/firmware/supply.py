@@ -54,7 +54,7 @@ class Supply(SleepTimer):
         self._warned_in = UiState.START
         self._warned_ms = 0
         self._report: list[Marks] = []
-        self._question = Question(screen)
+        self._question = Question(screen, self._redraw_bar)
 
     def watch_supply(self) -> None:
         """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
@@ -96,12 +96,14 @@ class Supply(SleepTimer):
         if self.state == UiState.REPORT and self._clock.now_ms >= self._next_step_ms:
             self._show_report()
         asks = self.radio.state & (RadioState.ASKING | RadioState.REPORTING)
-        if asks and not (self.flags & UiFlag.BUSY or self._off_ms != NEVER or self._from_menu or self._starting):
-            if asks & RadioState.ASKING:
-                self.state, self._next_step_ms = int(UiState.QUESTION), self._clock.now_ms + 1
+        shown = UiState.QUESTION if asks & RadioState.ASKING else UiState.REPORT
+        busy = self.flags & UiFlag.BUSY or self._off_ms != NEVER or self._from_menu or self._starting
+        if asks and not busy and self.state != shown:
+            self.state = int(shown)
+            if shown == UiState.QUESTION:
+                self._next_step_ms = self._clock.now_ms + 1
                 self._question.begin()
             else:
-                self.state = int(UiState.REPORT)
                 self.begin_report()
             self._menu.interrupt()
         if asks and self.state in states.RADIO_SHOWN:
@@ -110,6 +112,10 @@ class Supply(SleepTimer):
     @property
     def _warns(self) -> bool:
         return self.battery.low and not self._warned and self.state in states.MENU_SHOWN and not self._from_menu
+
+    def _redraw_bar(self) -> None:
+        """Draw the whole status bar in this pass."""
+        self.flags |= states.STATUS_WORK
 
     def _mark_framed(self, drawn: Marks) -> None:
         """Draw parts of the screen, the frame only with the status bar."""

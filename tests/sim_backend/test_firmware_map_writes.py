@@ -448,6 +448,30 @@ CONVERSATIONS = [
         ],
         "02940001000a0008000002004000f70f00",
     ),
+    (
+        "the key that was pressed first counts again while another one is held",
+        "1.29",
+        ["!tick 20", "!button 4", "!tick 700", "!button 1", "!tick 97", "019401000c001a000300"],
+        "02940001000c000300800700",
+    ),
+    (
+        "a question draws the icons",
+        "1.29",
+        ["!tick 254", "019501000c001f00010050", "!tick 3", "019401000a006c000400"],
+        "02940001000a00040019210211",
+    ),
+    (
+        "a question goes on when the flags are written",
+        "1.29",
+        ["!tick 12", "019501000c001f00010040", "019501000c001a00010080", "!tick 1", "019401000a0075000100"],
+        "02940001000a0001008b",
+    ),
+    (
+        "an unknown state of a port counts as idle",
+        "1.29",
+        ["0005000b00", "!tick 30", "019501000b009c00010006", "000e00"],
+        "020e0000",
+    ),
 ]
 
 
