@@ -208,6 +208,7 @@ class SimBrick:
             firmware=self.firmware, address=self.radio.own_address, seed=self.seed, flash=self.loader.flash
         )
         brick.radio.start_from(self.radio)
+        io_maps.show_boot_messages(brick._maps[0], brick.radio.stored_name)
         return brick
 
     @property

@@ -134,11 +134,11 @@ class Flash:
         return False
 
     def shrink(self, file: File) -> None:
-        """Shrink the reservation of a data file to its data, and free the sectors of all downloads.
+        """Shrink the reservation of a data file to its data, if it is greater, and free the sectors of all downloads.
 
         The header keeps its size, of which at most one sector more is counted than its end and the data need.
         """
-        if not file.appendable:
+        if not file.appendable or file.data_size == file.size:
             return
         header = _rounded(_header(len(file.sectors)))
         file.size = file.data_size

@@ -25,8 +25,8 @@ from sim_backend.firmware.ui import UiModule
 _BT_STATE, _VISIBLE = 1151, b"\x03"
 _BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
 _FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
-_RADIO_MESSAGES, _BOOT_MESSAGES = 1157, bytes.fromhex("05000100ffdf000000000000000000000000fec7")
-"""What the radio's last messages of the boot leave in the receive buffer."""
+_RADIO_MESSAGES, _LAST_MESSAGE, _NAME_SUM = 1157, bytes.fromhex("05000100ffdf"), 63
+"""Receive buffer, the last message of the boot, and the sum of the bytes around the name in the one before."""
 
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
 _AWAKE = b"\x01"
@@ -186,8 +186,14 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
         live.preset(connection, _NO_HANDLE)
-    live.preset(_RADIO_MESSAGES, _BOOT_MESSAGES)
+    show_boot_messages(live, radio.stored_name)
     return live
+
+
+def show_boot_messages(live: LiveMap, name: bytes) -> None:
+    """Show what the radio's last messages of the boot leave in the receive buffer; the last but one tells its name."""
+    told = bytes(2) + name + (-_NAME_SUM - sum(name) & 0xFFFF).to_bytes(2, "big")
+    live.preset(_RADIO_MESSAGES, _LAST_MESSAGE + told[len(_LAST_MESSAGE) :])
 
 
 def command_map(module: CommandModule) -> LiveMap:

@@ -19,6 +19,9 @@ DEFAULT_NAME = b"NXT"
 _NAME_AT_BOOT = 8
 """Characters of the radio's name that the firmware takes over when the radio has started."""
 
+_TIME_OUT_MS = 494
+"""How much longer than to an answer the firmware waits for one that does not come."""
+
 _STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
 
@@ -89,7 +92,9 @@ class Radio:
         self._settle()
         self._is_streaming = streaming
         operation = self._operation
-        if operation and not streaming and self._busy_until_ms == inf:
+        if operation and streaming and self._on and not self._waited and self._unanswered(operation):
+            self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0][0] + _TIME_OUT_MS
+        elif operation and not streaming and self._busy_until_ms == inf:
             self._answer(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
             self._hold()
@@ -196,6 +201,10 @@ class Radio:
             self._hold()
         else:
             self._schedule(operation, 0, 0)
+
+    def _unanswered(self, operation: _Operation) -> bool:
+        """Whether the radio has not carried out the first step, which it does not do in stream mode."""
+        return self._clock.now_ms < operation.began_ms + operation.changes[0][0]
 
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
