@@ -103,6 +103,7 @@ class CommandModule:
         self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = self._tick_lag = 0
         self._written_tick: int | None = None
+        self._written_at = 0
 
     @property
     def active(self) -> bool:
@@ -164,11 +165,18 @@ class CommandModule:
     @property
     def descriptors_offset(self) -> int:
         """Offset of the array descriptors in the IO map."""
-        return self._in_map("descriptors", 0 if self._memory is None else self._memory.descriptors)
+        at = self._descriptors_at
+        if at != self._written_at:
+            self._written.pop("descriptors", None)  # the firmware writes it when the descriptors move
+        return self._in_map("descriptors", at)
+
+    @property
+    def _descriptors_at(self) -> int:
+        return 0 if self._memory is None else self._memory.descriptors
 
     @descriptors_offset.setter
     def descriptors_offset(self, offset: int) -> None:
-        self._written["descriptors"] = offset
+        self._written["descriptors"], self._written_at = offset, self._descriptors_at
 
     def _in_map(self, name: str, offset: int) -> int:
         if name in self._written:

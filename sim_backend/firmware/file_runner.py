@@ -125,6 +125,7 @@ class FileRunner(Boot):
                     self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE
                 self._screen.mark(marks.MESSAGE)
+                self.flags |= int(UiFlag.UPDATE)
                 self._next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open(self, now_ms: int) -> None:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 class Marks(NamedTuple):
     """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
 
-    Lines of text to draw are centered, unless `again` says that they are drawn as they were.
+    Lines of text to draw are centered, unless `again` says that they are drawn as they were. Lines of `uncenter` are no
+    longer centered.
     """
 
     erase: int = 0
@@ -19,6 +20,7 @@ class Marks(NamedTuple):
     drop: int = 0
     drop_erase: int = 0
     again: bool = False
+    uncenter: int = 0
 
 
 FRAME = 0x1000
@@ -42,7 +44,7 @@ OPENING = Marks(update=0x8, drop=_ALL)
 RUNNING = Marks(0x4000_0000, 0x1018, drop=_ALL)
 PLAYING = Marks(0x4_0000, 0x4_0000)
 """The picture of a sound file that plays."""
-MESSAGE = Marks(0x4000_0200, 0x5F218)
+MESSAGE = Marks(0x4000_0200, 0x5F218, uncenter=0xFF)
 """The end of a file."""
 CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""

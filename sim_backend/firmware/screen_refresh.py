@@ -71,7 +71,7 @@ class ScreenRefresh:
         self.erase_mask = self.erase_mask & ~marks.drop_erase | marks.erase
         self.update_mask = self.update_mask & ~marks.drop | marks.update
         centered = 0 if marks.again else marks.update & _TEXT_LINES
-        self.centered_lines = self.centered_lines & ~marks.drop | centered
+        self.centered_lines = self.centered_lines & ~(marks.drop | marks.uncenter) | centered
         if any(marks):
             self.wake()
 
@@ -97,6 +97,11 @@ class ScreenRefresh:
     def pops_up(self) -> bool:
         """Whether a message is shown over the normal screen."""
         return bool(self._flags & DisplayFlag.POPUP)
+
+    @property
+    def switches(self) -> bool:
+        """Whether the display's controller follows the flags."""
+        return not self._flags & _STOPPED
 
     def pop_up(self) -> None:
         """Show a message over the normal screen: no line is sent, and the flags stay as they are."""

@@ -65,6 +65,7 @@ class Supply(SleepTimer):
             self.state, self._next_step_ms = int(UiState.LOW_BATTERY), NEVER
             self._warned_ms = now_ms
             self._screen.mark(marks.WARNING)
+            self.draw_status(everything=False)
             self._screen.pop_up()
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
@@ -74,6 +75,7 @@ class Supply(SleepTimer):
             self._off_ms = now_ms
             self.state, self._next_step_ms, self._from_menu = int(UiState.DRAWING), NEVER, False
         elif self.state != UiState.DRAWING and now_ms < self._off_ms + times.POWER_OFF_MS - 1:
+            self._screen.on &= now_ms < self._off_ms + times.DISPLAY_OFF_MS - 1
             self._off_ms = NEVER
         elif now_ms == self._off_ms + 1 and self.programs.active:
             self.programs.stop()
@@ -84,9 +86,9 @@ class Supply(SleepTimer):
         """Switch display and power off, each a pass after the maps show it; later take keys again."""
         if passed_ms >= times.DISPLAY_OFF_MS - 1:
             self._screen.on = False
-            if passed_ms >= times.DISPLAY_OFF_MS and not self._screen.pops_up:
+            if passed_ms >= times.DISPLAY_OFF_MS and self._screen.switches:
                 self._io_control.display_on = False
-        if passed_ms == times.DEAF_MS:
+        if passed_ms == times.DEAF_MS and not self._from_menu and self.state not in states.STARTED:
             self._io_control.take_back()
         elif times.POWER_OFF_MS - 1 <= passed_ms < times.DEAF_MS:
             self._io_control.power_down(announced=passed_ms < times.POWER_OFF_MS)
@@ -97,7 +99,7 @@ class Supply(SleepTimer):
             self._show_report()
         asks = self.radio.state & (RadioState.ASKING | RadioState.REPORTING)
         shown = UiState.QUESTION if asks & RadioState.ASKING else UiState.REPORT
-        busy = self.flags & UiFlag.BUSY or self._off_ms != NEVER or self._from_menu or self._starting
+        busy = self.flags & UiFlag.BUSY or self._from_menu or self._starting
         if asks and not busy and self.state != shown:
             self.state = int(shown)
             if shown == UiState.QUESTION:

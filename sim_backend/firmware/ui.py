@@ -266,7 +266,7 @@ class UiModule(FileRunner):
     def _begin_view(self) -> None:
         """Show the value of a sensor or motor; the state stays as it is."""
         view = self._menu.view
-        self.flags |= int(UiFlag.BUSY)
+        self.flags |= int(UiFlag.BUSY | UiFlag.UPDATE)
         self._screen.mark(marks.VALUE)
         view.shown = True
         if view.delays:

@@ -39,6 +39,9 @@ MENU_STATES = (
 MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
 """States in which a message of the radio is shown."""
 
+STARTED = (UiState.OPENING, UiState.RUNNING)
+"""States in which a file is opened, runs, or its end is shown."""
+
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
 GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
