@@ -170,13 +170,13 @@ class CommandModule:
             self._written.pop("descriptors", None)  # the firmware writes it when the descriptors move
         return self._in_map("descriptors", at)
 
-    @property
-    def _descriptors_at(self) -> int:
-        return 0 if self._memory is None else self._memory.descriptors
-
     @descriptors_offset.setter
     def descriptors_offset(self, offset: int) -> None:
         self._written["descriptors"], self._written_at = offset, self._descriptors_at
+
+    @property
+    def _descriptors_at(self) -> int:
+        return 0 if self._memory is None else self._memory.descriptors
 
     def _in_map(self, name: str, offset: int) -> int:
         if name in self._written:

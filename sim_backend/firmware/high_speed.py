@@ -127,7 +127,8 @@ class HighSpeed:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
             self._take(self._next_ms)
-            self._fresh = self._fresh and self._opened_ms == NEVER
+            if self._opened_ms != NEVER:  # opened again: what the line has is lost
+                self._line, self._fresh = b"", False
             self._opened_ms = self._next_ms
         elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
             self._close()
