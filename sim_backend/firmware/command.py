@@ -244,6 +244,8 @@ class CommandModule:
             case InterpreterState.IDLE if self.activate:
                 self.activate = 0
                 self._activate(now_ms)
+            case unknown if unknown > InterpreterState.ENDED:
+                self._tick_lag = 1
 
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on."""

@@ -173,7 +173,10 @@ class UiModule(FileRunner):
             self._sound.play_own(CLICK, self.volume)
             self._timer_started_ms = now_ms
             self._next_step_ms = self._message_ends_ms = now_ms
-        elif self._answers(now_ms) or (self._takes_keys and self.button and not self._deaf(now_ms)):
+        elif self._answers(now_ms):
+            self._take_key()
+        elif self._takes_keys and self.button and not self._deaf(now_ms):
+            self.button = 0
             self._take_key()
         self.watch_radio()
         self._step(now_ms)
@@ -234,7 +237,6 @@ class UiModule(FileRunner):
     def _take_key(self) -> None:
         if not self._answered:
             self._sound.play_own(CLICK, self.volume)
-            self.button = 0
         self._answered = False
         self._timer_started_ms = self._clock.now_ms
         if self._shows_message:
