@@ -105,11 +105,12 @@ class FileRunner(Boot):
             case Run.TO_OPEN:
                 self._open(now_ms)
             case Run.PROGRAM if self.programs.active:
-                self.flags |= states.RUNNING_FLAGS
+                if now_ms == self._opened_ms + 1:
+                    self.flags |= states.RUNNING_FLAGS
+                self._next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
             case Run.SOUND if self._sound.playing:
                 self._next_step_ms = now_ms + 1
-                if (now_ms - self._opened_ms) % times.PLAYING_MS == 0:
-                    self._screen.mark(marks.PLAYING)
+                self._show_running(now_ms)
                 if self._key(now_ms) == Key.EXIT:
                     self._sound.break_off()
                     self._run = Run.ENDED
@@ -133,13 +134,20 @@ class FileRunner(Boot):
         kind, self._next_step_ms = extension(self._file), now_ms + 1
         if kind in states.PROGRAMS:
             if self.programs.status == ProgramStatus.IDLE:
-                self._run = Run.PROGRAM
+                self._run, self._opened_ms = Run.PROGRAM, now_ms
                 self.programs.start(self._file)
         elif kind == states.SOUND:
             self._run, self._opened_ms = Run.SOUND, now_ms
             self._sound.play_own(self._file[: self._file.index(0) + 1])
         else:
             self._run = Run.ENDED
+
+    def _show_running(self, now_ms: int) -> int:
+        """Change the picture now and then that the display shows while a file runs; passes since it was to change."""
+        passed_ms = (now_ms - self._opened_ms) % times.PLAYING_MS
+        if not passed_ms and self.flags & UiFlag.ENABLE_STATUS:
+            self._screen.mark(marks.PLAYING)
+        return passed_ms
 
     def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""

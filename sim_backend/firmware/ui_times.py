@@ -28,4 +28,4 @@ EMPTY_MS = 2000
 """How long the start shows an empty battery."""
 
 PLAYING_MS = 125
-"""How often the picture changes that the display shows while a sound file plays."""
+"""How often the picture changes that the display shows while a file runs."""
