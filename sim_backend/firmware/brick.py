@@ -100,7 +100,7 @@ class SimBrick:
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         self.loader = Loader(flash or fresh_flash(version), version)
         self.sound = SoundModule(clock, self.loader)
-        self._screen, self._end_pauses_screen = ScreenRefresh(clock), version.end_pauses_screen
+        self._screen = ScreenRefresh(clock)
         self.display = DisplayModule(
             self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
         )
@@ -143,7 +143,7 @@ class SimBrick:
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
         status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
-        self._watch = ProgramWatch(self.ui, self.sound)
+        self._watch = ProgramWatch(self.ui, self.sound, self._screen if version.end_restores_screen else None)
 
         self.ui.sensor_view.inputs = self.input
         self.ui.on_pass, self.ui.draw_status = self._watch.follow, status_bar.draw
@@ -187,8 +187,6 @@ class SimBrick:
 
     def _program_ended(self) -> None:
         self.display.end()
-        if self._end_pauses_screen:
-            self._screen.rest(self.now_ms + 1)
         self._watch.note_end()
         self.ui.program_ended()
 

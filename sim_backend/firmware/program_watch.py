@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import ui_states as states
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
 
@@ -17,10 +18,11 @@ class ProgramWatch:
     Args:
         ui: The user interface, which does both itself for a program that it started.
         sound: The sound module.
+        screen: The screen, if the end of a program switches it on.
     """
 
-    def __init__(self, ui: UiModule, sound: SoundModule) -> None:
-        self._ui, self._sound = ui, sound
+    def __init__(self, ui: UiModule, sound: SoundModule, screen: ScreenRefresh | None) -> None:
+        self._ui, self._sound, self._screen = ui, sound, screen
         self._was_active = False
 
     def note_end(self) -> None:
@@ -37,4 +39,6 @@ class ProgramWatch:
         elif ended and not ui.runs_file:
             ui.flags = ui.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
             self._sound.end_program(ui.volume)
+        if ended and self._screen:
+            self._screen.restore()
         self._was_active = active

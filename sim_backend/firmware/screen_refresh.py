@@ -88,6 +88,11 @@ class ScreenRefresh:
         self.show_normal()
         self._rests_ms = now_ms
 
+    def restore(self) -> None:
+        """Switch the display and its refresh on."""
+        self.flags = int(DisplayFlag.ON | DisplayFlag.REFRESH)
+        self.wake()
+
     @property
     def drawing(self) -> bool:
         """Whether parts of the screen are left to erase or to draw."""

@@ -42,7 +42,7 @@ class Version:
         ends_high_speed: Whether the state of the high speed port becomes 6 when a request was carried out.
         high_speed_modulus: Modulo what the place counts from which bytes of the high speed port are fetched, in a
             ring of 128.
-        end_pauses_screen: Whether the refresh of the screen rests in the pass after the end of a program.
+        end_restores_screen: Whether the pass after the end of a program switches the display and its refresh on.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
         windup_by_gain: Whether the limit of the position error in speed regulation is divided by the P gain.
@@ -83,7 +83,7 @@ class Version:
     write_options: bool
     ends_high_speed: bool
     high_speed_modulus: int
-    end_pauses_screen: bool
+    end_restores_screen: bool
     stops_all_synchronised: bool
     windup_by_gain: bool
     wraps_sync_error: bool
@@ -126,7 +126,7 @@ _V1_29 = Version(
     write_options=False,
     ends_high_speed=False,
     high_speed_modulus=64,
-    end_pauses_screen=False,
+    end_restores_screen=False,
     stops_all_synchronised=True,
     windup_by_gain=True,
     wraps_sync_error=False,
@@ -203,7 +203,7 @@ _V1_32 = replace(
     port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
     ends_high_speed=True,
     high_speed_modulus=128,
-    end_pauses_screen=True,
+    end_restores_screen=True,
     stops_all_synchronised=False,
     resends_messages=True,
     counts_full_ring=True,
