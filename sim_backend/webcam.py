@@ -74,6 +74,7 @@ class Webcam:
         self._latency_ms = world.file.camera.latency_s * 1000.0
         self._exposures: deque[Exposure] = deque()
         self._drawn: tuple[int, Image] | None = None
+        self._seen: Exposure | None = None
 
     @property
     def index(self) -> int:
@@ -117,20 +118,25 @@ class Webcam:
         Returns:
             Corners of the picture in pixels; None without a detection or without a frame.
         """
-        picture = self._world.pictures.get(name)
-        if picture is None or self.unplugged or self.dropped:
+        if self.unplugged or self.dropped:
             return None
-        seen = self._fresh()
+        self._seen = seen = self._fresh()
+        picture = self._world.pictures.get(name)
+        if picture is None:
+            return None
         brightness = seen.brightness if self._adapts else 1.0
         view = (seen.panels, seen.viewpoint, picture.texture, seen.turn_rate_deg_s)
         return self._sensor.observe(*view, brightness=brightness, farthest_mm=farthest_mm)
 
     def floor_ends(self) -> NDArray[np.float64]:
-        """Simulate the detector of the free floor on the latest frame: the pixels at which the floor ends."""
-        if self.unplugged or self.dropped:
+        """Simulate the detector of the free floor on the frame that was observed last.
+
+        Returns:
+            The pixels, (n, 2) columns and rows, at which the floor ends.
+        """
+        if self._seen is None:
             return np.empty((0, 2))
-        seen = self._fresh()
-        return self._sensor.floor_ends(seen.panels, seen.viewpoint, seen.turn_rate_deg_s)
+        return self._sensor.floor_ends(self._seen.panels, self._seen.viewpoint, self._seen.turn_rate_deg_s)
 
     @property
     def pictures(self) -> frozenset[str]:

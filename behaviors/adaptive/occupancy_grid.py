@@ -56,7 +56,8 @@ class GridNumbers:
         appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
             what appeared there may leave, too.
         appeared_cells: What appeared stands where the floor was free this many cells behind its echo.
-        block_radius_mm: An obstacle of unknown size is marked this large until it is seen better.
+        block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
+            clear it.
         block: Evidence of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
         hit_seen: What ends the floor in a frame raises that of its cell by this.
@@ -123,7 +124,7 @@ class OccupancyGrid:
         sonar_height_mm: It above the floor.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
-        seen: Where the camera saw something stand, which is exact to a cell.
+        seen: Where the camera saw something stand, in a direction that is known to a cell.
         weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
             from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
     """
@@ -139,12 +140,12 @@ class OccupancyGrid:
         self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
+        self._seen_from: Pose | None = None
         self._swept: Mask = np.zeros((CELLS, CELLS), bool)
         self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
         self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
         self._unseen: Mask = np.zeros((CELLS, CELLS), bool)
         self.seen: Mask = np.zeros((CELLS, CELLS), bool)
-        self._seen_from: Pose | None = None
         self.save()
 
     def save(self) -> None:
@@ -155,7 +156,7 @@ class OccupancyGrid:
         """Go back to what was saved."""
         for layer, saved in zip(self._layers, self._saved, strict=True):
             layer[:] = saved
-        self._last = None
+        self._last = self._seen_from = None
 
     @property
     def _layers(self) -> tuple[NDArray[np.generic], ...]:
@@ -207,10 +208,9 @@ class OccupancyGrid:
         cells = self.evidence[cone.window]
         free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
-        self._swept[cone.window] |= free
 
     def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
-        """Update with the free floor that a camera sees.
+        """Update with the free floor that a camera sees; a view that repeats the last does not mark its ends again.
 
         What an echo of the same moment shows to be free is no obstacle, whatever the floor looks like there; and where
         the floor seems to go on beyond an echo, what gave the echo stays on the map however often it is overlooked.
@@ -220,8 +220,7 @@ class OccupancyGrid:
             view: The floor.
             heard: The robot's pose at an echo, and its distance from the sonar.
         """
-        if self._seen_from is not None and _same((self._seen_from, 0.0), (lens, 0.0)):
-            return
+        repeated = self._seen_from is not None and _same_place(self._seen_from, lens)
         self._seen_from = lens
         free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
         if heard is not None:
@@ -233,6 +232,8 @@ class OccupancyGrid:
         exact = _mask(lens, view, ends_mm, (known & view.exact)[:, None])
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
+        if repeated:
+            return
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
         self.evidence[ends] = np.maximum(self.evidence[ends], np.minimum(self.evidence[ends] + N.hit_seen, most))
         self.seen |= exact
@@ -375,9 +376,13 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
     """Whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
+    return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm)
+
+
+def _same_place(a: Pose, b: Pose) -> bool:
+    """Whether what is measured at two poses is one measurement to the map."""
     moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
-    alike = range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm
-    return moved < N.repeated_mm and abs(a.heading_deg - b.heading_deg) < N.repeated_deg and alike
+    return moved < N.repeated_mm and abs(a.heading_deg - b.heading_deg) < N.repeated_deg
 
 
 def _mask(lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:

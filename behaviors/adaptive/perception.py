@@ -100,6 +100,7 @@ class Perception:
         self._looked_s = -math.inf
         self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
+        self._start: Pose | None = None
 
     @property
     def target(self) -> str:
@@ -126,7 +127,6 @@ class Perception:
         context.check_time()
         looked_for = [self.target, *self._others()]
         glimpses = [context.eyes.glance(looked_for) for _ in range(self.frames)]
-        rays = context.eyes.free_floor(known_free=self._known_free) if self.profile.sees_floor else ()
         asked_s = self.now()
         range_mm = context.body.range_mm()
         pose = context.body.pose()
@@ -136,6 +136,8 @@ class Perception:
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
+        known_free = self._known_free(pose)
+        rays = context.eyes.free_floor(known_free=known_free) if self.profile.sees_floor else ()
         if self._turn_tests:
             self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
@@ -148,10 +150,12 @@ class Perception:
         note_look(context, pose, range_mm, newest)
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
 
-    @property
-    def _known_free(self) -> bool:
-        """Whether the floor ahead is free, by the last echo; without a sonar it is taken for free."""
-        return self.sonar.deaf if self._range_mm is None else self._range_mm > N.free_mm
+    def _known_free(self, pose: Pose) -> bool:
+        """Whether the floor ahead is free, by the echo; without a sonar it is taken for free at the start."""
+        self._start = self._start or pose
+        if self._range_mm is not None:
+            return self._range_mm > N.free_mm
+        return self.sonar.deaf and pose == self._start
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo that is to be believed; a sonar that lies may not stop the robot either."""

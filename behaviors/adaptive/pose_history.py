@@ -25,6 +25,10 @@ class PoseHistory:
         while self._poses[0][0] < time_s - KEPT_S:
             self._poses.popleft()
 
+    def clear(self) -> None:
+        """Forget all poses, after the present one was corrected; the next thing to do is `add`."""
+        self._poses.clear()
+
     def at(self, time_s: float) -> Pose:
         """Return the pose at a time, interpolated; before and after what is known, the oldest and the newest."""
         i = bisect_left(self._poses, time_s, key=lambda each: each[0])

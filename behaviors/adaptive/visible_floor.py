@@ -3,8 +3,8 @@
 The camera looks down on the floor, so an angle below the horizontal is a distance. A camera that is tilted by a few
 degrees, or whose field of view is not as believed, makes all of them wrong: the angle is `offset + scale * angle`. Both
 are learned from what sonar and camera measure at once. Until then only what is near is believed. Often the two do not
-measure the same thing, so all pairs of offset and scale are weighed by how well they explain the measurements, each of
-which may have nothing to do with either.
+measure the same thing, so the filter is a grid of hypotheses, pairs of offset and scale, and the likelihood of a
+measurement is a mixture of a normal distribution and a uniform one for outliers.
 """
 
 from __future__ import annotations
@@ -36,13 +36,15 @@ class VisibleFloorNumbers:
         calibrated_yaw_sd_deg: The same of a camera that was calibrated.
         latency_sd_s: Standard deviation of the time that frames take: a turning robot sees where it looked before.
         calibrated_latency_sd_s: The same of a camera that was calibrated.
-        exact_mm: What may be farther aside than this is not placed exactly.
-        noise_deg: Of a wall's angle by camera and sonar; measurements of one wall are alike, so it is no smaller.
-        other_thing: Chance that sonar and camera measured two different things: what looks like the floor, or is
+        exact_mm: What may be farther aside than this is only a hint.
+        noise_deg: Standard deviation of the difference between camera and sonar. Measurements of one wall are
+            correlated, so it is not smaller.
+        outlier_chance: Chance that camera and sonar measured two different things: what looks like the floor, or is
             lower than the beam,
-        other_thing_deg: whose angles then differ by anything within this span.
-        sds: How many standard deviations of either number are considered,
-        steps: in so many steps each.
+        outlier_span_deg: whose angles then differ by anything within this span.
+        grid_sds: The grid of hypotheses reaches this many standard deviations to either side,
+        grid_steps: in so many steps each way.
+        table_step_mm: Distances are tried in these steps.
         beam_deg: An echo comes from within this angle of straight ahead,
         nearest_rays: and from where these rays, in the middle, see the floor end first:
         ahead_deg: they have to be this near to straight ahead, since to the sides the beam fades.
@@ -66,10 +68,11 @@ class VisibleFloorNumbers:
     calibrated_latency_sd_s: float = 0.03
     exact_mm: float = 120.0
     noise_deg: float = 0.5
-    other_thing: float = 0.4
-    other_thing_deg: float = 40.0
-    sds: float = 3.0
-    steps: int = 61
+    outlier_chance: float = 0.4
+    outlier_span_deg: float = 40.0
+    grid_sds: float = 5.0
+    grid_steps: int = 101
+    table_step_mm: float = 50.0
     beam_deg: float = 15.0
     nearest_rays: int = 3
     ahead_deg: float = 6.0
@@ -92,9 +95,9 @@ class VisibleFloor:
     Attributes:
         bearing_deg: From the robot's forward axis, positive right.
         near_mm: From the lens to the nearest floor in the frame.
-        free_mm: To where it ends for certain.
+        free_mm: Up to where it is certainly free.
         end_mm: To where something stands; infinity where that is not known well enough.
-        exact: Whether that is known to a cell of the map.
+        exact: Whether its direction is known to about a cell of the map.
     """
 
     bearing_deg: Array
@@ -119,11 +122,13 @@ class FloorRanges:
         scale_sd = N.measured_scale_sd if "height_mm" in camera.model_fields_set else N.scale_sd
         if calibrated:
             scale_sd = N.calibrated_scale_sd
-        span = np.linspace(-N.sds, N.sds, N.steps)
+        span = np.linspace(-N.grid_sds, N.grid_sds, N.grid_steps)
         offset, scale = np.meshgrid(sd_deg * span, 1.0 + scale_sd * span)
-        self._considered = np.stack([offset.ravel(), scale.ravel()])
-        self._log_chance = -(np.add.outer(span**2, span**2).ravel()) / 2
-        self._estimate, self._covariance = self._summary()
+        self._hypotheses = np.stack([offset.ravel(), scale.ravel()])
+        self._log_posterior = -(np.add.outer(span**2, span**2).ravel()) / 2
+        step = span[1] - span[0]
+        self._within_step = np.diag([(sd_deg * step) ** 2, (scale_sd * step) ** 2]) / 12
+        self._summarise()
         self._yaw_sd_deg = N.calibrated_yaw_sd_deg if calibrated else N.yaw_sd_deg
         self._latency_sd_s = N.calibrated_latency_sd_s if calibrated else N.latency_sd_s
         self._compared_at: Pose | None = None
@@ -132,13 +137,11 @@ class FloorRanges:
         """Return the distances along some rays, of a robot that turns at this rate."""
         angles = np.array([(ray.bearing_deg, ray.near_deg, ray.end_deg) for ray in rays], np.float64)
         bearing, near, end = angles.reshape(-1, 3).T
-        offset, scale = self._estimate
-        terms = np.stack([np.ones_like(end), end])
-        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + N.ray_sd_deg**2
+        offset, scale = self._mean
         end_mm = self._distance_mm(offset + scale * end)
-        error_mm = np.radians(np.sqrt(variance)) * (end_mm**2 + self._height_mm**2) / self._height_mm
+        error_mm = self._error_mm(end, end_mm)
         known = (error_mm <= N.error_mm) & (end_mm <= N.farthest_used_mm)
-        free_mm = np.minimum(end_mm, self._sure_mm(variance)) - np.minimum(error_mm, N.error_mm)
+        free_mm = np.minimum(end_mm, self._sure_mm) - np.minimum(error_mm, N.error_mm)
         aside_deg = math.hypot(self._yaw_sd_deg, turn_deg_s * self._latency_sd_s)
         free_mm = _least_beside(free_mm, bearing, aside_deg)
         exact = end_mm * math.radians(aside_deg) <= N.exact_mm
@@ -162,27 +165,33 @@ class FloorRanges:
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))
 
     def _update(self, seen_deg: float, real_deg: float) -> None:
-        offset, scale = self._considered
+        offset, scale = self._hypotheses
         error = (offset + scale * seen_deg - real_deg) / N.noise_deg
         same_thing = np.exp(-(error**2) / 2) / (N.noise_deg * math.sqrt(2 * math.pi))
-        self._log_chance += np.log((1.0 - N.other_thing) * same_thing + N.other_thing / N.other_thing_deg)
-        self._estimate, self._covariance = self._summary()
+        self._log_posterior += np.log((1.0 - N.outlier_chance) * same_thing + N.outlier_chance / N.outlier_span_deg)
+        self._summarise()
 
-    def _summary(self) -> tuple[Array, Array]:
-        """Return the mean and the covariance of offset and scale."""
-        chance = np.exp(self._log_chance - self._log_chance.max())
-        mean = np.average(self._considered, axis=1, weights=chance)
-        return mean, np.cov(self._considered, aweights=chance, ddof=0)
+    def _summarise(self) -> None:
+        """Compute mean and covariance of offset and scale, and up to where distances are known to `error_mm`."""
+        chance = np.exp(self._log_posterior - self._log_posterior.max())
+        self._mean = np.average(self._hypotheses, axis=1, weights=chance)
+        self._covariance = np.cov(self._hypotheses, aweights=chance, ddof=0) + self._within_step
+        away_mm = np.arange(N.table_step_mm, N.farthest_used_mm + 1.0, N.table_step_mm)
+        offset, scale = self._mean
+        seen_deg = (np.degrees(np.arctan2(self._height_mm, away_mm)) - offset) / scale
+        known = self._error_mm(seen_deg, away_mm) <= N.error_mm
+        self._sure_mm = float(away_mm[known].max(initial=0.0))
+
+    def _error_mm(self, seen_deg: Array, away_mm: Array) -> Array:
+        """Return the standard deviations of the distances of rays that are seen at these angles."""
+        terms = np.stack([np.ones_like(seen_deg), seen_deg])
+        variance = np.einsum("in,ij,jn->n", terms, self._covariance, terms) + N.ray_sd_deg**2
+        return np.asarray(np.radians(np.sqrt(variance)) * (away_mm**2 + self._height_mm**2) / self._height_mm)
 
     def _distance_mm(self, below_deg: Array) -> Array:
         """Return the distances at which rays meet the floor; those that hardly point down never do."""
         tangent = np.tan(np.radians(np.clip(below_deg, 0.1, 89.0)))
         return np.asarray(self._height_mm / tangent)
-
-    def _sure_mm(self, variance: Array) -> Array:
-        """Return up to where distances are wrong by no more than `error_mm`, for the variances of their angles."""
-        square = N.error_mm * self._height_mm / np.radians(np.sqrt(variance)) - self._height_mm**2
-        return np.asarray(np.minimum(N.farthest_used_mm, np.sqrt(np.maximum(0.0, square))))
 
 
 def _near(one: Pose, other: Pose) -> bool:

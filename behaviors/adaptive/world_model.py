@@ -28,11 +28,13 @@ class WorldNumbers:
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
         same_blocker_mm: And no farther away than this.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
+        straight_deg: An echo that came from within this angle of straight ahead in a frame is compared with it.
     """
 
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
     marked_mm: float = 600.0
+    straight_deg: float = 5.0
 
 
 N = WorldNumbers()
@@ -118,13 +120,18 @@ class WorldModel:
         Args:
             time_s: When the frame was taken.
             rays: The floor.
-            range_mm: The sonar's echo then, or None.
+            range_mm: The sonar's echo at the present pose, or None.
         """
         if not rays:
             return
         pose = self.poses.at(time_s)
-        self._ranges.compare(rays, pose, range_mm)
-        heard = None if range_mm is None else (pose, range_mm)
+        heard = None
+        if range_mm is not None:
+            heard = (self.pose, range_mm)
+            ahead_mm = self.floor.sonar_forward_mm
+            off_deg, away_mm = pose.polar_to(self.pose.ahead(ahead_mm + range_mm))
+            if abs(off_deg) <= N.straight_deg:
+                self._ranges.compare(rays, pose, away_mm - ahead_mm)
         self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays, self.poses.turn_deg_s(time_s)), heard)
 
     def _hear(self, pose: Pose, range_mm: float | None) -> None:
@@ -182,8 +189,12 @@ class WorldModel:
         return replace(blocker, age_s=now_s - since_s)
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
-        """Draw what was heard in a turn on the spot again: the robot turned `scale` times as far as was believed."""
+        """Draw what was heard in a turn on the spot again: the robot turned `scale` times as far as was believed.
+
+        What was seen in that turn is forgotten.
+        """
         self.floor.restore()
+        self.poses.clear()
         begin_deg = beams[0][0].heading_deg
         for pose, range_mm in beams:
             heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)

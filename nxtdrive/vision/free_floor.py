@@ -30,7 +30,7 @@ class FreeFloorNumbers:
         light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
         chroma_bins: The same for the other two.
         keeps: Share that a further frame leaves of what was learned before.
-        learn_every_s: And no more frames are learned from than one in this time, so that it remembers some ten seconds.
+        learn_every_s: And no more frames are learned from than one in this time: it remembers ten to forty seconds.
         rare: Colours with less than this share of the commonest one's count are not the floor's.
         run_px: The floor ends where this many pixels in a column have other colours.
         grain_px: Specks up to this size are ignored.
@@ -101,7 +101,7 @@ class FreeFloorDetector:
         height, width = small.shape[:2]
         if height < N.run_px:
             return np.empty((0, 2))
-        floor = cv2.medianBlur(self._likely[_bins(self._levelled(small))].astype(np.uint8), N.grain_px)
+        floor = cv2.medianBlur(self._likely[_bins(self._exposure_matched(small))].astype(np.uint8), N.grain_px)
         columns = ((np.arange(N.columns) + 0.5) * width / N.columns).astype(np.int64)
         upwards = np.cumsum(floor[::-1, columns] == 0, axis=0)
         in_run = upwards.copy()
@@ -112,14 +112,14 @@ class FreeFloorDetector:
         ends = np.stack([columns[tells] + 0.5, height - begins[tells]], axis=1)
         return np.asarray(ends * scale, np.float64)
 
-    def _levelled(self, small: Image) -> Image:
+    def _exposure_matched(self, small: Image) -> Image:
         """Return a frame in the light in which the floor was learned, if more of the sample is then known."""
         known = self._known(small)
         if known >= N.familiar or not self.ready:
             return small
         gain = min(max(self._light / max(_light(small), 1.0), N.gain[0]), N.gain[1])
-        levelled = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
-        return levelled if self._known(levelled) > max(known, 0.5) else small
+        matched = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
+        return matched if self._known(matched) > max(known, 0.5) else small
 
     def _known(self, small: Image) -> float:
         """Return which share of a frame's sample has the floor's colours."""

@@ -4,6 +4,7 @@ import math
 import random
 from statistics import pstdev
 
+import numpy as np
 import pytest
 
 from sim_backend.camera.geometric import GeometricSensor
@@ -102,3 +103,11 @@ def test_what_ends_below_the_frame_is_left_out():
     assert 10 <= len(partly) < 24
     for ahead_mm in (430.0, 460.0, 465.0, 500.0):
         assert all(0.0 <= v < 240.0 for _ in range(50) for _, v in sensor.floor_ends([wall(ahead_mm)], ORIGIN))
+
+
+@pytest.mark.parametrize(("x_mm", "heading_deg"), [(0.0, 0.0), (2000.0, 180.0)])
+def test_a_panel_hides_the_floor_by_the_texture_of_the_side_that_is_seen(x_mm, heading_deg):
+    picture = Panel(1000.0, -500.0, 1000.0, 500.0, 0.0, 300.0, "lena", back="cardboard")
+    ends = GeometricFloor().ends([picture], Viewpoint(x_mm, 0.0, heading_deg, 200.0), CAMERA)
+    on_it = np.abs(ends[:, 0] - 1000.0) < 1.0
+    assert on_it.any() == picture.shows_front_to(x_mm, 0.0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -29,6 +30,8 @@ BATCH = 2
 """Missions per batch: some seconds of work, which makes the cost of submitting it negligible."""
 AHEAD = 3
 """Batches queued per worker; an interrupted sweep loses at most these."""
+MOST_ON_WINDOWS = 61
+"""Processes that Windows can wait for. Source: the documentation of `concurrent.futures.ProcessPoolExecutor`."""
 LOOK_S = 1.0
 """How often the wait for a batch checks that workers are left."""
 
@@ -86,9 +89,11 @@ def workers(number: int) -> Iterator[Executor]:
     if number == 1:
         yield InProcess()
         return
+    if sys.platform == "win32":
+        number = min(number, MOST_ON_WINDOWS)
     # spawned everywhere, so that a sweep works the same on all systems
     context = get_context("spawn")
-    ours, theirs = context.Pipe()
+    theirs, ours = context.Pipe(duplex=False)
     with ours, theirs, ProcessPoolExecutor(number, context, _serve_parent, (theirs,)) as executor:
         try:
             yield executor

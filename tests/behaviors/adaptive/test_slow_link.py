@@ -55,6 +55,27 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
         brick.close()
 
 
+@pytest.mark.parametrize("look_s", [0.0, 0.6])
+def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive, monkeypatch, look_s):
+    perception = perceive[0](2.0, look_s)
+    known = []
+    see = perception.context.eyes.free_floor
+
+    def free_floor(*, known_free):
+        known.append(known_free)
+        return see(known_free=known_free)
+
+    monkeypatch.setattr(perception.context.eyes, "free_floor", free_floor)
+    ranges_mm = []
+    for _ in range(60):
+        perception.drive(0.0, 90.0)
+        ranges_mm.append(perception.step().range_mm)
+    heard = [each for each in ranges_mm if each is not None]
+    assert min(heard) < N.free_mm < max(heard)
+    assert known[1:] == [each is not None and each > N.free_mm for each in ranges_mm[1:]]
+    assert known[0], "before the first echo the floor ahead of the start is taken for free"
+
+
 @pytest.mark.parametrize(
     ("latency_ms", "look_s", "frames"),
     [(2.0, 0.0, 1), (65.0, 0.0, 1), (SLOW_MS, 0.0, N.burst), (2.0, 0.8, 1), (65.0, 0.5, 1), (SLOW_MS, 0.3, N.burst)],

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from behaviors.adaptive.grid_cells import cell
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.world_model import PoseHistory, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glimpse, Point, Pose, Sighting
+from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
@@ -207,3 +208,30 @@ def test_echoes_go_onto_the_floor_map_and_silence_marks_nothing(world):
     for i in range(6):
         silent.perceive(i * 0.1, Pose(40.0 * i), None, [], NOTHING)
     assert silent.floor.evidence.max() <= 0.0
+
+
+def test_an_echo_belongs_to_where_the_robot_is_and_not_to_where_an_older_frame_was_taken(world):
+    """The robot has turned to a post since a frame that shows free floor ahead, and the post to the right."""
+    bearings, post_mm = [float(each) for each in range(-27, 28, 3)], 900.0
+    height_mm = world.camera.height_mm
+    rays = [
+        FloorRay(each, 23.0, math.degrees(math.atan2(height_mm, post_mm if each >= 18.0 else 2500.0)))
+        for each in bearings
+    ]
+    for i in range(8):
+        back_mm, time_s = 30.0 * (i % 2), float(i)
+        world.perceive(time_s, Pose(-back_mm), None, [], NOTHING)
+        world.perceive(time_s + 0.5, Pose(-back_mm, 0.0, 21.0), None, [], NOTHING)
+        world.see_floor(time_s, rays, post_mm + back_mm - 160.0)
+    assert float(world.floor.evidence[cell(700.0, 20.0)]) < -GRID.hint
+    assert not world.floor.seen[cell(post_mm, 20.0)]
+
+
+def test_a_corrected_heading_is_no_turn(world):
+    beams = [(Pose(heading_deg=each), 900.0) for each in range(0, 370, 10)]
+    world.floor.save()
+    for i, (pose, range_mm) in enumerate(beams):
+        world.perceive(0.1 * i, pose, range_mm, [], NOTHING)
+    world.turned(1.03, beams)
+    world.perceive(3.8, Pose(heading_deg=371.0), 900.0, [], NOTHING)
+    assert world.poses.turn_deg_s(3.75) == 0.0

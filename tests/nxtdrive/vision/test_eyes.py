@@ -191,7 +191,6 @@ class Place:
         self.panels = [Panel(2000.0, -9000.0, 2000.0, 9000.0, 0.0, 2500.0, "wall")]
         self.panels += standing_panels(corners, 300.0, "blue_box")
         self.viewpoint = Viewpoint(0.0, 0.0, 0.0, 200.0, tilt_deg)
-        # a seed that takes neither texture for floor
         self.size, self.sensor = size, GeometricSensor(size, seed=2)
 
     def observe(self, name):
