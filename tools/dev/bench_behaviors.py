@@ -25,7 +25,7 @@ from behaviors.evidence import Evidence
 from behaviors.executive import Executive
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.ports import Glimpse, Pose, Sighting
+from behaviors.ports import FloorRay, Glimpse, Pose, Sighting
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
@@ -131,7 +131,7 @@ class TimedWorldModel(WorldModel):
         mission: The mission with its targets.
 
     Attributes:
-        times_s: CPU time of each frame, with its echo.
+        times_s: CPU time of each frame, with its echo and its free floor.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -153,6 +153,12 @@ class TimedWorldModel(WorldModel):
         believed = super().perceive(now_s, pose, range_mm, looked_for, glance, hears=hears)
         self.times_s.append(cpu_s() - begun_s)
         return believed
+
+    def see_floor(self, time_s: float, rays: Sequence[FloorRay], range_mm: float | None) -> None:
+        """Update with the free floor in the frame."""
+        begun_s = cpu_s()
+        super().see_floor(time_s, rays, range_mm)
+        self.times_s[-1] += cpu_s() - begun_s
 
 
 class TimedProfile(AdaptiveProfile):
