@@ -210,7 +210,7 @@ class OccupancyGrid:
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
     def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
-        """Update with the free floor that a camera sees; a view that repeats the last does not mark its ends again.
+        """Update with the free floor that a camera sees; another view from the same place says nothing new.
 
         What an echo of the same moment shows to be free is no obstacle, whatever the floor looks like there; and where
         the floor seems to go on beyond an echo, what gave the echo stays on the map however often it is overlooked.
@@ -220,7 +220,8 @@ class OccupancyGrid:
             view: The floor.
             heard: The robot's pose at an echo, and its distance from the sonar.
         """
-        repeated = self._seen_from is not None and _same_place(self._seen_from, lens)
+        if self._seen_from is not None and _same_place(self._seen_from, lens):
+            return
         self._seen_from = lens
         free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
         if heard is not None:
@@ -232,8 +233,6 @@ class OccupancyGrid:
         exact = _mask(lens, view, ends_mm, (known & view.exact)[:, None])
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
-        if repeated:
-            return
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
         self.evidence[ends] = np.maximum(self.evidence[ends], np.minimum(self.evidence[ends] + N.hit_seen, most))
         self.seen |= exact

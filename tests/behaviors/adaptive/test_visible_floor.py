@@ -180,14 +180,6 @@ def test_one_look_is_not_yet_believed_and_its_repetition_says_nothing_new():
     assert GRID.hint < _evidence_at(floor, 1015.0) < GRID.solid
 
 
-def test_a_repeated_look_still_clears_what_has_left():
-    floor = OccupancyGrid()
-    _look(floor, _view(1000.0))
-    for _ in range(10):
-        floor.add_view(Pose(y_mm=40.0), _view(2000.0))
-    assert _evidence_at(floor, 1015.0) < 0.0
-
-
 def test_a_view_from_where_an_undone_one_was_taken_counts():
     floor = OccupancyGrid()
     floor.add_view(Pose(), _view(1000.0))
