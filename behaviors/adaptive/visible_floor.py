@@ -45,9 +45,9 @@ class VisibleFloorNumbers:
         grid_sds: The grid of hypotheses reaches this many standard deviations to either side,
         grid_steps: in so many steps each way.
         table_step_mm: Distances are tried in these steps.
-        beam_deg: An echo comes from within this angle of straight ahead,
+        beam_deg: An echo comes from within this angle of the sonar's axis,
         nearest_rays: and from where these rays, in the middle, see the floor end first:
-        ahead_deg: they have to be this near to straight ahead, since to the sides the beam fades.
+        ahead_deg: they have to be this near to the axis, since to the sides the beam fades.
         nearest_mm: Echoes from here,
         farthest_mm: to here are compared.
         moved_mm: After a measurement the robot has to drive so far,
@@ -148,18 +148,25 @@ class FloorRanges:
         near_mm = self._distance_mm(offset + scale * near)
         return VisibleFloor(bearing, near_mm, free_mm, np.where(known, end_mm, np.inf), exact)
 
-    def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float | None) -> None:
-        """Learn from an echo and a frame of the same moment."""
-        if range_mm is None or not N.nearest_mm <= range_mm <= N.farthest_mm:
+    def compare(self, rays: Sequence[FloorRay], pose: Pose, range_mm: float, off_deg: float = 0.0) -> None:
+        """Learn from a frame and an echo.
+
+        Args:
+            rays: The free floor in the frame.
+            pose: The robot's at the frame.
+            range_mm: The echo, as it would have been heard from there.
+            off_deg: Bearing of what gave it: the robot may have turned since the frame.
+        """
+        if not N.nearest_mm <= range_mm <= N.farthest_mm:
             return
         if self._compared_at is not None and _near(self._compared_at, pose):
             return
-        beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg) <= N.beam_deg)
+        beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= N.beam_deg)
         if len(beam) < N.nearest_rays:
             return
         # the sonar hears what is nearest in its beam
         seen_deg, bearing_deg = beam[-(N.nearest_rays + 1) // 2]
-        if abs(bearing_deg) > N.ahead_deg:
+        if abs(bearing_deg - off_deg) > N.ahead_deg:
             return
         self._compared_at = pose
         self._update(seen_deg, math.degrees(math.atan2(self._height_mm, range_mm + self._sonar_ahead_mm)))

@@ -28,13 +28,11 @@ class WorldNumbers:
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
         same_blocker_mm: And no farther away than this.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
-        straight_deg: An echo that came from within this angle of straight ahead in a frame is compared with it.
     """
 
     same_blocker_s: float = 40.0
     same_blocker_mm: float = 400.0
     marked_mm: float = 600.0
-    straight_deg: float = 5.0
 
 
 N = WorldNumbers()
@@ -130,8 +128,7 @@ class WorldModel:
             heard = (self.pose, range_mm)
             ahead_mm = self.floor.sonar_forward_mm
             off_deg, away_mm = pose.polar_to(self.pose.ahead(ahead_mm + range_mm))
-            if abs(off_deg) <= N.straight_deg:
-                self._ranges.compare(rays, pose, away_mm - ahead_mm)
+            self._ranges.compare(rays, pose, away_mm - ahead_mm, off_deg)
         self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays, self.poses.turn_deg_s(time_s)), heard)
 
     def _hear(self, pose: Pose, range_mm: float | None) -> None:

@@ -123,6 +123,15 @@ def test_an_echo_is_compared_with_what_is_nearest_in_the_beam():
     assert _ahead(ranges.measure(_wall(1600.0)).end_mm) == pytest.approx(1600.0, rel=0.05)
 
 
+def test_an_echo_that_was_heard_after_a_turn_is_compared_where_it_came_from():
+    ranges, off_deg = _ranges(), float(BEARINGS[17])
+    for i, post_mm in enumerate((500.0, 700.0, 900.0, 1200.0) * 4):
+        rays = _wall(2000.0, tilt_deg=4.0)
+        rays[16:19] = [FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(post_mm) - 4.0) for ray in rays[16:19]]
+        ranges.compare(rays, Pose(x_mm=200.0 * i), post_mm - SONAR_AHEAD_MM, off_deg)
+    assert _ahead(ranges.measure(_wall(1600.0, tilt_deg=4.0)).end_mm) == pytest.approx(1600.0, rel=0.07)
+
+
 def test_a_robot_that_turns_places_far_things_roughly_and_sees_gaps_narrower():
     gap = [
         FloorRay(ray.bearing_deg, NEAR_DEG, _angle_deg(1900.0 if abs(ray.bearing_deg) < 8 else 1000.0))
