@@ -118,6 +118,7 @@ class SimBrick:
             reset_devices=self._reset_devices,
         )
         self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
+        self.radio.on_plan = self.ui.wake_later
         self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         ui, screen = self.ui, self._screen
@@ -142,7 +143,7 @@ class SimBrick:
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """The IO maps, in the firmware's order of modules."""
-        status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
+        self._status_bar = status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
         self._watch = ProgramWatch(self.ui, self.sound, self._screen if version.end_restores_screen else None)
 
         self.ui.sensor_view.inputs = self.input
@@ -206,6 +207,7 @@ class SimBrick:
             firmware=self.firmware, address=self.radio.own_address, seed=self.seed, flash=self.loader.flash
         )
         brick.radio.start_from(self.radio)
+        brick._status_bar.preset()
         io_maps.show_boot_messages(brick._maps[0], brick.radio.stored_name)
         return brick
 

@@ -5,6 +5,7 @@ Source: docs/firmware.md section 10. The durations are those of the recordings' 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
 from math import inf
 from typing import NamedTuple
@@ -69,17 +70,21 @@ class Radio:
     Attributes:
         own_address: Six bytes.
         address: The firmware's copy of the address.
+        shown_state: The state as the user interface knows it: changes come after its turn in a pass.
+        on_plan: Called when an operation begins or goes on; set by the brick.
     """
+
+    on_plan: Callable[[], None]
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         self._clock = clock
         self.own_address = self.address = address
         self._name = self._stored_name = _padded(name)
         self._on, self._resetting = True, 0
-        self._state: int = RadioState.ON
+        self._state = self.shown_state = int(RadioState.ON)
         self._busy_until_ms = 0.0
         self._changes: list[_Change] = []
-        self._is_streaming = self._waited = False
+        self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
 
     @property
@@ -137,6 +142,18 @@ class Radio:
         self._resetting = resetting
 
     @property
+    def next_redraw_ms(self) -> float:
+        """When an answer draws the status bar anew the next time."""
+        return min((change.at_ms for change in self._changes if change.attribute == "_redraws"), default=inf)
+
+    def follow(self, until_ms: int) -> bool:
+        """Note what the user interface sees; whether to draw the status bar anew for what came since the last call."""
+        self._settle(until_ms)
+        self.shown_state = self._state
+        redraws, self._redraws = self._redraws, False
+        return redraws
+
+    @property
     def busy(self) -> bool:
         """Whether an operation is running; no other can start."""
         return self._clock.now_ms < self._busy_until_ms
@@ -146,13 +163,14 @@ class Radio:
         self._stored_name = before.stored_name
         self._name = _padded(self._stored_name[:_NAME_AT_BOOT])
         if not before._on:
-            self._on, self._state = False, RadioState.OFF
+            self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
 
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
-        self.name = _padded(name)
+        self.name, self._redraws = _padded(name), True
         duration = 4 if self._on else 158
-        self._occupy(duration, (duration, "_stored_name", self._name), late_ms=1)
+        started = [] if self._on else [_redraw(154)]
+        self._occupy(duration, *started, (duration, "_stored_name", self._name), _redraw(duration), late_ms=1)
 
     def switch(self, on: bool) -> bool:
         """Switch the radio on or off; False if it is busy, or on already."""
@@ -161,10 +179,11 @@ class Radio:
             return False
         if on:
             start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
-            self._occupy(163, (161, "_on", True), start, on_at)
+            self._occupy(163, *map(_redraw, (154, 158, 160)), (161, "_on", True), start, on_at)
         else:
             off = (5, "_on", False), (5, "_state", RadioState.OFF)
-            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1)
+            drawn = [_redraw(5)] if self._on else []
+            self._occupy(5 if self._on else 606, *off, *drawn, answer_ms=5, late_ms=1)
         return True
 
     def reset(self) -> None:
@@ -172,9 +191,11 @@ class Radio:
         self._settle()
         wait, starting = (0, 1) if self._on else (154, 2)
         name = _padded(DEFAULT_NAME)
+        redraws = [160 + wait, 164 + wait, 166 + wait] if self._on else [154, 160 + wait, 164 + wait, 166 + wait]
         self._occupy(
             170 + wait,
             (6, "_stored_name", name),
+            *map(_redraw, redraws),
             (6 + wait, "_resetting", 1),
             (7, "_state", RadioState.OFF),
             (164, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
@@ -186,9 +207,11 @@ class Radio:
         )
 
     def postpone(self, passes: int) -> None:
-        """Delay what an operation brings: the radio has stood still for some passes."""
+        """Delay what an operation brings: the radio stands still for the next passes."""
+        self._settle()
         self._busy_until_ms += passes
         self._changes = [each._replace(at_ms=each.at_ms + passes) for each in self._changes]
+        self.on_plan()
         if self._operation is not None:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
 
@@ -197,6 +220,7 @@ class Radio:
     ) -> None:
         self._operation = operation = _Operation(self._clock.now_ms, answer_ms, late_ms, duration_ms, changes)
         self._waited = self._is_streaming
+        self.on_plan()
         if self._is_streaming:
             self._hold()
         else:
@@ -223,12 +247,18 @@ class Radio:
             for delay, attribute, value in operation.changes
         ]
         self._changes = sorted(changed, key=lambda change: change.at_ms)
+        self.on_plan()
 
-    def _settle(self) -> None:
+    def _settle(self, until_ms: int | None = None) -> None:
         """Carry out the changes whose time has come."""
-        while self._changes and self._changes[0].at_ms <= self._clock.now_ms:
+        until_ms = self._clock.now_ms if until_ms is None else until_ms
+        while self._changes and self._changes[0].at_ms <= until_ms:
             change = self._changes.pop(0)
             setattr(self, change.attribute, change.value)
+
+
+def _redraw(at_ms: int) -> tuple[int, str, int]:
+    return at_ms, "_redraws", True
 
 
 def _padded(name: bytes) -> bytes:

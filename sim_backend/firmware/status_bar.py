@@ -45,6 +45,10 @@ class StatusBar:
     def __init__(self, clock: Clock, ui: UiModule, radio: Radio, screen: ScreenRefresh) -> None:
         self._clock, self._ui, self._radio, self._screen = clock, ui, radio, screen
         self.icons = bytes((_BLUETOOTH + RadioState.ON, 0))
+        self.preset()
+
+    def preset(self) -> None:
+        """Show the icons as they were drawn at power-on."""
         self.icons = self._now()
 
     def note_write(self) -> None:
@@ -65,7 +69,7 @@ class StatusBar:
     def _now(self) -> bytes:
         ui, battery = self._ui, self._ui.battery
         running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
-        radio = self._radio.state & _RADIO_STATES
+        radio = self._radio.shown_state & _RADIO_STATES
         bluetooth, charge = _BLUETOOTH + radio, battery.shown_bars
         charge += _RECHARGEABLE_BATTERY if battery.raw & RECHARGEABLE else _BATTERY
         icons = (

@@ -161,6 +161,7 @@ class UiModule(FileRunner):
     def run(self, now_ms: int) -> None:
         """Run one pass: battery, keys, files, supply."""
         self.on_pass()
+        self._follow_radio(now_ms - 1)
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
@@ -184,7 +185,13 @@ class UiModule(FileRunner):
         self.watch_start(now_ms)
         self._follow_exit(now_ms)
         self.watch_supply()
+        self._follow_radio(now_ms)
         self._schedule()
+
+    def _follow_radio(self, until_ms: int) -> None:
+        """Draw the status bar anew after a command to the radio, and in the pass after some of its answers."""
+        if self.radio.follow(until_ms):
+            self.flags |= int(UiFlag.REDRAW_STATUS)
 
     def _follow_status(self) -> None:
         """Draw the status bar if that is requested; without it nothing of it stays to be drawn."""
@@ -321,6 +328,8 @@ class UiModule(FileRunner):
 
     def _schedule(self) -> None:
         now_ms, due = self._clock.now_ms, self._next_step_ms
+        if self.radio.next_redraw_ms < due:
+            due = int(self.radio.next_redraw_ms)
         if self.sleep_minutes and self._off_ms == NEVER:
             due = min(due, self.expires_ms)
         if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):

@@ -296,9 +296,9 @@ class Bench:
         """Run passes that the recordings do not count; their motors and their radio stand still meanwhile."""
         for port in "ABC":
             self.brick.attach_motor(port, None)
+        self._radio.postpone(passes)
         self.brick.tick(passes)
         self._hidden_ms += passes
-        self._radio.postpone(passes)
         self._plug_in_motors()
 
     def _plug_in_motors(self) -> None:

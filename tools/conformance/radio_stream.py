@@ -85,10 +85,10 @@ class RadioStream:
             self._end_ms = None
 
     def postpone(self, passes: int) -> None:
-        """Delay what the radio brings: it has stood still for some passes of the firmware."""
+        """Delay what the radio brings: it stands still for the next passes of the firmware."""
         self._brick.radio.postpone(passes)
         self._sent_ms, self._left_ms = self._sent_ms + passes, self._left_ms + passes
-        if self._end_ms is not None and self._end_ms <= self._brick.now_ms - passes:
+        if self._end_ms is not None and self._end_ms <= self._brick.now_ms:
             self._end_ms += passes
 
     def note_command(self, passes: int = _END_USB) -> None:
