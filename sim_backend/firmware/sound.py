@@ -35,6 +35,9 @@ _BUFFERS = 3
 _QUEUED = 2
 """Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
 
+_AHEAD_MS = 1.2
+"""How much sooner than by the passes the loudspeaker ends with a file: its start and end are within passes."""
+
 CLICK, ATTENTION = b"! Click.rso\0", b"! Attention.rso\0"
 """Sounds of the user interface."""
 
@@ -81,7 +84,6 @@ class SoundModule:
         mode: See `SoundMode`.
         volume: 0..4.
         tone: The last tone that was started by a command and not stopped, or None.
-        audible: Whether the firmware is playing a tone or a file, whatever flags and state of the map say.
         from_file: Whether a sampled file was started after it.
     """
 
@@ -94,7 +96,7 @@ class SoundModule:
         self.flags = self.state = self.mode = 0
         self.volume = MAX_VOLUME
         self.tone: Tone | None = None
-        self.from_file = self.audible = False
+        self.from_file = self._sounds = False
         self._ends_ms = self._next_ms = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._byte_ms = self._sample_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST)
@@ -131,6 +133,15 @@ class SoundModule:
         """Whether a tone or file is playing, or about to."""
         return bool(self.flags & (SoundFlag.RUNNING | SoundFlag.UPDATE))
 
+    @property
+    def audible(self) -> bool:
+        """Whether a tone or file is playing: a tone until the pass before its end, a file until its last sample."""
+        if self._is_melody or self.state == SoundState.TONE:
+            return self._sounds and self._clock.now_ms < self._ends_ms - 1
+        if not self._queue:
+            return self._sounds
+        return self._clock.now_ms < self._queue[-1] - _AHEAD_MS
+
     def wake(self) -> None:
         """Check the flags in the next pass: they were written through the map."""
         self.due_ms = min(self.due_ms, self._clock.now_ms + 1)
@@ -158,7 +169,7 @@ class SoundModule:
             self._notes, self._plays_buffer = [], False
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
-            self.flags, self.audible = self.flags | SoundFlag.RUNNING, True
+            self.flags, self._sounds = self.flags | SoundFlag.RUNNING, True
             nothing = self._handle is None and self._read == self._played and self.mode != SoundMode.LOOP
             if self.state == SoundState.FILE and nothing:  # a program or telegram has written the state
                 self._silence()
@@ -182,6 +193,8 @@ class SoundModule:
             self._close_file()
             _, handle, size = self._loader.open_read(unpack_name(self.name))
             self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
+            if interrupts:
+                self.tone, self.from_file = None, False
             begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
             if begins_anew:
                 self._notes, self._plays_buffer = [], False
@@ -193,7 +206,7 @@ class SoundModule:
         self._play_waves(self.frequency_hz, self.duration_ms, now_ms, rest_ms)
 
     def _begin(self, state: SoundState) -> None:
-        self.flags, self.state, self.audible = self.flags | SoundFlag.RUNNING, int(state), True
+        self.flags, self.state, self._sounds = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
         """Play an open file from a pass on; one that is not a sound file stays silent.
@@ -212,8 +225,7 @@ class SoundModule:
         self._sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
-        self.from_file, self._from_ms = not self._is_melody, begins_ms + self._rest_of_wave(begins_ms)
-        self.tone = None if self._is_melody else self.tone
+        self._from_ms = begins_ms + self._rest_of_wave(begins_ms)
         self._store(self._loader.read(handle, _BUFFER)[1])
         self._ends_ms = begins_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
 
@@ -234,7 +246,7 @@ class SoundModule:
         if self._read != self._played and now_ms >= self._place_ms:
             begins_ms = max([now_ms, self._from_ms, *self._queue])
             ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
-            self._queue = [*self._queue, ends_ms][-_QUEUED:]
+            self._queue, self.from_file = [*self._queue, ends_ms][-_QUEUED:], True
             self._played = (self._played + 1) % _BUFFERS
         if self._read == self._played and not self._read_buffer():
             self._silence()
@@ -263,7 +275,7 @@ class SoundModule:
         failed, handle, _ = self._loader.open_read(unpack_name(self.name))
         if failed:
             return bytes(_BUFFER)
-        self._handle, self.from_file, self.tone = handle, True, None
+        self._handle = handle
         self._loader.read(handle, _HEADER.size)
         return self._loader.read(handle, _BUFFER)[1]
 
@@ -317,7 +329,7 @@ class SoundModule:
         self._close_file()
 
     def _end(self) -> None:
-        self.flags, self.state, self.audible = self.flags & ~int(SoundFlag.RUNNING), 0, False
+        self.flags, self.state, self._sounds = self.flags & ~int(SoundFlag.RUNNING), 0, False
         self._ends_ms = self._next_ms = 0
 
     def _close_file(self) -> None:
