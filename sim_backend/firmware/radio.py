@@ -20,6 +20,12 @@ DEFAULT_NAME = b"NXT"
 _NAME_AT_BOOT = 8
 """Characters of the radio's name that the firmware takes over when the radio has started."""
 
+_OFF_AT_BOOT = -11
+"""What a boot that leaves the radio off adds to the bytes of its answers."""
+
+_SHORT_ANSWER, _START_ANSWER, _ON_ANSWERS, _RESET_ANSWERS = 5, 4, 61, 67
+"""Bytes of its answers: to a new name or switching off, first if it is off, to switching on, to a reset."""
+
 _TIME_OUT_MS = 494
 """How much longer than to an answer the firmware waits for one that does not come."""
 
@@ -86,6 +92,7 @@ class Radio:
         self._changes: list[_Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
+        self._answered = 0
 
     @property
     def streaming(self) -> bool:
@@ -142,6 +149,12 @@ class Radio:
         self._resetting = resetting
 
     @property
+    def answered(self) -> int:
+        """Bytes of the radio's answers after the boot, which use up places in the ring buffer of the stream."""
+        self._settle()
+        return self._answered
+
+    @property
     def next_redraw_ms(self) -> float:
         """When an answer draws the status bar anew the next time."""
         return min((change.at_ms for change in self._changes if change.attribute == "_redraws"), default=inf)
@@ -164,13 +177,15 @@ class Radio:
         self._name = _padded(self._stored_name[:_NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
+            self._answered = _OFF_AT_BOOT
 
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
         self.name, self._redraws = _padded(name), True
         duration = 4 if self._on else 158
         started = [] if self._on else [_redraw(154)]
-        self._occupy(duration, *started, (duration, "_stored_name", self._name), _redraw(duration), late_ms=1)
+        told = self._told(duration, _SHORT_ANSWER + (0 if self._on else _START_ANSWER))
+        self._occupy(duration, *started, (duration, "_stored_name", self._name), _redraw(duration), told, late_ms=1)
 
     def switch(self, on: bool) -> bool:
         """Switch the radio on or off; False if it is busy, or on already."""
@@ -179,10 +194,11 @@ class Radio:
             return False
         if on:
             start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
-            self._occupy(163, *map(_redraw, (154, 158, 160)), (161, "_on", True), start, on_at)
+            told = self._told(162, _ON_ANSWERS)
+            self._occupy(163, *map(_redraw, (154, 158, 160)), (161, "_on", True), start, on_at, told)
         else:
             off = (5, "_on", False), (5, "_state", RadioState.OFF)
-            drawn = [_redraw(5)] if self._on else []
+            drawn = [_redraw(5), self._told(5, _SHORT_ANSWER)] if self._on else []
             self._occupy(5 if self._on else 606, *off, *drawn, answer_ms=5, late_ms=1)
         return True
 
@@ -203,6 +219,7 @@ class Radio:
             (167 + wait, "_on", True),
             (167 + wait, "_state", RadioState.STARTING),
             (167 + wait + starting, "_state", RadioState.ON),
+            self._told(167 + wait + starting, _RESET_ANSWERS + (0 if self._on else _START_ANSWER)),
             answer_ms=5,
         )
 
@@ -225,6 +242,10 @@ class Radio:
             self._hold()
         else:
             self._schedule(operation, 0, 0)
+
+    def _told(self, at_ms: int, size: int) -> tuple[int, str, int]:
+        """The change when the last of an operation's answers has come, which have `size` bytes."""
+        return at_ms, "_answered", self._answered + size
 
     def _unanswered(self, operation: _Operation) -> bool:
         """Whether the radio has not carried out the first step, which it does not do in stream mode."""

@@ -25,9 +25,6 @@ _MODE_MS = 5
 _USB_MS = 1
 """Passes that the cable takes."""
 
-_MESSAGE_MS = 2
-"""Passes that a telegram takes outside of stream mode, where it has no reply."""
-
 _RADIO_PATIENCE = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
 MOST = 100_000
@@ -312,11 +309,11 @@ class Bench:
         the last one is incomplete. They last for `_RADIO_PATIENCE` passes more if the stream ends.
         """
         radio, replies, passes = self._radio, b"", 0
-        complete = radio.send(bytes.fromhex("".join(stream)))
+        data = bytes.fromhex("".join(stream))
         if not radio.is_stream:
-            radio.drop()
-            self.brick.tick(_MESSAGE_MS if complete else 0)
+            self.brick.tick(radio.pass_over(data))
             return ""
+        complete = radio.send(data)
         enough = complete if radio.incomplete else _PATIENCE
         while passes < complete + _RADIO_PATIENCE and (
             radio.ends or radio.sending or (radio.waiting and passes < enough)

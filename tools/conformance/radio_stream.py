@@ -10,7 +10,10 @@ from sim_backend.firmware.limits import BLUETOOTH
 _RING = 128
 """Size of the ring buffer."""
 _START = 62
-"""Where the first byte of a stream is stored in it."""
+"""Where the first byte of a stream is stored in it after a boot that leaves the radio on."""
+
+_MESSAGE_MS = 2
+"""Passes that telegrams take outside of stream mode, where they have no reply."""
 
 _END_BT, _END_USB, _RECOVERY = 3, 4, 98
 """Passes from a command to the radio, over Bluetooth or USB, to the end of the stream, and from there to a new one."""
@@ -31,7 +34,7 @@ class RadioStream:
     def __init__(self, brick: SimBrick) -> None:
         self._brick = brick
         self.waiting = b""
-        self._taken = b""
+        self._taken = self._unheard = b""
         self._position = _START
         self._is_stream = False
         self._end_ms: int | None = None
@@ -63,10 +66,12 @@ class RadioStream:
         self.waiting += data
         return self._split()[0] - before
 
-    def drop(self) -> None:
-        """Pass over what is not read yet."""
-        self._position += len(self.waiting)
-        self.waiting = self._taken = b""
+    def pass_over(self, data: bytes) -> int:
+        """Append bytes outside of stream mode, and return how many passes the recordings wait for their telegrams."""
+        self._unheard += data
+        self._position += len(data)
+        complete, self._unheard = _split(self._unheard)
+        return (1 if self._unheard else _MESSAGE_MS) if complete else 0
 
     def switch(self, *, stream: bool) -> None:
         """Begin or end the radio's stream mode, which drops an incomplete telegram.
@@ -75,7 +80,8 @@ class RadioStream:
         """
         if stream == self._is_stream:
             return
-        self.drop()
+        self._position += len(self.waiting)
+        self.waiting = self._taken = self._unheard = b""
         now_ms, self._is_stream = self._brick.now_ms, stream
         self._brick.radio.streaming = stream
         if not stream:
@@ -101,7 +107,8 @@ class RadioStream:
         now_ms = self._brick.now_ms
         if self._end_ms is not None and now_ms >= self._end_ms:
             return b""
-        ahead = self._taken + self.waiting[: _RING - self._position % _RING]
+        position = self._position + self._brick.radio.answered
+        ahead = self._taken + self.waiting[: _RING - position % _RING]
         done = max(len(self._taken) - LENGTH_SIZE, 0) // BLUETOOTH.buffer * BLUETOOTH.buffer
         end = min(_size(ahead), LENGTH_SIZE + done + BLUETOOTH.buffer)
         count = len(ahead[:end]) - len(self._taken)
@@ -119,10 +126,15 @@ class RadioStream:
 
     def _split(self) -> tuple[int, bytes]:
         """Number of pieces of complete telegrams not handled yet, and the beginning of an incomplete one."""
-        rest, pieces = self._taken + self.waiting, 0
-        while len(rest) >= (size := _size(rest)):
-            rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
-        return pieces, rest
+        return _split(self._taken + self.waiting)
+
+
+def _split(stream: bytes) -> tuple[int, bytes]:
+    """Number of pieces of the complete telegrams in a stream, and the beginning of an incomplete one."""
+    rest, pieces = stream, 0
+    while len(rest) >= (size := _size(rest)):
+        rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
+    return pieces, rest
 
 
 def _size(stream: bytes) -> int:
