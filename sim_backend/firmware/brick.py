@@ -36,6 +36,7 @@ from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
+from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.devices import Devices
 
 BOOT_MS = 6000
@@ -119,7 +120,6 @@ class SimBrick:
         )
         self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
         self.radio.on_plan = self.ui.wake_later
-        self._calibrations: dict[bytes, tuple[int, int]] = {}
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         ui, screen = self.ui, self._screen
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
@@ -166,7 +166,7 @@ class SimBrick:
             live.boot(version.map_sizes.get(name, live.size), version.map_presets.get(name, {}))
         return maps
 
-    def _equip(self, mailboxes: Mailboxes) -> Devices:
+    def _equip(self, mailboxes: Mailboxes, calibrations: Calibrations) -> Devices:
         """The modules that a program started now can use."""
         self.ui.wake()
         return Devices(
@@ -182,7 +182,7 @@ class SimBrick:
             random=Random(self.seed),
             mailboxes=mailboxes,
             started_ms=self.command.tick,
-            calibrations=self._calibrations,
+            calibrations=calibrations,
             log_times=lambda: (self.command.sync_time, self.command.sync_tick),
         )
 

@@ -6,6 +6,7 @@ Source: docs/firmware.md sections 1, 4, 5.2 (Command map) and 8.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum, auto
 
 from firmware_protocol.enums import InterpreterState
@@ -14,6 +15,7 @@ from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
+from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.clump_records import ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
@@ -70,7 +72,7 @@ class CommandModule:
         layout: Layout,
         dialect: Dialect,
         *,
-        equip: Callable[[Mailboxes], Devices],
+        equip: Callable[[Mailboxes, Calibrations], Devices],
         on_end: Callable[[], None],
         reset_devices: Callable[[], None],
     ) -> None:
@@ -265,11 +267,14 @@ class CommandModule:
         self.mailboxes = Mailboxes(memory)
         address = self._loader.address_of(self._handle)
         self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program, address)
-        self._machine = Machine(program, memory, self._equip(self.mailboxes), OPCODES, self._dialect)
+        calibrations = Calibrations(memory)
+        self._machine = Machine(program, memory, self._equip(self.mailboxes, calibrations), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
         self.breakpoints = [[(0, 0)] * BREAKPOINTS for _ in program.clumps]
-        if self._dialect.searches_calibrations:
-            self._loader.list_all(_CALIBRATIONS)
+        if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
+            with suppress(OutOfMemory):
+                name = file.name.split(".")[0].encode("latin-1")
+                calibrations.load(name, bytes(file.content[: file.data_size]))
         self._reset_devices()
         self.due_ms = now_ms + 1
 

@@ -275,12 +275,13 @@ class Loader:
         handle.index = index
         return Status.OK, number, files[index]
 
-    def list_all(self, pattern: str) -> None:
-        """Go through a listing and close its handle; without a free one that is handle 0."""
-        status, number, _ = self.find_first(pattern)
+    def list_all(self, pattern: str) -> File | None:
+        """Go through a listing and close its handle, without a free one handle 0. Returns its first file, if any."""
+        status, number, first = self.find_first(pattern)
         while not status:
             status, *_ = self.find_next(number)
         self.close(number)
+        return first
 
     def close_all(self) -> None:
         """Close every handle that was opened over USB, as when the cable is pulled."""

@@ -122,6 +122,40 @@ def test_a_calibration_scales_to_a_percentage(low, high, raw, scaled):
     assert (status, value) == (0, scaled)
 
 
+def percentage_by(name, *files):
+    """What 500 is by a calibration, in percent, in a program that begins with calibration files."""
+    brick = SimBrick()
+    for file, content in files:
+        store(brick, file, content)
+    return called(42, 9, name, 500, brick=brick)[0][1]
+
+
+def test_a_program_begins_with_the_calibration_of_the_newest_file():
+    files = ("old.cal", struct.pack("<hh", 100, 900)), ("new.cal", struct.pack("<hh", 300, 600))
+    assert [percentage_by(name, *files) for name in (b"old\0", b"new\0")] == [48, 66]
+
+
+def test_a_calibration_file_of_another_size_has_no_range():
+    assert percentage_by(b"odd\0", ("odd.cal", bytes([1] * 5))) == 0
+
+
+def test_calibrations_end_with_their_program():
+    _, run = called(42, 9, b"x\0", 500, before=[(43, 9, b"x\0", 300, 700)])
+    brick = run.brick
+    brick.receive(direct.StopProgram().encode())
+    brick.tick(1000)
+    brick.loader.delete("a.rxe")
+    assert called(42, 9, b"x\0", 500, brick=brick)[0] == [0xC0, 48]
+
+
+def test_calibrations_are_an_array_in_the_pool():
+    calls = [(43, 9, b"abc\0", 100, 600), (43, 9, b"defg\0", 200, 1000), (43, 9, b"abc\0", 100, 601)]
+    _, run = called(42, 9, b"abc\0", 500, before=calls)
+    first, second = bytes.fromhex("6400590261626300"), bytes.fromhex("c800e8036465666700")
+    at = bytes(run.brick.command.pool).index(first)
+    assert bytes(run.brick.command.pool[at + 24 :]).startswith(second)
+
+
 def test_names_of_calibrations_are_told_apart_by_their_case():
     assert called(42, 9, b"X\0", 5000, before=[(43, 9, b"x\0", 300, 700)])[0] == [0xC0, 100]
 

@@ -23,6 +23,7 @@ from sim_backend.firmware.names import matcher
 from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.rxe import Type
 
 _OUTPUTS, _FIELD = 0x200, 0x3FFF
@@ -69,7 +70,7 @@ _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 
 @dataclass(frozen=True)
 class Devices:
-    """The modules of the brick, and the running program's mailboxes."""
+    """The modules of the brick, and the running program's mailboxes and calibrations."""
 
     output: OutputModule
     input: InputModule
@@ -83,7 +84,7 @@ class Devices:
     random: Random
     mailboxes: Mailboxes
     started_ms: int
-    calibrations: dict[bytes, tuple[int, int]]
+    calibrations: Calibrations
     log_times: Callable[[], tuple[int, int]]
 
     def module(self, pattern: bytes) -> LiveMap | None:

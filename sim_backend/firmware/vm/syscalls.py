@@ -211,15 +211,15 @@ def _write_semaphore(call: Call) -> None:
 
 def _calibrated(call: Call) -> None:
     """Scale a raw value by a calibration: result, name, value."""
-    calibrations = call.devices.calibrations
-    low, high = calibrations.get(call.text(1), (0, FULL_SCALE))
-    call.put(0, Status.OK if call.text(1) in calibrations else Status.OUT_OF_RANGE)
+    found = call.devices.calibrations.find(call.text(1))
+    low, high = found or (0, FULL_SCALE)
+    call.put(0, Status.OK if found else Status.OUT_OF_RANGE)
     call.put(2, min(max(divide((s16(call.number(2)) - low) * 100, high - low), 0), 100))
 
 
 def _calibrate(call: Call) -> None:
     """Store a calibration: result, name, lowest and highest raw value."""
-    call.devices.calibrations[call.text(1)] = (s16(call.number(2)), s16(call.number(3)))
+    call.devices.calibrations.store(call.text(1), s16(call.number(2)), s16(call.number(3)))
     call.put(0, Status.OK)
 
 
