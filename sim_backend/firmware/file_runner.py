@@ -51,6 +51,12 @@ class FileRunner(Boot):
         return self.state == UiState.RUNNING or self._from_menu
 
     @property
+    def shows_program(self) -> bool:
+        """Whether the picture of a program that runs is below the status bar."""
+        runs = self.state == UiState.RUNNING and self._run is Run.PROGRAM
+        return runs and self._clock.now_ms > self._opened_ms
+
+    @property
     def _runs_program(self) -> bool:
         return self.runs_file and self._run is Run.PROGRAM
 

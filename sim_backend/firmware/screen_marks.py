@@ -60,7 +60,7 @@ QUESTION = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(updat
 ANSWERED = Marks(0x2000_0000)
 """The end of a question, with the status bar."""
 STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
-"""The status bar, and the same while a file runs."""
+"""The status bar, and the same while a program runs."""
 
 
 def listed(items: int, chosen: int) -> Marks:

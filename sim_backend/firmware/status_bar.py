@@ -11,7 +11,6 @@ from sim_backend.firmware.radio import Radio, RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import UiModule
-from sim_backend.firmware.ui_states import UiState
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE_BATTERY = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
@@ -64,7 +63,7 @@ class StatusBar:
         )
         self._screen.mark(Marks(update=changed))
         if everything:
-            self._screen.mark(STATUS_RUNNING if self._ui.state == UiState.RUNNING else STATUS)
+            self._screen.mark(STATUS_RUNNING if self._ui.shows_program else STATUS)
 
     def _now(self) -> bytes:
         ui, battery = self._ui, self._ui.battery
