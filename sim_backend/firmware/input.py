@@ -51,6 +51,9 @@ _PIN_SETTINGS: dict[int, int] = {
 }  # fmt: skip
 """Types with the same number set the pins of the input alike."""
 
+_SUPPLY = {1: 0x01, 6: 0x10}
+"""Battery voltage by the setting of the pins: in pulses, or all the time."""
+
 _COLOR_PINS = 8
 _LEVELS: tuple[tuple[bool | None, bool | None], ...] = (
     (None, None), (False, False), (True, False), (False, True), (None, None), (True, True), (True, True),
@@ -98,6 +101,7 @@ class InputPort:
         custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
         custom_active: As commanded.
         pin_directions, pins_in, pins_out: The two digital lines; only `SensorType.CUSTOM` uses them.
+        supply: Battery voltage on the port: 1 in pulses, 0x10 all the time, or 0.
         color: Values of a colour sensor.
     """
 
@@ -110,7 +114,7 @@ class InputPort:
         self.raw = self.normalized = self.scaled = reading
         self.boolean = self.invalid = self.settling = 0
         self.custom_zero_offset = self.custom_full_scale = self.custom_active = 0
-        self.pin_directions, self.pins_in, self.pins_out = 0, 3, 0
+        self.pin_directions, self.pins_in, self.pins_out, self.supply = 0, 3, 0, 0
         self.color = ColorPort()
         self._inputs = (0, 1) if frees_first_pin else (1,)
         self._disc = RotationDisc()
@@ -142,6 +146,7 @@ class InputPort:
         if settling is not None:
             self.settling = settling
             self.invalid = INVALID
+        self.supply = self.supply if pins is None else _SUPPLY.get(pins, 0)
         if self.type == SensorType.CUSTOM:
             self._set_pins()
         elif pins is not None:

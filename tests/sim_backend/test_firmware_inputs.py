@@ -301,3 +301,14 @@ def test_the_calibration_of_what_looks_like_a_colour_sensor_fails_in_1_32(low_fr
         bench.control(f"!tick {valid_after - 1 - waited}")
         assert bench.telegram("000700")[8:10] == "00"
     assert bench.telegram("000700")[8:10] == "01"
+
+
+@pytest.mark.parametrize(("firmware", "types", "supplied"), [
+    ("1.29", "03", "04"), ("1.29", "04", "04"), ("1.29", "05", "00"), ("1.29", "0b", "40"), ("1.29", "0b 0d", "00"),
+    ("1.29", "0b 09", "00"), ("1.29", "0b 13", "40"), ("1.32", "03 13", "04"), ("1.05", "0b 13", "00"),
+])  # fmt: skip
+def test_some_types_have_the_battery_s_voltage(firmware, types, supplied):
+    bench = Bench(SimBrick(firmware=firmware))
+    for sensor_type in types.split():
+        bench.telegram(f"000502{sensor_type}00")
+    assert bench.control("!power") == f"power=00 display=1 inpower={supplied} div0=0"

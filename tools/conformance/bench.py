@@ -245,7 +245,8 @@ class Bench:
         brick = self.brick
         divisions = sum(control.zero_divisions for control in brick.output.controls)
         power = brick.io_control.power_command
-        return f"power={power:02x} display={brick.display_on:d} inpower=00 div0={divisions}"
+        supplied = sum(port.supply << number for number, port in enumerate(brick.input.ports))
+        return f"power={power:02x} display={brick.display_on:d} inpower={supplied:02x} div0={divisions}"
 
     def _bluetooth_name(self) -> str:
         return self.brick.radio.stored_name.hex()
