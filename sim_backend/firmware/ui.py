@@ -124,8 +124,9 @@ class UiModule(FileRunner):
         if buttons:
             self._timer_started_ms = self._clock.now_ms
             kept = self._enter_keeps_program and buttons & _ENTER_MASK
-            if self._runs_program and buttons & _EXIT_MASK and not kept and self.programs.active:
+            if buttons & _EXIT_MASK and not kept and self.programs.active:
                 self.programs.stop()
+                self.buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if not self._in_menu and self._off_ms == NEVER:
             if not (self.runs_file or self.state == UiState.OPENING or self._asks):
                 self._keys.read(self.buttons, self._clock.now_ms)
