@@ -217,6 +217,9 @@ class SoundModule:
         self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
         self._is_melody = kind == _MELODY
+        if size < 0:  # without a whole header the file stays open until the next tone, stop or file
+            self._end()
+            return
         if size <= 0 or not (self._is_melody or kind >> 8 == _SOUND >> 8):
             self._silence()
             return
