@@ -166,7 +166,7 @@ def test_a_crop_refreshes_the_free_flash_even_without_a_file():
 def test_a_file_found_by_a_direct_command_costs_handle_0(brick, command):
     brick.receive(direct.StopSoundPlayback().encode())
     brick.tick(2)
-    store(brick, "a")
+    store(brick, "a", content=bytes(20))
     assert [handle_of(brick, system.OpenRead("a")) for _ in range(3)] == [0, 1, 2]
     assert status_of(brick, command) == Status.OK
     brick.tick(2)
