@@ -20,7 +20,7 @@ from sim_backend.firmware.input_handlers import InputHandlers
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import USB, Channel
-from sim_backend.firmware.loader import Loader, fresh_flash
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
@@ -99,7 +99,9 @@ class SimBrick:
         self.output = OutputModule(clock, version)
         self.input = InputModule(clock, version)
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
-        self.loader = Loader(flash or fresh_flash(version), version)
+        # without a flash it is as after the first boot
+        flash = flash or Flash(version.sectors, version.directory_size, version.settings)
+        self.loader = Loader(flash, version)
         self.sound = SoundModule(clock, self.loader)
         self._screen = ScreenRefresh(clock)
         self.display = DisplayModule(

@@ -9,6 +9,7 @@ from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, RotationDisc, boolean, full_scale
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.color import CALIBRATING, OFF, ColorDevice, ColorPort, background
+from sim_backend.firmware.input_pins import COLOR_PINS, LAMP_OFF, LEVELS, PIN_SETTINGS, SUPPLY
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.versions import Version
 
@@ -40,26 +41,6 @@ _CALIBRATION_CLOCK = (True, False, True, False)
 
 _SILENT = frozenset({SensorType.NONE, SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V})
 """Types whose value is not read."""
-
-_LAMP_OFF = 7
-_PIN_SETTINGS: dict[int, int] = {
-    SensorType.NONE: 0, SensorType.SWITCH: 0, SensorType.TEMPERATURE: 0,
-    SensorType.REFLECTION: 1, SensorType.ANGLE: 1,
-    SensorType.LIGHT_ACTIVE: 2, SensorType.SOUND_DB: 2,
-    SensorType.SOUND_DBA: 3, SensorType.CUSTOM: 4, SensorType.LOW_SPEED: 5, SensorType.LOW_SPEED_9V: 6,
-    SensorType.LIGHT_INACTIVE: _LAMP_OFF,
-}  # fmt: skip
-"""Types with the same number set the pins of the input alike."""
-
-_SUPPLY = {1: 0x01, 6: 0x10}
-"""Battery voltage by the setting of the pins: in pulses, or all the time."""
-
-_COLOR_PINS = 8
-_LEVELS: tuple[tuple[bool | None, bool | None], ...] = (
-    (None, None), (False, False), (True, False), (False, True), (None, None), (True, True), (True, True),
-    (False, False), (True, None),
-)  # fmt: skip
-"""Levels of the two pins by their setting; None is an input."""
 
 
 class AnalogSensor(Protocol):
@@ -140,17 +121,17 @@ class InputPort:
 
         Args:
             settling: Passes for which the values are invalid; None changes nothing about that.
-            pins: Setting of the pins, see `_PIN_SETTINGS`; None leaves them.
+            pins: Setting of the pins, see `PIN_SETTINGS`; None leaves them.
         """
         self.known_type = self.type
         if settling is not None:
             self.settling = settling
             self.invalid = INVALID
-        self.supply = self.supply if pins is None else _SUPPLY.get(pins, 0)
+        self.supply = self.supply if pins is None else SUPPLY.get(pins, 0)
         if self.type == SensorType.CUSTOM:
             self._set_pins()
         elif pins is not None:
-            for pin, level in enumerate(_LEVELS[pins]):
+            for pin, level in enumerate(LEVELS[pins]):
                 self.pins.set_pin(pin, level)
         self._disc = RotationDisc()
         self._debounce = self._edges = 0
@@ -400,7 +381,7 @@ class InputModule:
     def _pins(self, sensor_type: int) -> int | None:
         """The pin setting of a type, or None if it leaves the pins as they are."""
         if self._version.settles_by_pins:
-            return _PIN_SETTINGS.get(sensor_type, _LAMP_OFF)
+            return PIN_SETTINGS.get(sensor_type, LAMP_OFF)
         if sensor_type in _COLOR:
-            return _COLOR_PINS
-        return _PIN_SETTINGS.get(sensor_type, 0 if sensor_type < COLOR_EXIT else None)
+            return COLOR_PINS
+        return PIN_SETTINGS.get(sensor_type, 0 if sensor_type < COLOR_EXIT else None)

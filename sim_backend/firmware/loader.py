@@ -28,11 +28,6 @@ _LINEAR = (".rxe", ".sys", ".rtm")
 """Files whose names contain one of these are contiguous: programs are executed in place."""
 
 
-def fresh_flash(version: Version) -> Flash:
-    """The flash after the first boot."""
-    return Flash(version.sectors, version.directory_size, version.settings)
-
-
 class Opened(NamedTuple):
     """Result of opening a file; the handle's number is reported even if it was refused and is free again."""
 

@@ -20,12 +20,7 @@ from sim_backend.firmware.sensor_view import VIEW, SensorView
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui_states import UiState
 
-_STATES = {
-    Key.LEFT: UiState.LEFT,
-    Key.ENTER: UiState.ENTER,
-    Key.RIGHT: UiState.RIGHT,
-    Key.EXIT: UiState.EXIT,
-}
+_STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
 
 _MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
 _DATA_LOG, _VIEW = _LISTS = (2,), (VIEW,)
