@@ -42,6 +42,11 @@ class Pose:
         dx, dy = point[0] - self.x_mm, point[1] - self.y_mm
         return wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.heading_deg), math.hypot(dx, dy)
 
+    def is_near(self, other: Pose, within_mm: float, within_deg: float) -> bool:
+        """Whether another pose is nearer than a distance, and its heading than an angle; full turns count."""
+        moved_mm = math.hypot(self.x_mm - other.x_mm, self.y_mm - other.y_mm)
+        return moved_mm < within_mm and abs(self.heading_deg - other.heading_deg) < within_deg
+
 
 class Cut(Flag):
     """Sides of the frame beyond which a target goes on."""

@@ -380,8 +380,7 @@ def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
 
 def _same_place(a: Pose, b: Pose) -> bool:
     """Whether what is measured at two poses is one measurement to the map."""
-    moved = math.hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm)
-    return moved < N.repeated_mm and abs(a.heading_deg - b.heading_deg) < N.repeated_deg
+    return a.is_near(b, N.repeated_mm, N.repeated_deg)
 
 
 def _mask(lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:

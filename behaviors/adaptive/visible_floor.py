@@ -159,7 +159,7 @@ class FloorRanges:
         """
         if not N.nearest_mm <= range_mm <= N.farthest_mm:
             return
-        if self._compared_at is not None and _near(self._compared_at, pose):
+        if self._compared_at is not None and pose.is_near(self._compared_at, N.moved_mm, N.turned_deg):
             return
         beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= N.beam_deg)
         if len(beam) < N.nearest_rays:
@@ -199,12 +199,6 @@ class FloorRanges:
         """Return the distances at which rays meet the floor; those that hardly point down never do."""
         tangent = np.tan(np.radians(np.clip(below_deg, 0.1, 89.0)))
         return np.asarray(self._height_mm / tangent)
-
-
-def _near(one: Pose, other: Pose) -> bool:
-    """Whether what is measured at two poses is the same."""
-    moved_mm = math.hypot(one.x_mm - other.x_mm, one.y_mm - other.y_mm)
-    return moved_mm < N.moved_mm and abs(one.heading_deg - other.heading_deg) < N.turned_deg
 
 
 def _least_beside(values: Array, bearing_deg: Array, within_deg: float) -> Array:

@@ -61,11 +61,12 @@ class GeometricFloor:
         """
         rays = (np.arange(COLUMNS) + 0.5) / COLUMNS * camera.width - camera.width / 2
         rays /= camera.focal_px
+        lens = viewpoint.x_mm, viewpoint.y_mm
         seen = [
             panel
             for panel in panels
             if panel.bottom_mm < viewpoint.height_mm
-            and panel.texture_seen_from(viewpoint.x_mm, viewpoint.y_mm) not in self._law.look_like_floor
+            and panel.texture_of(front=panel.shows_front_to(*lens)) not in self._law.look_like_floor
         ]
         depth = _depths_mm(seen, viewpoint, rays)
         heading = math.radians(viewpoint.heading_deg)

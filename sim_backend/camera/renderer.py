@@ -167,7 +167,7 @@ class Renderer:
 
     def _surface(self, facet: Facet) -> Surface:
         panel = facet.panel
-        texture = self._textures[panel.texture if facet.front or panel.back is None else panel.back]
+        texture = self._textures[panel.texture_of(front=facet.front)]
         return Surface(texture, facet.to_image, (texture.repeats(panel.width_mm), 1), _shade(panel, facet.front))
 
     def _texels_per_pixel(self, facet: Facet, surface: Surface) -> Row:

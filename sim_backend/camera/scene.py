@@ -98,9 +98,9 @@ class Panel:
         along_x, along_y = self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm
         return along_x * (y_mm - self.y0_mm) - along_y * (x_mm - self.x0_mm) > 0.0
 
-    def texture_seen_from(self, x_mm: float, y_mm: float) -> str:
-        """The name of the texture that the point (x_mm, y_mm) faces."""
-        return self.texture if self.back is None or self.shows_front_to(x_mm, y_mm) else self.back
+    def texture_of(self, *, front: bool) -> str:
+        """The name of the texture of a side."""
+        return self.texture if front or self.back is None else self.back
 
 
 def in_level_frame(x_mm: Length, y_mm: Length, viewpoint: Viewpoint) -> tuple[Length, Length]:

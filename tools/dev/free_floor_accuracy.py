@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.perception import N as PERCEPTION
+from behaviors.angles import wrapped_deg
 from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.free_floor import N as DETECTOR
 from sim_backend.camera.geometric_floor import FloorLaw, GeometricFloor
@@ -221,7 +222,7 @@ def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
     nearest_mm = math.inf
     for x, y in GeometricFloor(law=FloorLaw(0.0, frozenset(), 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
         bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
-        if abs((bearing_deg + 180.0) % 360.0 - 180.0) <= CONE_DEG:
+        if abs(wrapped_deg(bearing_deg)) <= CONE_DEG:
             nearest_mm = min(nearest_mm, math.dist((x, y), (viewpoint.x_mm, viewpoint.y_mm)))
     return nearest_mm
 
