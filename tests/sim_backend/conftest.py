@@ -66,17 +66,13 @@ def seen_in_passes() -> Callable[..., str]:
 
     def see(setup: list[str], then: dict[int, str], read: str, expected: str, firmware: str = "1.29") -> str:
         bench = Bench(SimBrick(firmware=firmware))
-
-        def say(line: str) -> str:
-            return bench.control(line) if line.startswith("!") else bench.telegram(line)
-
         for line in setup:
-            say(line)
+            bench.answer(line)
         seen = []
         for number in range(sum(int(run.partition("*")[2] or 1) for run in expected.split())):
             if number in then:
-                say(then[number])
-            seen.append(say(read)[18:])
+                bench.answer(then[number])
+            seen.append(bench.answer(read)[18:])
         runs = [(value, len(list(group))) for value, group in itertools.groupby(seen)]
         return " ".join(value + f"*{times}" * (times > 1) for value, times in runs)
 

@@ -13,7 +13,7 @@ from sim_backend.firmware.vm.rxe import Type
 def answers(firmware: str, *lines: str) -> list[str]:
     """Replies to telegrams in hex and to control lines (docs/firmware.md section 0.1)."""
     bench = Bench(SimBrick(firmware=firmware))
-    return [bench.control(line) if line.startswith("!") else bench.telegram(line) for line in lines]
+    return [bench.answer(line) for line in lines]
 
 
 @pytest.mark.parametrize(("firmware", "reply"), [("1.29", "0288007c011d01"), ("1.32", "0288007c012001")])

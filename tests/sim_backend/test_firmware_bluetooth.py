@@ -187,7 +187,7 @@ CONVERSATIONS = [
 )
 def test_the_last_result_is_that_of_the_firmware(lines, result):
     bench = Bench(SimBrick())
-    results = [bench.control(line) if line.startswith("!") else bench.telegram(line) for line in lines]
+    results = [bench.answer(line) for line in lines]
     assert results[-1] == result
 
 
@@ -238,7 +238,7 @@ def test_the_radio_of_the_recordings_changes_its_mode(lines, last):
     """It takes five passes, not counted and without motion; outside of stream mode nothing replies."""
     bench = Bench(SimBrick())
     for line in lines:
-        result = bench.control(line) if line.startswith("!") else bench.telegram(line)
+        result = bench.answer(line)
     assert result == last
 
 

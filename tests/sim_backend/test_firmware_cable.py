@@ -35,7 +35,7 @@ def test_unplugging_closes_what_was_opened_over_usb(lines, free):
     store(brick, "p.rxe", assemble(Variables(), [[0x4025, 0]]))
     bench = Bench(brick)
     for line in [*lines, "!usb 0", "!usb 1"]:
-        (bench.control if line.startswith("!") else bench.telegram)(line)
+        bench.answer(line)
     assert [bench.telegram(OPEN)[:8] for _ in free] == [f"028000{handle:02x}" for handle in free]
 
 

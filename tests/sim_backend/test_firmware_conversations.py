@@ -452,5 +452,5 @@ CONVERSATIONS = [
 def test_a_conversation_ends_as_with_the_firmware(firmware, lines, result):
     bench = Bench(SimBrick(firmware=firmware))
     for line in lines:
-        got = bench.control(line) if line.startswith("!") else bench.telegram(line)
+        got = bench.answer(line)
     assert got == result

@@ -45,7 +45,7 @@ FIVE = [line for number in range(5) for line in complete(f"p{number}.t", 5)]
 def last_reply(firmware: str, lines: list[str]) -> str:
     bench = Bench(SimBrick(firmware=firmware))
     for line in lines:
-        got = bench.control(line) if line.startswith("!") else bench.telegram(line)
+        got = bench.answer(line)
     return got
 
 

@@ -375,5 +375,5 @@ CONVERSATIONS = [
 def test_the_last_result_of_mixed_requests_is_that_of_the_firmware(firmware, lines, result):
     bench = Bench(SimBrick(firmware=firmware))
     for line in lines:
-        got = bench.control(line) if line.startswith("!") else bench.telegram(line)
+        got = bench.answer(line)
     assert got == result

@@ -32,7 +32,7 @@ def started(power: int, limit: int, regulation: int, options: int = 0, port: int
 def bench(*lines: str) -> Bench:
     made = Bench(SimBrick(firmware="1.32"))
     for line in lines:
-        made.control(line) if line.startswith("!") else made.telegram(line)
+        made.answer(line)
     return made
 
 

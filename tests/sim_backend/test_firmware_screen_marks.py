@@ -149,7 +149,7 @@ PRESS_LEFT, ACTIVATE = "019501000c001c00010001", "0195010001001e00010001"
 )
 def test_flags_after_menus_ends_and_the_power_button(firmware, lines, reply):
     bench = Bench(SimBrick(firmware=firmware))
-    answers = [bench.control(line) if line.startswith("!") else bench.telegram(line) for line in lines]
+    answers = [bench.answer(line) for line in lines]
     assert answers[-1][18:] == reply
 
 

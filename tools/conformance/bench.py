@@ -87,6 +87,10 @@ class Bench:
             brick.attach_sensor(index + 1, self._analog(index))
             self._connect(index)
 
+    def answer(self, line: str) -> str:
+        """Answer a line of a conversation: a control line, or a request as hexadecimal digits."""
+        return self.control(line) if line.startswith("!") else self.telegram(line)
+
     def telegram(self, request: str) -> str:
         """Send one telegram in hex and run one pass. More than 64 bytes make several packets.
 

@@ -28,7 +28,7 @@ def name_of(recorded):
 
 def exchange_with(brick):
     bench = Bench(brick)
-    return lambda line: bench.control(line) if line.startswith("!") else bench.telegram(line)
+    return bench.answer
 
 
 @pytest.mark.parametrize("recorded", [pytest.param(run, id=name_of(run)) for run in RUNS])

@@ -176,7 +176,7 @@ def simulated(version: str, lines: Sequence[str], behind: bytes = b"\0") -> list
     brick = SimBrick(firmware=version)
     brick.command.behind_pool = behind
     bench = Bench(brick)
-    return [bench.control(line) if line.startswith("!") else bench.telegram(line) for line in lines]
+    return [bench.answer(line) for line in lines]
 
 
 def _statuses(lines: Sequence[str], found: Sequence[str]) -> list[str]:
