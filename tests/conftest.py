@@ -63,8 +63,14 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the groups, which stay in one process each: begun last, they would be waited for."""
+    """Begin with the groups, which stay in one process each: begun last, they would be waited for.
+
+    Tests for the night are slow, too: an `-m` on the command line replaces the one that leaves them out.
+    """
     items.sort(key=lambda item: item.get_closest_marker("xdist_group") is None)
+    for item in items:
+        if item.get_closest_marker("nightly"):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def test_a_sample(number):
     assert tally.violations == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_larger_sample():
     assert signals.CAMPAIGN.run(2, range(len(CASES))).violations == []
 

@@ -37,7 +37,7 @@ def test_memory_that_grows_is_found(short_hours, monkeypatch, traced_every, foun
     assert found in str(soak.CAMPAIGN.run(1, range(3)).violations)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_three_hours(monkeypatch):
     """Of 20 minutes: longer than the time after which an idle brick switches itself off."""
     monkeypatch.setattr(soak, "HOUR_S", 1200.0)

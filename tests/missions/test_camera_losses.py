@@ -16,7 +16,7 @@ UNSEEING_TURN_S = 2.0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("eyes", ["geometric", "camera"])
+@pytest.mark.parametrize("eyes", ["geometric", pytest.param("camera", marks=pytest.mark.nightly)])
 def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
     trace, referee = perform(draw_scenario("camera_loss", 102), "adaptive", eyes)
     lost = [record for record in referee.records if record.data.get("to") == "down"]

@@ -37,7 +37,7 @@ def test_figure_7_the_target_is_changed(perform, mission_for):
 
 @pytest.mark.slow
 def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_times(perform, mission_for):
-    done = perform("figure5", mission_for("lena"))
+    done = perform("figure5", mission_for("lena"), geometric=True)
     assert done.report.achieved
     ((begun_s, ended_s),) = done.in_state("move_to")
     (start, *_, end) = [pose for _, pose, _ in done.between(begun_s, ended_s)]
@@ -63,7 +63,7 @@ def test_figure_5_is_eleven_calls_of_move_to(perform, mission_for):
 
 @pytest.mark.slow
 def test_figure_6_recognised_but_not_reached_waits_fifteen_seconds_at_rest(perform, mission_for):
-    done = perform("figure6", mission_for("lena"))
+    done = perform("figure6", mission_for("lena"), geometric=True)
     assert done.report.achieved
     ((begun_s, ended_s),) = done.in_state("wait")
     assert ended_s - begun_s == pytest.approx(15.0, abs=0.1)

@@ -32,7 +32,7 @@ def test_a_new_room_is_the_pages_example_and_good(capsys):
     assert "room.toml: good" in capsys.readouterr().out
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_built_in_mission_succeeds_in_the_pages_example():
     Path("room.toml").write_text(EXAMPLE, encoding="utf-8")
     assert nxtdrive.run_mission(nxt="sim://room.toml").achieved

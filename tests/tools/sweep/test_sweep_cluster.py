@@ -140,6 +140,7 @@ def test_the_file_is_that_of_one_process_also_after_an_interruption(dask, lines,
     assert "4/4" in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp_path):
     first, _ = dask.add_workers(2)
     dead = []
@@ -162,6 +163,7 @@ def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impa
     assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
 
 
+@pytest.mark.nightly
 def test_without_a_worker_the_sweep_ends(dask, tmp_path):
     with pytest.raises(ConfigError, match=r"has had no worker for 0 s\. Start some: dask worker tcp://"):
         Cluster(dask.address, patience_s=0.1)
@@ -171,6 +173,7 @@ def test_without_a_worker_the_sweep_ends(dask, tmp_path):
     assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
 
 
+@pytest.mark.nightly
 def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path):
     with contextlib.ExitStack() as stack:
         dask = DaskCluster(stack, tmp_path)
@@ -208,6 +211,7 @@ def test_workers_with_another_version_are_named(dask, tmp_path, capsys):
     assert said.count("tcp://127.0.0.1:") == 2
 
 
+@pytest.mark.nightly
 def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp_path):
     (worker,) = dask.add_workers(1)
     with dask.join(1) as cluster:

@@ -6,7 +6,7 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import draw_scenario
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.policies import ALL_NAMES, NAMES
+from nxtdrive.tools.sweep.policies import ABLATIONS, ALL_NAMES, NAMES
 
 
 def _limited(scenario, limit_s):
@@ -16,7 +16,9 @@ def _limited(scenario, limit_s):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("policy", ALL_NAMES)
+@pytest.mark.parametrize(
+    "policy", [pytest.param(name, marks=pytest.mark.nightly) if name in ABLATIONS else name for name in ALL_NAMES]
+)
 def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
     trace, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
     assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)

@@ -62,7 +62,7 @@ def _journal(folder: Path) -> bytes:
     return journal.read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_watchers_do_not_change_the_journal_and_get_the_end(start, tmp_path, capsys):
     mission = str(tmp_path / "small.toml")
     alone = ["run", mission, "--nxt", "sim://figure6", "--no-video", "--out", str(tmp_path / "alone")]
