@@ -150,7 +150,7 @@ def _arrows_of(state: State, region: str) -> Iterator[Arrow]:
 
 
 def _entered_by_itself(compound: State) -> bool:
-    """Whether a transition leads to a compound as such, and not only to the states in it; a region is entered so."""
+    """Return whether a transition leads to a compound as such, not only to its states; a region is entered so."""
     return compound.parent is None or compound.parent.parallel or any(arrow.target == compound.id for arrow in arrows())
 
 

@@ -168,7 +168,7 @@ class Executive:
         return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)
 
     def now(self) -> float:
-        """Mission time in seconds."""
+        """Return the mission time in seconds."""
         return self._clock.now() - self._start_s
 
     def note(self, kind: Kind, **data: object) -> None:

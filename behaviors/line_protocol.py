@@ -210,7 +210,7 @@ class RequestReader:
         self._requests: deque[Request | BadLine] = deque()
 
     def __len__(self) -> int:
-        """The number of lines that wait for an answer."""
+        """Return the number of lines that wait for an answer."""
         return len(self._requests)
 
     def feed(self, data: bytes) -> None:

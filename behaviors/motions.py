@@ -59,6 +59,6 @@ class ResumableStraight:
         return replace(result, distance_mm=self._distance_mm - left_mm + result.distance_mm)
 
     def _driven_mm(self) -> float:
-        """How far the robot has come along the heading with which it began."""
+        """Return how far the robot has come along the heading with which it began."""
         now, heading = self._body.pose(), math.radians(self._begin.heading_deg)
         return (now.x_mm - self._begin.x_mm) * math.cos(heading) + (now.y_mm - self._begin.y_mm) * math.sin(heading)

@@ -46,7 +46,7 @@ class Observers:
         self._observers.append(self.guarded(name, observer))
 
     def summary(self) -> dict[str, object]:
-        """The failures as an entry of a summary; nothing without any."""
+        """Return the failures as an entry of a summary, empty if there are none."""
         return {"observer_failures": dict(self.failures)} if self.failures else {}
 
     def guarded(self, name: str, observer: Callable[P, object]) -> Callable[P, None]:

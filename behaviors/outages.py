@@ -29,7 +29,7 @@ PARTS: dict[type[Outage], str] = {BodyLost: "link", Blind: "camera", SensorLost:
 
 
 def part_of(outage: Outage) -> str:
-    """What has failed: ``link``, ``camera`` or ``sensor``."""
+    """Return what has failed: ``link``, ``camera`` or ``sensor``."""
     return next(part for kind, part in PARTS.items() if isinstance(outage, kind))
 
 

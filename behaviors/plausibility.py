@@ -21,7 +21,7 @@ STANDS_MM = 30.0
 def passes_over(
     heard_mm: float, distance_mm: float, edges_mm: tuple[float, float] | None, lens_mm: float, sonar_mm: float
 ) -> bool:
-    """Whether an echo is from behind a target on the floor that is lower than the sonar, and so says nothing about it.
+    """Return whether an echo is from behind a target that stands on the floor and is lower than the sonar.
 
     Args:
         heard_mm: How far in front of the lens the echo comes from.
@@ -37,7 +37,7 @@ def passes_over(
 
 
 def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:
-    """Whether the sonar contradicts a distance by apparent size.
+    """Return whether the sonar contradicts a distance by apparent size.
 
     Args:
         range_mm: The sonar's echo from straight ahead; None, without an echo, contradicts nothing.

@@ -33,7 +33,7 @@ class Pose:
     heading_deg: float = 0.0
 
     def ahead(self, distance_mm: float, bearing_deg: float = 0.0) -> tuple[float, float]:
-        """The point (x_mm, y_mm) at `distance_mm` and `bearing_deg` (positive right) from here."""
+        """Return the point (x_mm, y_mm) at `distance_mm` and `bearing_deg` (positive right) from here."""
         angle = math.radians(self.heading_deg + bearing_deg)
         return self.x_mm + distance_mm * math.cos(angle), self.y_mm + distance_mm * math.sin(angle)
 
@@ -43,7 +43,7 @@ class Pose:
         return wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.heading_deg), math.hypot(dx, dy)
 
     def is_near(self, other: Pose, within_mm: float, within_deg: float) -> bool:
-        """Whether another pose is nearer than a distance, and its heading than an angle; full turns count."""
+        """Return whether another pose is nearer than a distance, and its heading than an angle; full turns count."""
         moved_mm = math.hypot(self.x_mm - other.x_mm, self.y_mm - other.y_mm)
         return moved_mm < within_mm and abs(self.heading_deg - other.heading_deg) < within_deg
 
@@ -154,7 +154,7 @@ class Clock(Protocol):
     """The mission's time; in the simulator, sleeping runs the simulation."""
 
     def now(self) -> float:
-        """Seconds since an arbitrary start; never goes back."""
+        """Return seconds since an arbitrary start; never goes back."""
         ...
 
     def sleep(self, duration_s: float) -> None:
@@ -229,19 +229,19 @@ class Body(Protocol):
         ...
 
     def stop(self) -> None:
-        """Motors off, brakes on, now."""
+        """Switch the motors off and brake, at once."""
         ...
 
     def pose(self) -> Pose:
-        """Where the robot is by odometry."""
+        """Return where the robot is by odometry."""
         ...
 
     def range_mm(self) -> float | None:
-        """Distance ahead by ultrasound, or None without an echo or without a sensor."""
+        """Return the distance ahead by ultrasound, or None without an echo or without a sensor."""
         ...
 
     def touching(self) -> bool:
-        """Whether the bumper is pressed; False without a sensor."""
+        """Return whether the bumper is pressed; False without a sensor."""
         ...
 
     def heed_sonar(self, doubt: str = "") -> None:
@@ -257,7 +257,7 @@ class Body(Protocol):
         ...
 
     def battery_mv(self) -> int:
-        """Battery voltage in millivolts."""
+        """Return the battery voltage in millivolts."""
         ...
 
     def on_sensor_change(self, listener: SensorListener) -> None:

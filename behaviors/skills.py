@@ -252,7 +252,7 @@ class MoveTo:
         self._advance: ResumableStraight | None = None
 
     def call(self, direction_deg: float) -> int:
-        """One call of the service.
+        """Make one call of the service.
 
         Args:
             direction_deg: Turn before the first advance, positive right.

@@ -142,7 +142,7 @@ class ApproachSkill:
         return self._stuck(observation, known)
 
     def _lost(self, observation: Observation, bearing_deg: float, distance_mm: float, unseen_s: float) -> Failure:
-        """The target went out of view: something hides it, it moved, or it is seen from too far aside here."""
+        """Report a target out of view: something hides it, it moved, or it is seen from too far to the side here."""
         range_mm = observation.range_mm
         if range_mm is not None and range_mm <= distance_mm - N.before_mm and abs(bearing_deg) <= ARRIVAL.ahead_deg:
             return arrive_failed(Reason.LOST_BEHIND, observation, Blocker(range_mm, hides=True), unseen_s=unseen_s)
@@ -163,7 +163,7 @@ class ApproachSkill:
         return None if blocked_mm is None else max(0.0, blocked_mm - world.floor.sonar_forward_mm)
 
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
-        """Something is before the target: perhaps for a short time if it hides it, since that may be a person."""
+        """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
         range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
         sudden = world.echoes.appeared(world.pose, range_mm)
@@ -219,7 +219,7 @@ class ApproachSkill:
         return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > 0.3)
 
     def _touched(self, observation: Observation) -> Failure:
-        """It ran into something that it neither saw nor heard: map it, and back off."""
+        """Map an obstacle that was neither seen nor heard but touched, and back off."""
         perception = self._perception
         perception.world.floor.mark_obstacle(perception.world.pose, 0.0)
         hides = observation.sighting is None

@@ -100,7 +100,7 @@ class Arrival:
         return False
 
     def _should_be_seen(self, bearing_deg: float, distance_mm: float) -> bool:
-        """Whether the target's place is well within the camera's view and the detector's range."""
+        """Return whether the target's place is well within the camera's view and the detector's range."""
         return (
             abs(bearing_deg - self._perception.world.camera.yaw_deg) <= N.in_view_share * self._targets.half_view_deg
             and distance_mm <= N.in_view_share * self._targets.detection_range_mm[self._perception.target]
@@ -158,7 +158,7 @@ class Arrival:
         return max(sighting.distance_mm, min(heard_mm, sighting.distance_mm / N.size_share))
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
-        """Whether the sonar contradicts the target's size; after it once did, an echo that agrees is needed."""
+        """Return whether the sonar contradicts the target's size; once it has, an echo that agrees is needed."""
         if echo_mm is None:
             return self._perception.target in self._targets.mismatched
         return contradicts(echo_mm, sighting.distance_mm, self._perception.profile.sonar_tolerance_mm)
@@ -189,11 +189,11 @@ class Arrival:
         return Failure(Event.MISTAKEN, Reason.RANGE_MISMATCH, measured, finding=TargetFinding.LOOK_ALIKE)
 
     def _mistaken(self, observation: Observation) -> Failure:
-        """It is a look-alike."""
+        """Report a look-alike."""
         return self._not_it(observation, Reason.WRONG_TARGET, TargetFinding.LOOK_ALIKE)
 
     def _uncertain(self, observation: Observation) -> Failure:
-        """It may be the target in poor light, or a look-alike: look for a better one first."""
+        """Report what may be the target in poor light or a look-alike; a better one is looked for first."""
         return self._not_it(observation, Reason.UNCERTAIN, TargetFinding.UNCERTAIN, clarity=self._verifier.clarity)
 
     def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:

@@ -72,7 +72,7 @@ class Attempts:
         return self._tries[target]
 
     def tried(self, target: str, here: Point, destination: Point) -> bool:
-        """Whether the robot set off for that destination from here before."""
+        """Return whether the robot set off for that destination from here before."""
         return any(
             which == target and _same_place(start, here) and _same_place(end, destination)
             for which, start, end in self._destinations
@@ -104,7 +104,7 @@ class Attempts:
         self._approaches.append(_FailedApproach(target, here, aim, now_s))
 
     def new_approach(self, target: str, start: Point, aim: Point, now_s: float) -> bool:
-        """Whether the straight path to a target leads clear of the places where approaches to it failed lately."""
+        """Return whether the straight path to a target leads clear of the places where approaches failed lately."""
         return all(
             _distance_mm(each.place, start, aim) >= N.beside_mm
             for each in self._approaches

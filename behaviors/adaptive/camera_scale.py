@@ -139,7 +139,7 @@ class CameraScale:
         return self._of(target).factor
 
     def unknown(self, target: str) -> bool:
-        """Whether the height of a target is a guess that nothing measured yet has confirmed or corrected."""
+        """Return whether a target's height is a guess that no measurement has confirmed or corrected yet."""
         estimate = self._of(target)
         return estimate.guessed and math.sqrt(estimate.variance) > N.prior_sd * estimate.factor
 

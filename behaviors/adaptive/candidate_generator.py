@@ -95,15 +95,15 @@ class WorldView(Protocol):
         ...
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
-        """Whether the robot could drive straight from `start` to `standoff_mm` before `end`."""
+        """Return whether the robot could drive straight from `start` to `standoff_mm` short of `end`."""
         ...
 
     def tried(self, target: str, destination: Point) -> bool:
-        """Whether the robot set off for that destination from here before."""
+        """Return whether the robot set off for that destination from here before."""
         ...
 
     def new_approach(self, target: str, start: Point) -> bool:
-        """Whether no approach to a target failed lately on the straight path from `start`."""
+        """Return whether no approach to a target failed lately on the straight path from `start`."""
         ...
 
 

@@ -133,7 +133,7 @@ class FollowPathSkill:
                 return self._stopped(stop, observation)
 
     def _passed(self, point: Point) -> bool:
-        """Whether the robot is at a waypoint, or beside or beyond it: it is not always near one when it looks."""
+        """Return whether the robot is at, beside or beyond a waypoint: it is not always near one when it looks."""
         (x_mm, y_mm), (begin_x, begin_y) = self._perception.world.here, self._from
         ahead = (point[0] - x_mm) * (point[0] - begin_x) + (point[1] - y_mm) * (point[1] - begin_y)
         left_mm = math.hypot(point[0] - x_mm, point[1] - y_mm)
@@ -206,7 +206,7 @@ class FollowPathSkill:
         return float(paths.seconds_to(np.array([self._goal]))[0])
 
     def _no_path(self, observation: Observation) -> Fact:
-        """There is no path; from far enough along the old one it is worth looking round, too."""
+        """Report that there is no path; from far enough along the old one a look round is worthwhile, too."""
         world = self._perception.world
         if self._blocker is not None:
             measured = {"range_mm": observation.range_mm, "stops": self._stops}

@@ -73,5 +73,5 @@ class Cone:
         return cls(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
 
     def arc(self, range_mm: float, half_mm: float) -> Mask:
-        """Which cells are at a distance, give or take."""
+        """Return which cells are at a distance, give or take."""
         return np.asarray(self.inside & (np.abs(self.along_mm - range_mm) <= half_mm))

@@ -58,7 +58,7 @@ class LookAlikes:
         self._known.append(_LookAlike(target, place, time_s, doubtful))
 
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
-        """Whether what is seen there is not taken for the target."""
+        """Return whether a detection there is known not to be the target."""
         return any(
             each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not self._compared(each)
             for each in self._known
@@ -88,7 +88,7 @@ class LookAlikes:
         return any(math.dist(place, before) <= N.near_mm for before in self._confused)
 
     def _alone(self, target: str) -> bool:
-        """Whether all that was taken for the target was in one place."""
+        """Return whether everything taken for the target was in one place."""
         return len(self._seen.get(target, ())) < 2
 
     def arrived(self, *, steady: bool) -> None:
@@ -96,7 +96,7 @@ class LookAlikes:
         self._steady = bool(self._steady) or steady
 
     def compared(self, target: str, place: Point) -> bool:
-        """Whether what is there may be the target although it is not found steadily.
+        """Return whether the object there may be the target although it is not found steadily.
 
         Where a target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
         else was taken for it. Otherwise what is there is set aside, and is the target if no better one was found since
@@ -109,12 +109,12 @@ class LookAlikes:
         return any(self._compared(each) and each.is_at(target, place) for each in self._known)
 
     def _compared(self, each: _LookAlike) -> bool:
-        """Whether enough was looked for a better one: more where several things were taken for the target."""
+        """Return whether a better one was sought enough: more if several objects were taken for the target."""
         return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else N.looks)
 
 
 def _show_one_thing(a: Sighting, b: Sighting) -> bool:
-    """Whether one frame showed two targets in one place: the middle of one within the box of the other."""
+    """Return whether one frame showed two targets in one place: the middle of one within the box of the other."""
     if a.target == b.target or a.time_s != b.time_s:
         return False
     left, top, width, height = a.box

@@ -255,7 +255,7 @@ class OccupancyGrid:
         return free_mm, end_mm
 
     def _passed(self, cone: Cone, far_mm: float) -> Mask:
-        """Which cells a beam has passed up to a distance: neither what deflects it nor what lies behind that."""
+        """Return which cells a beam has passed up to a distance, without what deflects it and what lies behind that."""
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects what strikes it at a glance
         along = np.abs(np.cos(np.radians(self._heard_deg[cone.window] - cone.heading_deg)))
@@ -316,7 +316,7 @@ class OccupancyGrid:
         return float(x[best]), float(y[best])
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
-        """Whether what gives an echo stands where the map once was free: all along its arc, and behind it."""
+        """Return whether the source of an echo stands where the map once was free: all along its arc, and behind it."""
         depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.appeared_cells)
         sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
         return all(self._was_free[cell(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
@@ -341,7 +341,7 @@ class OccupancyGrid:
     def clear_between(
         self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> bool:
-        """Whether the robot could drive straight, as far as the map tells.
+        """Return whether the robot could drive straight, as far as the map shows.
 
         Args:
             start: Where it would set off.
@@ -373,13 +373,13 @@ _ALONG = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
-    """Whether two echoes, infinity standing for none, are one measurement to the map."""
+    """Return whether two echoes, infinity standing for none, are one measurement to the map."""
     (a, range_a), (b, range_b) = one, other
     return _same_place(a, b) and (range_a == range_b or abs(range_a - range_b) < N.repeated_range_mm)
 
 
 def _same_place(a: Pose, b: Pose) -> bool:
-    """Whether what is measured at two poses is one measurement to the map."""
+    """Return whether measurements at two poses are one measurement to the map."""
     return a.is_near(b, N.repeated_mm, N.repeated_deg)
 
 

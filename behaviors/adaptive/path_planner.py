@@ -112,7 +112,7 @@ class PathPlanner:
         return len(self.reachable_places(N.few_spacing_mm, known=False)) < N.few_places
 
     def reaches(self, point: Point) -> bool:
-        """Whether a path leads there."""
+        """Return whether a path leads there."""
         return bool(np.isfinite(self.seconds_to(np.array([point])))[0])
 
     def reachable_places(self, spacing_mm: float, *, known: bool) -> NDArray[np.float64]:
@@ -159,7 +159,7 @@ class PathPlanner:
         return (*places, end)
 
     def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
-        """Whether the straight line between two steps costs hardly more than the path."""
+        """Return whether the straight line between two steps costs hardly more than the path."""
         count = max(abs(other[0] - one[0]), abs(other[1] - one[1])) * 2 + 1
         i = np.rint(np.linspace(one[0], other[0], count)).astype(np.int64)
         j = np.rint(np.linspace(one[1], other[1], count)).astype(np.int64)

@@ -151,7 +151,7 @@ class Perception:
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
 
     def _known_free(self, pose: Pose) -> bool:
-        """Whether the floor ahead is free, by the echo; without a sonar it is taken for free at the start."""
+        """Return whether the floor ahead is free, by the echo; without a sonar it is assumed free at the start."""
         self._start = self._start or pose
         if self._range_mm is not None:
             return self._range_mm > N.free_mm

@@ -53,7 +53,7 @@ class RecentEchoes:
             self._beams.popleft()
 
     def appeared(self, pose: Pose, range_mm: float) -> bool:
-        """Whether what gives an echo came within the last seconds: all of its arc was free.
+        """Return whether the source of an echo came within the last seconds: all of its arc was free.
 
         `OccupancyGrid.appeared` says it of the whole mission.
 
@@ -63,7 +63,7 @@ class RecentEchoes:
         return all(self._passed(pose.ahead(distance_mm, off_deg)) for off_deg in (-N.arc_deg, 0.0, N.arc_deg))
 
     def _passed(self, place: Point) -> bool:
-        """Whether several beams in a row went past this place."""
+        """Return whether several beams in a row went past this place."""
         passed = 0
         for _, pose, range_mm in self._beams:
             distance_mm = self._within(pose, place)

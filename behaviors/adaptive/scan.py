@@ -176,7 +176,7 @@ class ScanSkill:
         return sighted(observation.sighting) if observation.sighting else None
 
     def _unblurred_deg_s(self) -> float:
-        """How fast the robot may turn: what is nearer than the detector's full range is larger and bears more blur."""
+        """Return how fast the robot may turn: nearer objects are larger in the frame and bear more blur."""
         perception = self._perception
         slow_deg_s = perception.profile.scan_deg_s
         if self._range_mm is None:

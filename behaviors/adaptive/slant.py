@@ -27,7 +27,7 @@ class Slant:
         return math.degrees(math.acos(_aspect(sighting) / widest))
 
     def oblique(self, sighting: Sighting) -> bool:
-        """Whether this sighting, or the last whole one, is from far aside."""
+        """Return whether this sighting, or the last whole one, is from far to the side."""
         if not sighting.cut:
             aspect = _aspect(sighting)
             widest = self._widest[sighting.target] = max(self._widest.get(sighting.target, UPRIGHT), aspect)
@@ -35,7 +35,7 @@ class Slant:
         return self.was_oblique(sighting.target)
 
     def was_oblique(self, target: str) -> bool:
-        """Whether the last whole sighting was from far aside."""
+        """Return whether the last whole sighting was from far to the side."""
         return self._oblique.get(target, False)
 
 

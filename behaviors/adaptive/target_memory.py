@@ -226,7 +226,7 @@ class TargetMemory:
             self.beliefs[target].refute(known.place)
 
     def _believes(self, sighting: Sighting) -> bool:
-        """Whether a sighting is neither of a known look-alike nor in two places at once."""
+        """Return whether a sighting is neither of a known look-alike nor in two places at once."""
         place = self._camera.lens_at(self._poses.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
         self.look_alikes.seen(sighting, place)
         return not (
@@ -234,7 +234,7 @@ class TargetMemory:
         )
 
     def _elsewhere(self, sighting: Sighting, place: Point) -> bool:
-        """Whether a target is seen a moment after it was seen elsewhere, which then counts on for a while."""
+        """Return whether a target is seen elsewhere within a moment; the earlier place then stays valid for a while."""
         known = self.known.get(sighting.target)
         if known is None or sighting.time_s - known.time_s > N.new_look_s:
             return False

@@ -94,7 +94,7 @@ class WaitSkill:
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:
-        """Whether the target was seen a moment ago."""
+        """Return whether the target was seen a moment ago."""
         known = self._perception.world.targets.known.get(self._perception.target)
         return known is not None and self._perception.now() - known.time_s < N.in_view_s
 

@@ -206,14 +206,14 @@ class WorldModel:
         return self.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
-        """Whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
+        """Return whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
         return self.floor.clear_between(start, end, standoff_mm, clearance_mm)
 
     def tried(self, target: str, destination: Point) -> bool:
-        """Whether the robot set off for that destination from here before."""
+        """Return whether the robot set off for that destination from here before."""
         return self.attempts.tried(target, self.here, destination)
 
     def new_approach(self, target: str, start: Point) -> bool:
-        """Whether no approach to a target failed lately on the straight path from `start`."""
+        """Return whether no approach to a target failed lately on the straight path from `start`."""
         known = self.targets.known.get(target)
         return known is None or self.attempts.new_approach(target, start, known.place, self._now_s)
