@@ -120,7 +120,7 @@ class Brick:
         self._termination = contextlib.ExitStack()
 
     def now(self) -> float:
-        """The link's clock: seconds since an arbitrary start; simulated ones in the simulator."""
+        """Return the time on the link's clock: seconds since an arbitrary start; simulated ones in the simulator."""
         return self.link.now()
 
     def sleep(self, duration_s: float) -> None:
@@ -195,26 +195,26 @@ class Brick:
         return Programs(self.link, self.files, self.stop_motors)
 
     def motor(self, port: MotorPort, *, reversed: bool = False, settings: MotorSettings | None = None) -> Motor:
-        """The motor on port "A", "B" or "C"; `reversed` if it is mounted the other way round."""
+        """Return the motor on port "A", "B" or "C"; `reversed` if it is mounted the other way round."""
         from nxtdrive.motion.motor import SETTINGS, Motor
 
         how = (reversed, settings or SETTINGS)
         return self._part(output_port(port), how, lambda: Motor(self.link, port, reversed=reversed, settings=how[1]))
 
     def touch(self, port: SensorPort) -> Touch:
-        """The touch sensor on port 1..4."""
+        """Return the touch sensor on port 1..4."""
         from nxtdrive.sensors import Touch
 
         return self._part(input_port(port), Touch, lambda: Touch(self.link, port))
 
     def ultrasonic(self, port: SensorPort) -> Ultrasonic:
-        """The ultrasonic sensor on port 1..4."""
+        """Return the ultrasonic sensor on port 1..4."""
         from nxtdrive.sensors import Ultrasonic
 
         return self._part(input_port(port), Ultrasonic, lambda: Ultrasonic(self.link, port))
 
     def light(self, port: SensorPort, *, lamp: bool = True) -> Light:
-        """The light sensor on port 1..4, its lamp on or off."""
+        """Return the light sensor on port 1..4, its lamp on or off."""
         from nxtdrive.sensors import Light
 
         sensor = self._part(input_port(port), Light, lambda: Light(self.link, port))
@@ -222,7 +222,7 @@ class Brick:
         return sensor
 
     def sound(self, port: SensorPort, *, dba: bool = False) -> Sound:
-        """The sound sensor on port 1..4; `dba`: A-weighted."""
+        """Return the sound sensor on port 1..4; `dba`: A-weighted."""
         from nxtdrive.sensors import Sound
 
         sensor = self._part(input_port(port), Sound, lambda: Sound(self.link, port))
@@ -230,25 +230,25 @@ class Brick:
         return sensor
 
     def color(self, port: SensorPort) -> ColorSensor:
-        """The colour sensor on port 1..4."""
+        """Return the colour sensor on port 1..4."""
         from nxtdrive.sensors import ColorSensor
 
         return self._part(input_port(port), ColorSensor, lambda: ColorSensor(self.link, port))
 
     def temperature(self, port: SensorPort) -> Temperature:
-        """LEGO's digital temperature sensor on port 1..4."""
+        """Return LEGO's digital temperature sensor on port 1..4."""
         from nxtdrive.sensors import Temperature
 
         return self._part(input_port(port), Temperature, lambda: Temperature(self.link, port))
 
     def compass(self, port: SensorPort) -> Compass:
-        """HiTechnic's compass on port 1..4."""
+        """Return HiTechnic's compass on port 1..4."""
         from nxtdrive.sensors import Compass
 
         return self._part(input_port(port), Compass, lambda: Compass(self.link, port))
 
     def i2c(self, port: SensorPort, address: int = 0x02) -> I2CSensor:
-        """Any digital sensor on port 1..4 by its registers; `address` is its 8-bit write address."""
+        """Return any digital sensor on port 1..4, accessed by its registers; `address` is its 8-bit write address."""
         from nxtdrive.sensors import I2CSensor
 
         return self._part(input_port(port), (I2CSensor, address), lambda: I2CSensor(self.link, port, address))
@@ -263,7 +263,7 @@ class Brick:
         compass: SensorPort | None = None,
         **parts: Any,  # noqa: ANN401 - the arguments are Rover's
     ) -> Rover:
-        """This brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
+        """Return this brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
         from nxtdrive.motion.rover import Rover
 
         return Rover(

@@ -40,7 +40,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.fixture
 def sim_world(request: pytest.FixtureRequest) -> Iterator[SimWorld]:
-    """A simulated robot in a world of its own; the test arranges it and looks at the truth.
+    """Provide a simulated robot in its own world, which the test arranges and inspects.
 
     ``$NXT`` leads to its brick, so that a program that opens its brick by itself finds this one. A link that the test
     or the program leaves open is an error.
@@ -64,7 +64,7 @@ def sim_world(request: pytest.FixtureRequest) -> Iterator[SimWorld]:
 
 @pytest.fixture
 def sim_brick(sim_world: SimWorld) -> Iterator[Brick]:
-    """The open brick of `sim_world`; in the end its motors are stopped and it is closed."""
+    """Provide the open brick of `sim_world`; afterwards its motors are stopped and it is closed."""
     from nxtdrive.brick import open_brick
 
     with open_brick(sim_world.address) as brick:
@@ -73,7 +73,7 @@ def sim_brick(sim_world: SimWorld) -> Iterator[Brick]:
 
 @pytest.fixture
 def nxt_brick(request: pytest.FixtureRequest) -> Iterator[Brick]:
-    """The simulated brick; with ``--nxt=ADDRESS`` that real one. For tests that hold on both."""
+    """Provide the simulated brick, or with ``--nxt=ADDRESS`` that real one, for tests that apply to both."""
     from nxtdrive.brick import open_brick
 
     address = request.config.getoption("--nxt")

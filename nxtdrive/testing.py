@@ -96,7 +96,7 @@ class SimWorld:
         return [link for link in self._links if not link.closed]
 
     def open_transport(self) -> SimTransport:
-        """Another link to the brick."""
+        """Open another link to the brick."""
         links = self._links
 
         class Link(SimTransport):

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def parse_hex(text: str) -> bytes:
-    r"""The bytes that `text` writes down, as ``00 0b``, ``000B``, ``0x00, 0x0b``, ``00:0b`` or ``\x00\x0b``.
+    r"""Return the bytes written in `text`, as ``00 0b``, ``000B``, ``0x00, 0x0b``, ``00:0b`` or ``\x00\x0b``.
 
     Raises:
         ConfigError: It holds something else.
@@ -63,7 +63,7 @@ def parse_hex(text: str) -> bytes:
 
 
 def as_json(explanation: Explanation) -> dict[str, object]:
-    """An explanation as JSON can hold it: bytes in hex, named values as numbers beside their words."""
+    """Return an explanation as JSON can hold it: bytes in hex, named values as numbers beside their words."""
     status = explanation.status
     return {
         "telegram": explanation.telegram.hex(),

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plain(explanation: Explanation) -> dict[str, Any]:
-    """All of it as plain values."""
+    """Return all of it as plain values."""
     run = explanation.run
     return {
         "journal": str(run.path),

@@ -74,7 +74,7 @@ def check(args: argparse.Namespace) -> int:
 
 
 def _chosen(args: argparse.Namespace, names: list[str]) -> list[str]:
-    """The names of the scenarios that `--scenario` asks for, in the file's order."""
+    """Return the names of the scenarios given by `--scenario`, in the file's order."""
     wanted: set[str] = set()
     for pattern in args.scenario or ["*"]:
         found = {pattern} & set(names) or matching(names, pattern)

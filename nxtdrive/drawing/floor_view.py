@@ -60,7 +60,7 @@ class Area:
         return self.bottom - self.top
 
     def holds(self, point: Point, margin_mm: float = 0.0) -> bool:
-        """Whether a point is inside, or no farther outside than the margin."""
+        """Return whether a point is inside, or no farther outside than the margin."""
         return (
             self.left - margin_mm <= point[0] <= self.right + margin_mm
             and self.top - margin_mm <= point[1] <= self.bottom + margin_mm

@@ -74,7 +74,7 @@ def font_of(character: str) -> str:
 
 @cache
 def has(path: str, character: str) -> bool:
-    """Whether there is such a font, and it has a character."""
+    """Return whether there is such a font, and it has a character."""
     with suppress(OSError):
         return _glyph(path, character) != _glyph(path, MISSING)
     return False

@@ -44,7 +44,7 @@ def place_boxes(
 
 
 def overlap(one: Box, other: Box, gap: float = 0.0) -> bool:
-    """Whether two boxes overlap, or are nearer to each other than `gap`."""
+    """Return whether two boxes overlap, or are nearer to each other than `gap`."""
     return one[0] < other[2] + gap and other[0] < one[2] + gap and one[1] < other[3] + gap and other[1] < one[3] + gap
 
 

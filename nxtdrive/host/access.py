@@ -133,7 +133,7 @@ def usb_remedy() -> str:
 
 
 def is_denied(device: str) -> bool:
-    """Whether the device exists and this user may not open it; it is opened for a moment."""
+    """Return whether the device exists and this user may not open it; it is opened for a moment."""
     try:
         os.close(os.open(device, os.O_RDWR | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)))
     except OSError as error:

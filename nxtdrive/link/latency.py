@@ -17,5 +17,5 @@ LATENCIES = 15
 
 
 def answer_s(transport: Transport) -> float:
-    """Default timeout of a reply; longer telegrams than USB has mean Bluetooth."""
+    """Return the default timeout of a reply; longer telegrams than USB has mean Bluetooth."""
     return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S

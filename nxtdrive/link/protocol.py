@@ -33,7 +33,7 @@ class RequestLink(Protocol):
         ...
 
     def now(self) -> float:
-        """Seconds since an arbitrary start; never goes back."""
+        """Return seconds since an arbitrary start; never goes back."""
         ...
 
     def sleep(self, duration_s: float) -> None:

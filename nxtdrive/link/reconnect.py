@@ -35,7 +35,7 @@ class LosableLink(Protocol):
         ...
 
     def now(self) -> float:
-        """The link's clock."""
+        """Return the time on the link's clock."""
         ...
 
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:

@@ -133,7 +133,7 @@ class SchedulingLink(Protocol):
         ...
 
     def now(self) -> float:
-        """The link's clock."""
+        """Return the time on the link's clock."""
         ...
 
     def schedule(self, due: float) -> None:

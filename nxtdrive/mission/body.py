@@ -43,7 +43,7 @@ class MissionClock:
         return self._brick.link
 
     def now(self) -> float:
-        """Seconds since an arbitrary start."""
+        """Return seconds since an arbitrary start."""
         return self._brick.now()
 
     def sleep(self, duration_s: float) -> None:
@@ -97,22 +97,22 @@ class MissionBody:
             return self._rover.drive(speed_mm_s * self._share, turn_deg_s)
 
     def stop(self) -> None:
-        """Motors off, brakes on."""
+        """Switch the motors off and brake."""
         with link_errors_as_outages():
             self._rover.stop()
 
     def pose(self) -> Pose:
-        """Where the robot is by odometry."""
+        """Return where the robot is by odometry."""
         with link_errors_as_outages():
             return self._rover.pose()
 
     def range_mm(self) -> float | None:
-        """Distance ahead; None without an echo and while there is no working sonar."""
+        """Return the distance ahead; None without an echo and while there is no working sonar."""
         with link_errors_as_outages():
             return self._rover.range_mm()
 
     def touching(self) -> bool:
-        """Whether the bumper is pressed; False while there is no working bumper."""
+        """Return whether the bumper is pressed; False while there is no working bumper."""
         with link_errors_as_outages():
             return self._rover.touching()
 
@@ -131,7 +131,7 @@ class MissionBody:
             self._rover.keep_alive()
 
     def battery_mv(self) -> int:
-        """Battery voltage in millivolts."""
+        """Return the battery voltage in millivolts."""
         with link_errors_as_outages():
             return self._rover.battery_mv()
 

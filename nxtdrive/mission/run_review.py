@@ -153,7 +153,7 @@ class RunReview:
         return {"true_mm": round(true_mm, 1), "there": not hidden and not contradicts(true_mm, believed_mm)}
 
     def _missing(self, target: str, truth: Truth) -> None:
-        """The search looked all round: say so if this world has no such thing."""
+        """Add a hint if the search looked all round and this world has no such object."""
         if self._lookalikes(target, truth):
             return
         has = ", ".join(truth.fronts()) or "nothing"

@@ -45,7 +45,7 @@ class Truth(Protocol):
         ...
 
     def before(self, name: str) -> bool:
-        """Whether the camera points at an object and nothing hides it."""
+        """Return whether the camera points at an object and nothing hides it."""
         ...
 
 
@@ -94,7 +94,7 @@ def recognised(detector: Detector, truth: Truth) -> list[str]:
 
 
 def shows(front: Image, detector: Detector) -> bool:
-    """Whether a detector finds its target in a frame that shows `front` before a gray wall."""
+    """Return whether a detector finds its target in a frame that shows `front` on a gray wall."""
     return any(_finds(detector, front, height_px) for height_px in HEIGHTS_PX)
 
 

@@ -218,7 +218,7 @@ class Motor:
         return self._sign * (after.angles_deg[0] - before.angles_deg[0]) / (after.time_s - before.time_s)
 
     def stalled(self) -> bool:
-        """Whether the motor stands, or stood until it was braked, although `run` or `dc` should turn it.
+        """Return whether the motor stands still, or did until it was braked, although `run` or `dc` should turn it.
 
         Takes a tenth of a second.
         """

@@ -50,7 +50,7 @@ class Echo:
     pose: Pose
 
     def distance_from(self, pose: Pose) -> float:
-        """Distance from `pose` to the source of the echo if that stands still; infinity without an echo."""
+        """Return the distance from `pose` to the source of the echo if that stands still; infinity without an echo."""
         if self.distance_mm is None:
             return math.inf
         heading = math.radians(self.pose.heading_deg)
@@ -109,7 +109,7 @@ class ObstacleMonitor:
         return self._echo.distance_mm
 
     def touching(self) -> bool:
-        """Whether the bumper is pressed; False without one."""
+        """Return whether the bumper is pressed; False without one."""
         bumper = self._bumper
         return bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
 

@@ -69,14 +69,14 @@ class Pace:
     acceleration_deg_s2: float
 
     def at(self, done_deg: float, left_deg: float) -> float:
-        """Speed after `done_deg`, with `left_deg` left until the creep begins."""
+        """Return the speed after `done_deg`, with `left_deg` left until the creep begins."""
         creep = min(CREEP_DEG_S, self.speed_deg_s)
         up = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, done_deg))
         down = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, left_deg))
         return min(self.speed_deg_s, up, down)
 
     def duration_s(self, angle_deg: float) -> float:
-        """Longest time a motion of `angle_deg` should take."""
+        """Return the longest time a motion of `angle_deg` should take."""
         return 2.0 + 2.0 * (angle_deg / self.speed_deg_s + 2 * self.speed_deg_s / self.acceleration_deg_s2)
 
 
@@ -84,7 +84,7 @@ Guard = Callable[[bool], StopReason | None]
 
 
 def unguarded(_near: bool) -> StopReason | None:
-    """A guard that lets everything pass."""
+    """Let every motion pass: no guard."""
     return None
 
 

@@ -263,7 +263,7 @@ class Rover:
             return self._monitor.range_mm(self._odometry.pose)
 
     def touching(self) -> bool:
-        """Whether the bumper is pressed; False without one."""
+        """Return whether the bumper is pressed; False without one."""
         with self._asking:
             return self._monitor.touching()
 
@@ -276,7 +276,7 @@ class Rover:
         self._link.keep_alive()
 
     def battery_mv(self) -> int:
-        """Battery voltage in millivolts."""
+        """Return the battery voltage in millivolts."""
         return self._link.request(GetBatteryLevel()).voltage_mv
 
     def on_sensor_change(self, listener: SensorListener) -> None:

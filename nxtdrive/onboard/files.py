@@ -85,7 +85,7 @@ class Files:
         return sorted(matching, key=lambda entry: entry.name.lower())
 
     def exists(self, name: str) -> bool:
-        """Whether there is a file of this name, ignoring case."""
+        """Return whether there is a file of this name, ignoring case."""
         with self.alone():
             return in_step(self._link, lambda: self._find(_checked(name))) is not None
 

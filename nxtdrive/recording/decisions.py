@@ -158,7 +158,7 @@ def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:
 
 
 def same(one: Choice, other: Choice) -> bool:
-    """Whether two choices make the robot do the same."""
+    """Return whether two choices have the same effect."""
     return (
         one.kind is other.kind
         and abs(one.wait_s - other.wait_s) < NEARLY_S

@@ -110,7 +110,7 @@ class VideoRecorder:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a video is complete; on a full disk its beginning and its end may be written and its middle lost."""
+    """Return whether a video is complete; a full disk may lose its middle between beginning and end."""
     with open(path, "rb") as file:
         head = file.read(_HEAD_BYTES)
         end = head.find(_SEGMENT) + len(_SEGMENT) + 8

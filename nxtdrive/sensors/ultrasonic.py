@@ -71,13 +71,13 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
         return tuple(sorted(mm for echo in echoes if (mm := _mm(echo)) is not None))
 
     def read(self, register: int, size: int) -> bytes:
-        """As `I2CSensor.read`; waits for a reading in progress."""
+        """Read as `I2CSensor.read` does, after waiting for a reading in progress."""
         with self._reading:
             self._asked = False
             return super().read(register, size)
 
     def write(self, register: int, *values: int) -> None:
-        """As `I2CSensor.write`; waits for a reading in progress."""
+        """Write as `I2CSensor.write` does, after waiting for a reading in progress."""
         with self._reading:
             self._asked = False
             super().write(register, *values)

@@ -130,7 +130,7 @@ def _targets(looks: Sequence[_Look], mission: Mission) -> dict[str, tuple[Point,
 
 
 def _between(cell: Point, look: _Look) -> bool:
-    """Whether the line of sight of a look leads over a cell."""
+    """Return whether the line of sight of a look crosses a cell."""
     forward_mm = math.dist(look.place, (look.pose.x_mm, look.pose.y_mm))
     bearing = math.atan2(look.place[1] - look.pose.y_mm, look.place[0] - look.pose.x_mm)
     x_mm, y_mm = cell[0] - look.pose.x_mm, cell[1] - look.pose.y_mm

@@ -49,7 +49,7 @@ class Transport(Protocol):
         ...
 
     def waiting(self) -> bool:
-        """Whether bytes have arrived that `receive` has not returned; does not wait.
+        """Return whether bytes have arrived that `receive` has not returned; does not wait.
 
         Telegrams that wait when a request is about to be sent are surplus. A transport that cannot tell returns False.
 

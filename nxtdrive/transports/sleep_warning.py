@@ -53,7 +53,7 @@ class SleepWarning:
 
 
 def _usage() -> tuple[float, float, int, int]:
-    """Wall clock, processor time of the process, and how often this thread has waited and was preempted."""
+    """Return wall clock, processor time of the process, and how often this thread has waited and was preempted."""
     if getrusage is None:
         return 0.0, 0.0, 0, 0
     thread = getrusage(RUSAGE_THREAD)

@@ -21,7 +21,7 @@ class UsbContext(libusb1._LibUSB):  # type: ignore[misc] # pyusb has no types
         super().__init__(lib)
 
     def enumerate_devices(self) -> Iterator[Any]:
-        """All devices on USB."""
+        """Yield all devices on USB."""
         listing = super().enumerate_devices()
         found = list(listing)
         listing.finalize()

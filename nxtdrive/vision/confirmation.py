@@ -63,7 +63,7 @@ class Confirmation:
         return 1 + sum(any(self._agree(one, other) for other in seen) for seen in recent)
 
     def _agree(self, one: Sighting, other: Sighting) -> bool:
-        """Whether both may be of one place; one that is cut off may be nearer than it looks."""
+        """Return whether both may be of one place; one that is cut off may be nearer than it looks."""
         if abs(one.bearing_deg - other.bearing_deg) > self._bearing_gate_deg:
             return False
         near, far = sorted((one, other), key=lambda sighting: sighting.distance_mm)

@@ -30,7 +30,7 @@ class Capture(Protocol):
     """The part of ``cv2.VideoCapture`` that is used here."""
 
     def isOpened(self) -> bool:  # noqa: N802
-        """Whether the device delivers frames."""
+        """Return whether the device delivers frames."""
         ...
 
     def read(self) -> tuple[bool, cv2.typing.MatLike]:

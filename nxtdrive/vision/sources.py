@@ -80,7 +80,7 @@ def open_camera(
 
 
 def _open_simulated(clock: Clock | None) -> Camera:
-    """The camera of a simulated robot, whose transport has its frames."""
+    """Open the camera of a simulated robot, whose transport has its frames."""
     brick = cast("Any", clock)
     transport: Any = open_transport("sim://") if clock is None else getattr(brick, "link", brick)
     transport = getattr(transport, "transport", transport)

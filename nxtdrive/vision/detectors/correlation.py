@@ -205,7 +205,7 @@ def distinct(detections: list[Detection]) -> list[Detection]:
 
 
 def _plausible(pose: Poses, ratio: float) -> bool:
-    """Whether a pose can be the upright picture, seen by a camera rolled by up to some 20 degrees."""
+    """Return whether a pose can be the upright picture, seen by a camera rolled by up to some 20 degrees."""
     (ax, bx, _), (ay, by, _) = pose
     width, height = math.hypot(ax, ay), math.hypot(bx, by)
     if width < 4 or height < LEAST_HEIGHT_PX:

@@ -88,7 +88,7 @@ def _find(cascade: str) -> Path:
 
 
 def _works(path: Path) -> bool:
-    """Whether another process can load the cascade and look with it: a damaged file may crash OpenCV."""
+    """Return whether another process can load the cascade and run it: a damaged file may crash OpenCV."""
     if path.stat().st_size > MAX_BYTES:
         return False
     done = run_trial(TRIAL, str(path.resolve()), limit_s=TRIAL_S)

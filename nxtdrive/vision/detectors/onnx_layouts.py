@@ -233,7 +233,7 @@ def _cells(size: tuple[int, int]) -> tuple[Floats, Floats]:
 
 
 def _relative(rows: Floats, size: tuple[int, int]) -> bool:
-    """Whether centres are relative to their cells: then most are near 0, not near their cell's place in the image."""
+    """Return whether centres are relative to their cells: then most are near 0, not near their cell in the image."""
     cells, strides = _cells(size)
     centres = np.nan_to_num(rows[:, :2], posinf=1e9, neginf=-1e9)
     absolute = np.abs(centres / strides[:, None] - cells - 0.5).max(axis=1)

@@ -57,7 +57,7 @@ def predict_range(picture: Image) -> RangePrediction:
 
 
 def _found(matcher: CorrelationMatcher, picture: Image, height: int) -> bool:
-    """Whether the picture is found in all frames but one in which it is `height` pixels high."""
+    """Return whether the picture is found in all frames but one in which it is `height` pixels high."""
     rng = np.random.default_rng(height)
     missed = 0
     for _ in range(TRIALS):

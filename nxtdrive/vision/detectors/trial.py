@@ -23,7 +23,7 @@ def run_trial(program: Path, *words: str, limit_s: float) -> subprocess.Complete
 
 
 def limit_this_process() -> None:
-    """Called by such a program: no more than `MOST_MEMORY`, and no core dump; without effect on Windows."""
+    """Limit the calling process to `MOST_MEMORY`, without core dumps; no effect on Windows."""
     try:
         import resource
     except ImportError:
