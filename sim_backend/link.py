@@ -58,11 +58,11 @@ class LinkFaults:
     unplugged_ms: tuple[tuple[int, int], ...] = ()
 
     def silent(self, now_ms: int) -> bool:
-        """Whether nothing gets through at this time."""
+        """Return whether nothing gets through at this time."""
         return any(start <= now_ms < end for start, end in self.silent_ms)
 
     def unplugged(self, since_ms: int, now_ms: int) -> bool:
-        """Whether a link opened at `since_ms` has lost its cable by `now_ms`."""
+        """Return whether a link opened at `since_ms` has lost its cable by `now_ms`."""
         return any(start <= now_ms and since_ms < end for start, end in self.unplugged_ms)
 
 
@@ -138,7 +138,7 @@ class SimLink:
         self._simulation.at(due_ms, lambda: self._deliver(number, sent_ms, telegram))
 
     def poll(self) -> bytes | None:
-        """The next reply that has arrived, or None.
+        """Return the next reply that has arrived, or None.
 
         Raises:
             ConnectionError: The cable was unplugged, or the link is closed.

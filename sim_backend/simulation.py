@@ -148,7 +148,7 @@ class Simulation:
         return self._now_ms / 1000.0
 
     def motors_turn(self) -> bool:
-        """Whether the brick gives power to a motor that is to turn."""
+        """Return whether the brick gives power to a motor that is to turn."""
         return any(output.control.actual_speed for output in self.brick.output.outputs)
 
     def advance(self, duration_ms: int) -> None:
@@ -205,11 +205,11 @@ class Simulation:
         self.brick.unplug_usb()
 
     def camera_frame(self) -> Image | None:
-        """The webcam's latest frame; see `Webcam.frame`."""
+        """Return the webcam's latest frame; see `Webcam.frame`."""
         return self.webcam.frame()
 
     def observe(self, name: str) -> Quad | None:
-        """Corners of a picture in the latest frame by simulated detection, without rendering; see `Webcam.observe`."""
+        """Return a picture's corners in the latest frame by detection without rendering; see `Webcam.observe`."""
         return self.webcam.observe(name)
 
     def on_frame(

@@ -76,7 +76,7 @@ def check(model: type[Model], tables: Mapping[str, Any]) -> tuple[Model | None, 
 
 
 def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
-    """The error that lists the mistakes."""
+    """Return the error that lists the mistakes."""
     number, *lines = listed(len(sentences), sentences)
     return ConfigError("\n  ".join([f"{path} has {number}:", *lines]))
 
@@ -110,7 +110,7 @@ def hint(name: str, known: Iterable[str]) -> str:
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:
-    """The table of a mistake, and its path as written in the file.
+    """Return the table of a mistake, and its path as written in the file.
 
     For discriminated unions, pydantic puts the tag into the location.
     """
@@ -133,7 +133,7 @@ def _is_kind(model: type[BaseModel], tag: str | int) -> bool:
 
 
 def _tables(annotation: object) -> Iterator[type[BaseModel]]:
-    """All models in a type annotation."""
+    """Yield all models in a type annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for part in get_args(annotation):

@@ -94,7 +94,7 @@ class Webcam:
         self.next_frame_ms = (index + 1) * 1000.0 / self.fps - self._latency_ms
 
     def frame(self) -> Image | None:
-        """The latest frame: (height, width, 3) uint8, blue, green, red, read-only; None while unplugged or if dropped.
+        """Return the latest frame, (height, width, 3) uint8, blue, green, red, read-only; None if unplugged or dropped.
 
         Raises:
             ConfigError: The world names a texture or image file that cannot be read.
@@ -160,7 +160,7 @@ class Webcam:
         return rate > 0 and Random(f"{self._seed}/frame {self.index}").random() < rate
 
     def _fresh(self) -> Exposure:
-        """The latest exposure delivered; taken now if nothing has moved since it was due."""
+        """Return the latest exposure delivered; taken now if nothing has moved since it was due."""
         self._drop_old()
         if not self._exposures or self._exposures[-1].index < self.index:
             self._exposures.clear()

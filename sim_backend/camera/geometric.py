@@ -51,7 +51,7 @@ class Falloff:
     width: float
 
     def rate(self, value: float) -> float:
-        """Hit rate at `value`, 0..1."""
+        """Return the hit rate at `value`, 0..1."""
         return 1.0 / (1.0 + math.exp(min(60.0, max(-60.0, (value - self.half) / self.width))))
 
 
@@ -80,7 +80,7 @@ class DetectorLaw:
     glare: Falloff = Falloff(99.0, 1.0)
 
     def hit_rate(self, height_px: float, slant_deg: float, hidden: float, smear: float) -> float:
-        """Probability of a detection in one frame, 0..1."""
+        """Return the probability of a detection in one frame, 0..1."""
         return (
             self.log2_height.rate(math.log2(max(1.0, height_px)))
             * self.slant_deg.rate(slant_deg)
@@ -89,7 +89,7 @@ class DetectorLaw:
         )
 
     def visibility(self, brightness: float) -> float:
-        """Factor on the probability of a detection, 0..1, in a frame of this brightness."""
+        """Return the factor on the probability of a detection, 0..1, in a frame of this brightness."""
         if brightness == 1.0:
             return 1.0
         light = math.log2(max(1e-6, brightness))
@@ -173,7 +173,7 @@ class GeometricSensor:
         brightness: float = 1.0,
         farthest_mm: float = math.inf,
     ) -> Quad | None:
-        """The detection of the picture with texture `name` in one frame.
+        """Return the detection of the picture with texture `name` in one frame.
 
         Args:
             panels: All surfaces of the world, including the picture.
@@ -194,7 +194,7 @@ class GeometricSensor:
     def floor_ends(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0
     ) -> NDArray[np.float64]:
-        """The pixels, (n, 2) columns and rows, at which the floor ends in one frame; arguments as in `observe`.
+        """Return the pixels, (n, 2) columns and rows, at which the floor ends in one frame; arguments as in `observe`.
 
         Directions in which it ends below the frame are left out.
         """
@@ -211,19 +211,19 @@ class GeometricSensor:
     def sights(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
     ) -> list[Sight]:
-        """Appearance of every picture with that texture from the front, nearest first; arguments as in `observe`."""
+        """Return how every picture with that texture looks from the front, nearest first; arguments as in `observe`."""
         found = [self._sight(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
         return sorted((sight for sight in found if sight is not None), key=lambda sight: sight.distance_mm)
 
     def hit_rate(self, sight: Sight) -> float:
-        """Probability that a picture with this appearance is detected in one frame, 0..1."""
+        """Return the probability that a picture with this appearance is detected in one frame, 0..1."""
         work_px = sight.height_px * WORK_WIDTH_PX / self.pinhole.width
         return self._law.hit_rate(work_px, sight.slant_deg, sight.hidden, sight.smear)
 
     def _sight(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
     ) -> Sight | None:
-        """Appearance of the front of a picture; None from behind, too near or completely hidden."""
+        """Return the appearance of the front of a picture; None from behind, too near or completely hidden."""
         if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm):
             return None
         (right0, depth0), (right1, depth1) = (in_level_frame(*foot, viewpoint) for foot in panel.feet_mm)
@@ -265,7 +265,7 @@ class GeometricSensor:
         return np.asarray(within, np.bool_)
 
     def _report(self, sight: Sight, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float) -> Quad | None:
-        """The picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
+        """Return the picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
         stretch = math.exp(self.generator.gauss(0.0, self._law.distance_sd))
         turn_deg = self.generator.gauss(0.0, self._law.bearing_sd_deg)
         if sight.distance_mm * stretch > farthest_mm:
@@ -276,7 +276,7 @@ class GeometricSensor:
         return first, second, third, fourth
 
     def _pixel(self, point: Point, viewpoint: Viewpoint, turn_rate_deg_s: float) -> tuple[float, float]:
-        """Column and row of a point; a rolling shutter sees it from where the camera has turned to by then."""
+        """Return column and row of a point; a rolling shutter sees it from where the camera has turned to by then."""
         at = self._project(point, viewpoint)
         if not self._optics.readout_s or not turn_rate_deg_s:
             return at
@@ -291,7 +291,7 @@ class GeometricSensor:
 
 
 def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Point]:
-    """Corners of a panel scaled about its center: x, y, height; in the order of `Quad`."""
+    """Return the corners of a panel scaled about its center: x, y, height; in the order of `Quad`."""
     (x, y), height = panel.center_mm, (panel.top_mm + panel.bottom_mm) / 2
     dx, dy = (panel.x1_mm - panel.x0_mm) / 2 * scale, (panel.y1_mm - panel.y0_mm) / 2 * scale
     rise = (panel.top_mm - panel.bottom_mm) / 2 * scale

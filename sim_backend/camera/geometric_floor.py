@@ -55,7 +55,7 @@ class GeometricFloor:
         self._law = law
 
     def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
-        """The points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
+        """Return the points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
 
         What stands on legs hides only the floor behind it, so the floor seems to reach farther than it does.
         """
@@ -76,14 +76,14 @@ class GeometricFloor:
         return np.stack([x, y], axis=1)
 
     def error_px(self, generator: random.Random) -> float:
-        """An error of the row at which the floor ends."""
+        """Return an error of the row at which the floor ends."""
         if generator.random() < self._law.specks:
             return generator.uniform(0.0, self._law.speck_px)
         return generator.gauss(0.0, self._law.row_sd_px)
 
 
 def _depths_mm(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> Array:
-    """Depth along the camera's heading at which panels hide the floor, (n,), for rays by the tangent of their angle."""
+    """Return the depth along the heading, (n,), at which panels hide the floor, for rays by their angle's tangent."""
     if not panels:
         return np.full(len(rays), FARTHEST_MM)
     x0, y0, x1, y1, bottom = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm) for p in panels], np.float64).T

@@ -59,7 +59,7 @@ class Lens:
         self._brighter, self._darker = self._noise_bank()
 
     def expose(self, image: Image, turn_rate_deg_s: float = 0.0, brightness: float = 1.0) -> Image:
-        """The frame as the webcam delivers it.
+        """Return the frame as the webcam delivers it.
 
         Args:
             image: The rendered frame, (height, width, 3), left unchanged.
@@ -77,7 +77,7 @@ class Lens:
         return frame
 
     def smear_px(self, turn_rate_deg_s: float) -> float:
-        """Length of the motion blur at the center of the frame."""
+        """Return the length of the motion blur at the center of the frame."""
         return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:
@@ -90,7 +90,7 @@ class Lens:
         return frame
 
     def _noise_bank(self) -> tuple[Image, Image]:
-        """Noise larger than a frame, split into a positive and a negative part: two fast saturating sums apply it."""
+        """Return noise larger than a frame, its positive and negative parts: two fast saturating sums apply it."""
         width, height = self._size
         shape = (height + _NOISE_MARGIN, width + _NOISE_MARGIN, 3)
         noise = np.rint(self._rng.normal(0.0, self.effects.noise, shape))
@@ -113,6 +113,6 @@ def smear_kernel(length_px: float) -> NDArray[np.float32]:
 
 
 def _compress(frame: Image, quality: int) -> Image:
-    """The frame after JPEG compression and decompression."""
+    """Return the frame after JPEG compression and decompression."""
     _, coded = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, quality])
     return np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR), np.uint8)

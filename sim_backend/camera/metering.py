@@ -21,7 +21,7 @@ class Metering:
         self._time_s = 0.0
 
     def brightness(self, light: float, time_s: float) -> float:
-        """Brightness of the frame exposed at `time_s` in this light; times must not decrease."""
+        """Return the brightness of the frame exposed at `time_s` in this light; times must not decrease."""
         if not self._time_constant_s:
             return light
         wanted = min(STRONGEST, max(WEAKEST, 1.0 / light))

@@ -34,7 +34,7 @@ class Optics:
     readout_s: float = 0.0
 
     def distorted(self, x: Share, y: Share) -> tuple[Share, Share]:
-        """Where a point of the image appears, both in focal lengths from the optical axis."""
+        """Return where a point of the image appears, both in focal lengths from the optical axis."""
         stretch = 1.0 + self.distortion_k1 * (x * x + y * y)
         return x * stretch, y * stretch
 
@@ -44,7 +44,7 @@ class Optics:
         return math.inf if self.distortion_k1 >= 0 else math.sqrt(1 / (-3 * self.distortion_k1))
 
     def row_turn_deg(self, row_share: Share, turn_rate_deg_s: float) -> Share:
-        """How far the camera has turned when a row is exposed, relative to the middle row; shares are 0..1."""
+        """Return how far the camera has turned when a row is exposed, relative to the middle row; shares are 0..1."""
         return turn_rate_deg_s * self.readout_s * (row_share - 0.5)
 
 
@@ -84,7 +84,7 @@ class View:
         self._still = self._maps(self._rays)
 
     def apply(self, image: Image, turn_rate_deg_s: float) -> Image:
-        """The frame, from the level camera's image in the middle of the exposure."""
+        """Return the frame, from the level camera's image in the middle of the exposure."""
         maps = self._still
         if self._optics.readout_s and turn_rate_deg_s:
             shares = (np.arange(self._camera.height) + 0.5) / self._camera.height
@@ -93,7 +93,7 @@ class View:
         return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
     def _maps(self, rays: Matrix) -> Maps:
-        """Columns and rows of the window for each pixel of the frame."""
+        """Return columns and rows of the window for each pixel of the frame."""
         center_u, center_v = self.window.center_px
         scale = self.window.focal_px / np.maximum(rays[..., 2], 0.05)
         columns, rows = rays[..., 0] * scale + center_u, rays[..., 1] * scale + center_v
@@ -101,7 +101,7 @@ class View:
 
 
 def _rays(camera: Pinhole, optics: Optics, turn: Matrix) -> Matrix:
-    """Rays of all pixels, (height, width, 3), along the axes of a level camera: right, down, forward."""
+    """Return the rays of all pixels, (height, width, 3), along the axes of a level camera: right, down, forward."""
     center_u, center_v = camera.center_px
     columns = (np.arange(camera.width) - center_u) / camera.focal_px
     rows = (np.arange(camera.height) - center_v) / camera.focal_px
@@ -116,7 +116,7 @@ def _rays(camera: Pinhole, optics: Optics, turn: Matrix) -> Matrix:
 
 
 def _turned(rays: Matrix, turn_deg: float | Matrix) -> Matrix:
-    """The rays of a camera that has turned to the right."""
+    """Return the rays of a camera that has turned to the right."""
     turn = np.radians(turn_deg)
     cos, sin = np.cos(turn), np.sin(turn)
     right, down, forward = rays[..., 0], rays[..., 1], rays[..., 2]

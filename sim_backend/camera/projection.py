@@ -57,7 +57,7 @@ class ImagePlane:
 
 
 def orientation(tilt_deg: float, roll_deg: float) -> Matrix:
-    """Rotation from the axes right, down and forward of a level camera to those of a camera tilted up, then rolled."""
+    """Return the rotation from a level camera's axes right, down, forward to those of one tilted up, then rolled."""
     tilt, roll = math.radians(tilt_deg), math.radians(roll_deg)
     right, down = np.array([1.0, 0.0, 0.0]), np.array([0.0, math.cos(tilt), math.sin(tilt)])
     forward = np.array([0.0, -math.sin(tilt), math.cos(tilt)])

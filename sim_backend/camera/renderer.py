@@ -102,7 +102,7 @@ class Renderer:
         self._rows = np.arange(camera.height, dtype=np.float32)[:, None]
 
     def render(self, panels: Iterable[Panel], viewpoint: Viewpoint) -> Image:
-        """The image of `panels` from `viewpoint`: (height, width, 3) blue, green, red."""
+        """Return the image of `panels` from `viewpoint`: (height, width, 3) blue, green, red."""
         camera = self.camera
         image = self._empty.copy()
         nearest = np.zeros((camera.height, camera.width), np.float32)
@@ -114,7 +114,7 @@ class Renderer:
         return image
 
     def _facet(self, panel: Panel, viewpoint: Viewpoint) -> Facet | None:
-        """The panel in the camera's frame; None if the camera cannot see it."""
+        """Return the panel in the camera's frame; None if the camera cannot see it."""
         camera = self.camera
         ends = [in_level_frame(x, y, viewpoint) for x, y in panel.feet_mm]
         (right0, depth0), (right1, depth1) = ends
@@ -171,7 +171,7 @@ class Renderer:
         return Surface(texture, facet.to_image, (texture.repeats(panel.width_mm), 1), _shade(panel, facet.front))
 
     def _texels_per_pixel(self, facet: Facet, surface: Surface) -> Row:
-        """Texels per pixel for each image column: the geometric mean of both directions."""
+        """Return texels per pixel for each image column: the geometric mean of both directions."""
         across = facet.widths * surface.texture.width * surface.repeats[0]
         upright_mm = facet.panel.top_mm - facet.panel.bottom_mm
         with np.errstate(divide="ignore"):  # a column beside the panel may look along it
@@ -223,7 +223,7 @@ def _paint(image: Image, shown: NDArray[np.bool_], origin: tuple[int, int], surf
 
 
 def _clipped(ends: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
-    """The ends of the foot line, clipped at the near plane; at least one end must be in front."""
+    """Return the ends of the foot line, clipped at the near plane; at least one end must be in front."""
     (right0, depth0), (right1, depth1) = ends
     if min(depth0, depth1) >= NEAR_MM:
         return ends
@@ -233,14 +233,14 @@ def _clipped(ends: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float
 
 
 def _shade(panel: Panel, front: bool) -> float:
-    """Brightness of the visible side by direction, from 0.78 (away from the light) to 1.0 (facing it)."""
+    """Return the brightness of the visible side by direction, from 0.78 (away from the light) to 1.0 (facing it)."""
     along = math.degrees(math.atan2(panel.y1_mm - panel.y0_mm, panel.x1_mm - panel.x0_mm))
     facing = along + (90.0 if front else -90.0)
     return 0.89 + 0.11 * math.cos(math.radians(facing - LIGHT_FROM_DEG))
 
 
 def _runs(levels: NDArray[np.intp]) -> Iterator[tuple[int, int, int]]:
-    """Runs of equal levels: start, stop, level."""
+    """Yield runs of equal levels: start, stop, level."""
     breaks = [0, *(np.flatnonzero(np.diff(levels)) + 1).tolist(), len(levels)]
     for start, stop in pairwise(breaks):
         yield start, stop, int(levels[start])

@@ -94,17 +94,17 @@ class Panel:
         return (self.x0_mm + self.x1_mm) / 2, (self.y0_mm + self.y1_mm) / 2
 
     def shows_front_to(self, x_mm: float, y_mm: float) -> bool:
-        """Whether the point (x_mm, y_mm) is on the front side."""
+        """Return whether the point (x_mm, y_mm) is on the front side."""
         along_x, along_y = self.x1_mm - self.x0_mm, self.y1_mm - self.y0_mm
         return along_x * (y_mm - self.y0_mm) - along_y * (x_mm - self.x0_mm) > 0.0
 
     def texture_of(self, *, front: bool) -> str:
-        """The name of the texture of a side."""
+        """Return the name of the texture of a side."""
         return self.texture if front or self.back is None else self.back
 
 
 def in_level_frame(x_mm: Length, y_mm: Length, viewpoint: Viewpoint) -> tuple[Length, Length]:
-    """Coordinates of points on the map to the right of the camera's heading and along it, mm."""
+    """Return the coordinates of points on the map to the right of the camera's heading and along it, mm."""
     heading = math.radians(viewpoint.heading_deg)
     cos, sin = math.cos(heading), math.sin(heading)
     dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm
@@ -114,7 +114,7 @@ def in_level_frame(x_mm: Length, y_mm: Length, viewpoint: Viewpoint) -> tuple[Le
 def in_camera_frame(
     x_mm: Length, y_mm: Length, height_mm: Length, viewpoint: Viewpoint
 ) -> tuple[Length, Length, Length]:
-    """Coordinates of points to the right of the optical axis, below it and along it, mm."""
+    """Return the coordinates of points to the right of the optical axis, below it and along it, mm."""
     right, depth = in_level_frame(x_mm, y_mm, viewpoint)
     down = viewpoint.height_mm - height_mm
     if viewpoint.level:
@@ -136,7 +136,7 @@ def picture_panel(
     height_mm: float = 297.0,
     bottom_mm: float = 100.0,
 ) -> Panel:
-    """A picture, by default an A4 sheet, with a plain back.
+    """Return a picture, by default an A4 sheet, with a plain back.
 
     Args:
         name: Picture in the texture library.
@@ -162,7 +162,7 @@ def picture_panel(
 
 
 def standing_panels(corners_mm: Sequence[tuple[float, float]], height_mm: float, texture: str) -> list[Panel]:
-    """The sides of an upright prism (a box, a post, a person) on the floor.
+    """Return the sides of an upright prism (a box, a post, a person) on the floor.
 
     Args:
         corners_mm: Foot points in clockwise order on the map (y down), so that the fronts look outwards.

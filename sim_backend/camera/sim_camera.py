@@ -49,7 +49,7 @@ class SimCamera:
     def frame(
         self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float = 0.0, brightness: float = 1.0
     ) -> Image:
-        """The next frame: (height, width, 3) uint8, blue, green, red.
+        """Return the next frame: (height, width, 3) uint8, blue, green, red.
 
         Args:
             panels: All surfaces of the world, in any order.
@@ -63,7 +63,7 @@ class SimCamera:
         return self._lens.expose(self._render(panels, viewpoint, turn_rate_deg_s), turn_rate_deg_s, brightness)
 
     def _render(self, panels: Iterable[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float) -> Image:
-        """The view without blur, noise and exposure; that of a real camera is warped from a level pinhole's."""
+        """Return the view without blur, noise and exposure; that of a real camera is warped from a level pinhole's."""
         if viewpoint.level and self._optics == PINHOLE_OPTICS:
             return self._level.render(panels, viewpoint)
         turn = viewpoint.tilt_deg, viewpoint.roll_deg

@@ -60,12 +60,12 @@ class Texture:
         return tuple(mips)
 
     def levels(self, texels_per_pixel: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
-        """Indices into `mips` with about one texel per pixel."""
+        """Return indices into `mips` with about one texel per pixel."""
         levels = np.floor(np.log2(np.maximum(texels_per_pixel, 1e-6)) + 0.5)
         return np.asarray(np.clip(levels, 0, len(self.mips) - 1), np.intp)
 
     def repeats(self, width_mm: float) -> int:
-        """Number of repetitions across a panel of `width_mm`."""
+        """Return the number of repetitions across a panel of `width_mm`."""
         return 1 if self.tile_mm is None else max(1, round(width_mm / self.tile_mm))
 
 
@@ -86,7 +86,7 @@ class TextureLibrary:
         return (*SURFACES, *sorted(path.stem for path in PICTURES.glob("*.png")))
 
     def __getitem__(self, name: str) -> Texture:
-        """The texture called `name`.
+        """Return the texture called `name`.
 
         Raises:
             ConfigError: No such texture, or the file cannot be read as an image.
@@ -118,7 +118,7 @@ def _speckle(shape: tuple[int, int], rng: np.random.Generator, coarse: float, fi
 
 
 def _plain(color: Color, shape: tuple[int, int], rng: np.random.Generator, coarse: float, fine: float) -> Image:
-    """One colour with stains and grain."""
+    """Draw one colour with stains and grain."""
     return _clip(np.array(color, np.float64) + _speckle(shape, rng, coarse, fine)[:, :, None])
 
 
@@ -127,7 +127,7 @@ def _clip(values: NDArray[np.float64]) -> Image:
 
 
 def _wall(rng: np.random.Generator) -> Texture:
-    """Cream plaster with a skirting board and, every two metres, a socket."""
+    """Draw cream plaster with a skirting board and, every two metres, a socket."""
     pixels = _plain((196, 214, 222), (384, 512), rng, 3.0, 2.5)
     pixels[-26:] = _plain((120, 140, 152), (26, 512), rng, 2.0, 3.0)
     pixels[-28:-26] = (90, 104, 112)
@@ -138,7 +138,7 @@ def _wall(rng: np.random.Generator) -> Texture:
 
 
 def _wallpaper(rng: np.random.Generator) -> Texture:
-    """Broad stripes in two greens."""
+    """Draw broad stripes in two greens."""
     pixels = _plain((178, 200, 186), (256, 256), rng, 2.0, 3.0)
     pixels[:, 96:160] = _plain((160, 188, 170), (256, 64), rng, 2.0, 3.0)
     pixels[:, 94:96] = pixels[:, 160:162] = (140, 170, 150)
@@ -146,7 +146,7 @@ def _wallpaper(rng: np.random.Generator) -> Texture:
 
 
 def _bricks(rng: np.random.Generator) -> Texture:
-    """Red bricks in mortar."""
+    """Draw red bricks in mortar."""
     pixels = _plain((168, 176, 180), (256, 256), rng, 2.0, 5.0)
     for row, top in enumerate(range(0, 256, 16)):
         for left in range(0, 256, 64):
@@ -158,7 +158,7 @@ def _bricks(rng: np.random.Generator) -> Texture:
 
 
 def _planks(rng: np.random.Generator, color: Color, count: int) -> Image:
-    """Boards side by side with a grain along them, 512 x 512."""
+    """Draw boards side by side with a grain along them, 512 x 512."""
     pixels = np.empty((512, 512, 3), np.uint8)
     width = 512 // count
     for board in range(count):
@@ -175,27 +175,27 @@ def _planks(rng: np.random.Generator, color: Color, count: int) -> Image:
 
 
 def _floor(rng: np.random.Generator) -> Texture:
-    """Oak floorboards."""
+    """Draw oak floorboards."""
     return Texture(_planks(rng, (104, 144, 176), 8), tile_mm=1200.0)
 
 
 def _carpet(rng: np.random.Generator) -> Texture:
-    """Grey-blue carpet."""
+    """Draw grey-blue carpet."""
     return Texture(_plain((132, 118, 110), (512, 512), rng, 3.0, 12.0), tile_mm=1200.0)
 
 
 def _wood(rng: np.random.Generator) -> Texture:
-    """Furniture front: a few broad boards."""
+    """Draw a furniture front: a few broad boards."""
     return Texture(_planks(rng, (72, 112, 150), 3))
 
 
 def _cardboard(rng: np.random.Generator) -> Texture:
-    """Plain cardboard."""
+    """Draw plain cardboard."""
     return Texture(_plain((118, 160, 190), (256, 256), rng, 4.0, 4.0))
 
 
 def _carton(rng: np.random.Generator) -> Texture:
-    """A parcel: cardboard, tape along the middle, a paper label."""
+    """Draw a parcel: cardboard, tape along the middle, a paper label."""
     pixels = _plain((104, 148, 180), (256, 256), rng, 4.0, 4.0)
     pixels[:, 116:140] = _plain((130, 176, 204), (256, 24), rng, 1.0, 2.0)
     cv2.rectangle(pixels, (166, 150), (232, 196), (226, 230, 232), -1)
@@ -205,7 +205,7 @@ def _carton(rng: np.random.Generator) -> Texture:
 
 
 def _painted(color: Color) -> Callable[[np.random.Generator], Texture]:
-    """A painted box with a lighter rim."""
+    """Draw a painted box with a lighter rim."""
 
     def draw(rng: np.random.Generator) -> Texture:
         pixels = _plain(color, (256, 256), rng, 4.0, 3.0)
@@ -217,7 +217,7 @@ def _painted(color: Color) -> Callable[[np.random.Generator], Texture]:
 
 
 def _crate(rng: np.random.Generator) -> Texture:
-    """A wooden crate: boards, a frame and a diagonal."""
+    """Draw a wooden crate: boards, a frame and a diagonal."""
     pixels = cv2.resize(cv2.rotate(_planks(rng, (92, 136, 172), 6), cv2.ROTATE_90_CLOCKWISE), (256, 256))
     for start, end in (((0, 12), (255, 12)), ((0, 243), (255, 243)), ((12, 0), (12, 255)), ((243, 0), (243, 255))):
         cv2.line(pixels, start, end, (70, 108, 142), 24)
@@ -226,7 +226,7 @@ def _crate(rng: np.random.Generator) -> Texture:
 
 
 def _clothes(shirt: Color, trousers: Color) -> Callable[[np.random.Generator], Texture]:
-    """A standing person without a face: from top to bottom hair, shirt, trousers, shoes."""
+    """Draw a standing person without a face: from top to bottom hair, shirt, trousers, shoes."""
 
     def draw(rng: np.random.Generator) -> Texture:
         pixels = np.empty((512, 128, 3), np.uint8)

@@ -34,7 +34,7 @@ class AnalogInput:
         self._reading = reading
 
     def raw(self) -> int:
-        """The converter's value now, 0..1023."""
+        """Return the converter's value now, 0..1023."""
         return _clipped(self._reading())
 
 
@@ -88,7 +88,7 @@ class RcxTemperatureSensor(AnalogInput):
 
 
 def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool) -> float:
-    """Reading of a light sensor that looks at the floor.
+    """Return the reading of a light sensor that looks at the floor.
 
     Args:
         red_percent: Red light that the floor reflects; the lamp is red.
@@ -101,13 +101,13 @@ def reflected_percent(red_percent: float, ambient_percent: float, *, lamp: bool)
 
 
 def shaded_percent(reflected: float, ambient_percent: float) -> float:
-    """The room's light that a floor of `reflected` percent reflects into the sensor above it."""
+    """Return the room's light that a floor of `reflected` percent reflects into the sensor above it."""
     return _SHADE * ambient_percent * reflected / 100.0
 
 
 @cache
 def raw_for(sensor_type: int, normalized: int) -> int:
-    """The voltage of a sensor of this type.
+    """Return the voltage of a sensor of this type.
 
     Args:
         sensor_type: A type that the firmware normalises.

@@ -36,12 +36,12 @@ class ColorSensor:
         self.limits = (400, 200)
 
     def lit(self, lamp: int) -> int:
-        """The converter's value, 0..1023, with a lamp on: red, green, blue or none."""
+        """Return the converter's value, 0..1023, with a lamp on: red, green, blue or none."""
         value = _DARKNESS + _AMBIENT_STEPS * self._ambient_percent() / 100.0
         if lamp != BLANK:
             value += _LAMP_STEPS * self._reflected_percent()[lamp] / 100.0
         return min(max(round(value), 0), FULL_SCALE)
 
     def raw(self) -> int:
-        """The reading of a port that is set to another type."""
+        """Return the reading of a port that is set to another type."""
         return self.lit(BLANK)

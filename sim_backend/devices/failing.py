@@ -39,7 +39,7 @@ def failing(sensor: AnalogSensor | I2CDevice, fault: FaultNow, random: Random) -
 
 
 def _gone(fault: Fault | None, random: Random) -> bool:
-    """Whether the plug makes no contact now."""
+    """Return whether the plug makes no contact now."""
     return fault == "unplugged" or (fault == "error" and random.random() < LOOSE_SHARE)
 
 
@@ -57,7 +57,7 @@ class FailingAnalog:
         self._last: int | None = None
 
     def raw(self) -> int:
-        """The converter's value now, 0..1023."""
+        """Return the converter's value now, 0..1023."""
         fault = self._fault()
         if _gone(fault, self._random):
             return OPEN_CIRCUIT

@@ -73,7 +73,7 @@ class _Noise:
         self._world, self._port = world, port
 
     def draw(self, deviation: float, number: int = 0) -> float:
-        """The error of this step; `number` distinguishes values measured at the same time."""
+        """Return the error of this step; `number` distinguishes values measured at the same time."""
         if not deviation:
             return 0.0
         key = f"{self._world.seed}/port {self._port}/{self._world.now_ms}/{number}"

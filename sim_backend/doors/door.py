@@ -50,7 +50,7 @@ class Client(Protocol):
         """Close the connection, as a pulled cable does."""
 
     def fileno(self) -> int:
-        """File descriptor to wait on for telegrams."""
+        """Return the file descriptor to wait on for telegrams."""
 
 
 class Door(Protocol):
@@ -68,7 +68,7 @@ class Door(Protocol):
         """Return the programs that connected since the last call."""
 
     def fileno(self) -> int | None:
-        """File descriptor to wait on for programs; None while none can connect."""
+        """Return the file descriptor to wait on for programs; None while none can connect."""
 
     def close(self) -> None:
         """Close the door and release its address; may be called again."""

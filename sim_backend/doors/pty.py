@@ -53,7 +53,7 @@ class PtyDoor:
         self._spoken = False
 
     def arrivals(self) -> list[Client]:
-        """The terminal, once a program has written to it."""
+        """Return the terminal, once a program has written to it."""
         if self._terminal is None:
             return []
         if self._terminal.closed:
@@ -64,7 +64,7 @@ class PtyDoor:
         return [self._terminal]
 
     def fileno(self) -> int | None:
-        """Our end of the terminal, until a program has written to it."""
+        """Return our end of the terminal, until a program has written to it."""
         return None if self._spoken or self._terminal is None else self._terminal.fileno()
 
     def close(self) -> None:
@@ -135,11 +135,11 @@ class Terminal:
                 self._session.kill()
 
     def readable(self) -> bool:
-        """Whether there is data to read."""
+        """Return whether there is data to read."""
         return wait_readable([self._end], 0)
 
     def fileno(self) -> int:
-        """File descriptor of our end."""
+        """Return the file descriptor of our end."""
         return self._end
 
     def _read(self) -> bytes:

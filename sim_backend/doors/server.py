@@ -51,7 +51,7 @@ class Simulation(Protocol):
         """Advance the simulation."""
 
     def camera_frame(self) -> NDArray[np.uint8] | None:
-        """Latest frame of the robot's camera; None while it is unplugged."""
+        """Return the latest frame of the robot's camera; None while it is unplugged."""
 
 
 class CameraDoor(Protocol):
@@ -159,7 +159,7 @@ class RealTimeServer:
         self._film()
 
     def status(self) -> Status:
-        """Figures since the last call."""
+        """Return the figures since the last call."""
         counts, last = self._counts, self._reported
         counts.wall_s, counts.simulated_ms = self._now(), self._simulation.now_ms
         counts.telegrams = self._switchboard.telegrams

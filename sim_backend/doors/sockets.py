@@ -65,7 +65,7 @@ class SocketClient(ABC):
         self._socket.close()
 
     def fileno(self) -> int:
-        """File descriptor of the socket."""
+        """Return the file descriptor of the socket."""
         return self._socket.fileno()
 
     @abstractmethod
@@ -188,7 +188,7 @@ class SocketDoor:
         return list(self._connected())
 
     def fileno(self) -> int | None:
-        """File descriptor of the listening socket."""
+        """Return the file descriptor of the listening socket."""
         return self._listener.fileno()
 
     def close(self) -> None:
@@ -266,7 +266,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this computer can reach the address."""
+    """Return whether only this computer can reach the address."""
     if host == "localhost":
         return True
     try:

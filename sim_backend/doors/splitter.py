@@ -65,7 +65,7 @@ class TelegramSplitter:
 
 
 def announced_size(head: bytes | bytearray) -> int | None:
-    """Length of a telegram as determined by its first bytes.
+    """Return the length of a telegram as determined by its first bytes.
 
     Args:
         head: The start of the telegram, at least one byte.

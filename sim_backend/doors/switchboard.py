@@ -26,7 +26,7 @@ class Link(Protocol):
         """Send a telegram to the brick; ConnectionError if the cable is unplugged."""
 
     def poll(self) -> bytes | None:
-        """The next reply that has arrived, or None; ConnectionError if the cable is unplugged."""
+        """Return the next reply that has arrived, or None; ConnectionError if the cable is unplugged."""
 
     def close(self) -> None:
         """Close the link."""
@@ -122,7 +122,7 @@ class Switchboard:
             self._see_off(session)
 
     def files(self) -> list[int]:
-        """File descriptors to wait on."""
+        """Return the file descriptors to wait on."""
         doors = [number for door in self._doors if (number := door.fileno()) is not None]
         listening = (s for s in self._sessions if s.link.under_way < WAITING_LIMIT and not s.client.at_end)
         return doors + [session.client.fileno() for session in listening]

@@ -33,7 +33,7 @@ LIBUSB_TIMEOUT = -7
 
 
 def _descriptor(layout: str, names: str, data: bytes, **more: object) -> SimpleNamespace:
-    """A descriptor as pyusb expects it: its fields by name; `layout` is struct's."""
+    """Make a descriptor as pyusb expects it: its fields by name; `layout` is struct's."""
     return SimpleNamespace(**dict(zip(names.split(), struct.unpack(layout, data), strict=True)), **more)
 
 
@@ -76,7 +76,7 @@ class Cable(Protocol):
         """Send a packet; TimeoutError if the brick accepts none. None waits without limit."""
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet from the brick, or None on timeout. None as timeout waits without limit."""
+        """Return the next packet from the brick, or None on timeout. None as timeout waits without limit."""
 
     def close(self) -> None:
         """Unplug this end."""
@@ -97,26 +97,26 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         self._serial_number = serial_number
 
     def enumerate_devices(self) -> Iterator[SimpleNamespace]:
-        """The one brick."""
+        """Yield the only brick."""
         return iter([DEVICE])
 
     def get_parent(self, dev: object) -> None:
-        """No hub in between."""
+        """Return None: there is no hub."""
 
     def get_device_descriptor(self, dev: object) -> SimpleNamespace:  # noqa: ARG002
-        """Its device descriptor."""
+        """Return the device descriptor."""
         return DEVICE
 
     def get_configuration_descriptor(self, dev: object, config: int) -> SimpleNamespace:  # noqa: ARG002
-        """Its only configuration."""
+        """Return the only configuration."""
         return [CONFIGURATION][config]
 
     def get_interface_descriptor(self, dev: object, intf: int, alt: int, config: int) -> SimpleNamespace:  # noqa: ARG002
-        """Its only interface."""
+        """Return the only interface."""
         return [[[INTERFACE]]][config][intf][alt]
 
     def get_endpoint_descriptor(self, dev: object, ep: int, intf: int, alt: int, config: int) -> SimpleNamespace:  # noqa: ARG002
-        """One endpoint for each direction."""
+        """Return one of the two endpoints, one for each direction."""
         return ENDPOINTS[ep]
 
     def open_device(self, dev: object) -> Handle:  # noqa: ARG002
@@ -128,7 +128,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         dev_handle.release()
 
     def set_configuration(self, dev_handle: Handle, config_value: int) -> None:  # noqa: ARG002
-        """There is only one."""
+        """Do nothing: there is only one."""
         if config_value != CONFIGURATION.bConfigurationValue:
             _fail(errno.EINVAL)
 
@@ -137,7 +137,7 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         return int(CONFIGURATION.bConfigurationValue)
 
     def set_interface_altsetting(self, dev_handle: Handle, intf: int, altsetting: int) -> None:  # noqa: ARG002
-        """There is only one."""
+        """Do nothing: there is only one."""
         if intf or altsetting:
             _fail(errno.EINVAL)
 
@@ -206,14 +206,14 @@ class UsbBackend(usb.backend.IBackend):  # type: ignore[misc] # pyusb has no typ
         return size
 
     def clear_halt(self, dev_handle: Handle, ep: int) -> None:
-        """Endpoints of the brick never halt."""
+        """Do nothing: endpoints of the brick never halt."""
 
     def reset_device(self, dev_handle: Handle) -> None:
         """Discard unread packets."""
         dev_handle.discard()
 
     def is_kernel_driver_active(self, dev_handle: Handle, intf: int) -> bool:  # noqa: ARG002
-        """No system has a kernel driver for the brick."""
+        """Return False: no system has a kernel driver for the brick."""
         return False
 
 
@@ -250,7 +250,7 @@ class Handle:
             _fail(errno.ENODEV)
 
     def read(self, timeout_s: float | None) -> bytes | None:
-        """The next packet, or None on timeout."""
+        """Return the next packet, or None on timeout."""
         try:
             return self._claimed().read(timeout_s)
         except OSError:

@@ -155,6 +155,6 @@ class UsbIpDoor(SocketDoor):
 
 
 def attach_command(host: str, port: int) -> str:
-    """The command that plugs the device at a USB/IP port of this computer into this computer."""
+    """Return the command that attaches the device at a USB/IP port of this computer."""
     here = LOOPBACK if host in ("", "0.0.0.0", "::") else host  # noqa: S104 - compared, not listened on
     return f"usbip --tcp-port {port} attach -r {here} -b {BUS_ID}"

@@ -137,7 +137,7 @@ class UsbIpSession:
             self.finished = True
 
     def _described(self) -> bytes:
-        """`struct usbip_usb_device`: path, bus, and what the descriptors say."""
+        """Return `struct usbip_usb_device`: path, bus, and what the descriptors say."""
         identity = struct.unpack_from("<HHH", self._device.descriptor, 8)
         kind = self._device.descriptor[4:7]
         path = f"/sys/devices/virtual/nxtdrive/{BUS_ID}".encode()
@@ -148,7 +148,7 @@ class UsbIpSession:
         )
 
     def _interfaces(self) -> bytes:
-        """Class, subclass and protocol of each interface."""
+        """Return class, subclass and protocol of each interface."""
         found, rest = bytearray(), self._device.configuration
         while rest:
             length, kind = rest[0], rest[1]

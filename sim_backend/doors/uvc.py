@@ -57,13 +57,13 @@ class VideoRequest(IntEnum):
 
 
 def _block(layout: str, *values: object) -> bytes:
-    """A descriptor: its length, then the values."""
+    """Return a descriptor: its length, then the values."""
     body = struct.pack("<" + layout, *values)
     return bytes((len(body) + 1,)) + body
 
 
 def _configuration(size: tuple[int, int], interval: int) -> bytes:
-    """The configuration descriptor: an interface for control, one for streaming."""
+    """Return the configuration descriptor: an interface for control, one for streaming."""
     width, height = size
     bits_per_s = width * height * 16 * HUNDRED_NS // interval
     camera = _block("BBBHBBHHHB3s", 0x24, 2, TERMINAL_CAMERA, 0x0201, 0, 0, 0, 0, 0, 3, bytes(3))
@@ -90,7 +90,7 @@ def _configuration(size: tuple[int, int], interval: int) -> bytes:
 
 
 def _frame_limit(size: tuple[int, int]) -> int:
-    """Largest frame in bytes."""
+    """Return the largest frame in bytes."""
     return size[0] * size[1] * 2
 
 
@@ -237,11 +237,11 @@ class UvcDoor:
             self._cable.pump()
 
     def session(self) -> UsbIpSession:
-        """A session for a new connection."""
+        """Start a session for a new connection."""
         return UsbIpSession(self._device, lambda: self._cable is not None)
 
     def connected(self, cable: _Cable) -> None:
-        """A host has connected, and may ask for the webcam until its deadline."""
+        """Handle a host that has connected, and may ask for the webcam until its deadline."""
         if len(self._asking) >= BACKLOG:
             self._hang_up(next(iter(self._asking)))
         self._asking[cable] = None
@@ -254,12 +254,12 @@ class UvcDoor:
             cable.abort()
 
     def plugged(self, cable: _Cable) -> None:
-        """A host has imported the webcam."""
+        """Handle a host that has imported the webcam."""
         self._asking.pop(cable, None)
         self._cable = cable
 
     def unplugged(self, cable: _Cable) -> None:
-        """A host has gone."""
+        """Handle a host that has disconnected."""
         self._asking.pop(cable, None)
         if self._cable is cable:
             self._cable = None

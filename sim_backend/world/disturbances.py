@@ -54,5 +54,5 @@ class Disturbances:
                 self._end(event)
 
     def ended(self, event: Event) -> bool:
-        """Whether the disturbance is over."""
+        """Return whether the disturbance is over."""
         return event.name not in self._running

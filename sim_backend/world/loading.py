@@ -18,7 +18,7 @@ from sim_backend.world.world_file import WorldFile
 
 
 def load_world(source: str | Path) -> WorldFile:
-    """The world in a file.
+    """Load the world in a file.
 
     Args:
         source: Path of a TOML file, or the name of a bundled world, with or without ".toml".
@@ -34,7 +34,7 @@ def load_world(source: str | Path) -> WorldFile:
 
 
 def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
-    """The world in the parsed tables of a TOML file.
+    """Validate the parsed tables of a TOML file as a world.
 
     Args:
         tables: The tables as `tomllib` returns them.

@@ -32,7 +32,7 @@ class WorldObject(Protocol):
         """Outline in the physics."""
 
     def panels(self) -> list[Panel]:
-        """The surfaces that the camera sees; none while it is absent."""
+        """Return the surfaces that the camera sees; none while it is absent."""
 
 
 class WallObject:
@@ -46,7 +46,7 @@ class WallObject:
         space.add(segment)
 
     def panels(self) -> list[Panel]:
-        """Four upright sides."""
+        """Return four upright sides."""
         (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
         length = math.hypot(x1 - x0, y1 - y0)
         middle = (x0 + x1) / 2, (y0 + y1) / 2
@@ -74,7 +74,7 @@ class RoomObject:
         space.add(*self.shapes)
 
     def panels(self) -> list[Panel]:
-        """Four upright sides that face inwards."""
+        """Return four upright sides that face inwards."""
         width, depth = self._floor.size_mm
         corners = [(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]
         return [
@@ -177,7 +177,7 @@ class BoxObject(PlacedObject):
         self._show(box.present)
 
     def panels(self) -> list[Panel]:
-        """Four upright sides."""
+        """Return four upright sides."""
         if not self.present:
             return []
         corners = _corners(self.at_mm, self._box.size_mm, self._body.angle)
@@ -205,13 +205,13 @@ class PictureObject(PlacedObject):
         return self.name if self._picture.file is None else str(self._picture.file)
 
     def edge_points(self) -> tuple[Point, Point, Point]:
-        """Points at a quarter, half and three quarters of the width."""
+        """Return the points at a quarter, half and three quarters of the width."""
         (x, y), facing = self.at_mm, self._body.angle
         across_x, across_y = -math.sin(facing) * self.width_mm / 4, math.cos(facing) * self.width_mm / 4
         return (x - across_x, y - across_y), (x, y), (x + across_x, y + across_y)
 
     def panels(self) -> list[Panel]:
-        """The print with its plain back, and the post under it."""
+        """Return the print with its plain back, and the post under it."""
         if not self.present:
             return []
         x, y = self.at_mm
@@ -240,7 +240,7 @@ def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: fl
 
 
 def _corners(middle: Point, size: tuple[float, float], angle: float) -> list[Point]:
-    """Corners of a rectangle, `size` along and across `angle` (radians), clockwise."""
+    """Return the corners of a rectangle, `size` along and across `angle` (radians), clockwise."""
     along, across = size[0] / 2, size[1] / 2
     cos, sin = math.cos(angle), math.sin(angle)
     offsets = ((along, -across), (along, across), (-along, across), (-along, -across))

@@ -100,7 +100,7 @@ class PersonObject:
             self._leaves_at_ms = now_ms + self._stays_ms
 
     def panels(self) -> list[Panel]:
-        """Six upright sides."""
+        """Return six upright sides."""
         if not self.present:
             return []
         x, y = self.at_mm

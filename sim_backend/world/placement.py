@@ -33,7 +33,7 @@ class Outline:
     height_mm: float
 
     def distance_mm(self, point: Point) -> float:
-        """Distance of a point from it; 0 inside."""
+        """Return the distance of a point from it; 0 inside."""
         angle = math.radians(self.facing_deg)
         x, y = point[0] - self.at_mm[0], point[1] - self.at_mm[1]
         along = abs(x * math.cos(angle) + y * math.sin(angle)) - self.size_mm[0] / 2
@@ -41,7 +41,7 @@ class Outline:
         return math.hypot(max(along, 0.0), max(across, 0.0))
 
     def points(self, share: float) -> list[Point]:
-        """Its four corners, drawn in towards the middle to this share."""
+        """Return its four corners, drawn in towards the middle to this share."""
         angle = math.radians(self.facing_deg)
         along, across = share * self.size_mm[0] / 2, share * self.size_mm[1] / 2
         cos, sin = math.cos(angle), math.sin(angle)
@@ -50,7 +50,7 @@ class Outline:
 
 
 def outline_of_wall(wall: Wall, what: str) -> Outline:
-    """The outline of an inner wall."""
+    """Return the outline of an inner wall."""
     (x0, y0), (x1, y1) = wall.from_mm, wall.to_mm
     size_mm = math.hypot(x1 - x0, y1 - y0), wall.thickness_mm
     facing_deg = math.degrees(math.atan2(y1 - y0, x1 - x0))
@@ -58,12 +58,12 @@ def outline_of_wall(wall: Wall, what: str) -> Outline:
 
 
 def outline_of_box(box: Box) -> Outline:
-    """The outline of a box."""
+    """Return the outline of a box."""
     return Outline(f"the box {box.name!r}", box.at_mm, box.size_mm, box.facing_deg, box.height_mm)
 
 
 def outline_of_picture(picture: Picture) -> Outline:
-    """The outline of a picture's board."""
+    """Return the outline of a picture's board."""
     size_mm = STAND_THICKNESS_MM, picture.size_mm[0]
     top_mm = picture.centre_height_mm + picture.size_mm[1] / 2
     return Outline(repr(picture.name), picture.at_mm, size_mm, picture.facing_deg, top_mm)
@@ -120,7 +120,7 @@ def _sticking_out(world: WorldFile, path: str, outline: Outline) -> Iterator[str
 
 
 def _out_mm(world: WorldFile, point: Point) -> float:
-    """How far outside the floor a point is; 0 on the floor."""
+    """Return how far outside the floor a point is; 0 on the floor."""
     (x, y), (width, depth) = point, world.floor.size_mm
     return max(0.0, -x, -y, x - width, y - depth)
 

@@ -166,7 +166,7 @@ class RobotBody:
         return self.touched(0.0, 2 * BUMPER_DEG)
 
     def touched(self, direction_deg: float, width_deg: float) -> bool:
-        """Whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
+        """Return whether something touches the part of the body around `direction_deg` (clockwise from the front)."""
         if not self.contact_bearings_deg:  # usual, and asked every few milliseconds
             return False
         offsets = (wrapped_deg(bearing - direction_deg) for bearing in self.contact_bearings_deg)
@@ -201,12 +201,12 @@ class RobotBody:
         self._wheels.angular_velocity = turning
 
     def _geared(self, motor: WheelMotor, angle: float) -> float:
-        """Angle of a wheel that was at `angle`: the play of the gears decides when it follows its motor."""
+        """Return the angle of a wheel that was at `angle`: the play of the gears decides when it follows its motor."""
         play = self._robot.backlash_deg / 2
         return min(max(angle, motor.angle - play), motor.angle + play)
 
     def _wheel_speed(self, motor: WheelMotor, before: float, angle: float, duration_s: float) -> float:
-        """Demanded speed of a wheel, mm/s: its rolled distance over time, or under load its free speed."""
+        """Return the demanded speed of a wheel, mm/s: its rolled distance over time, or under load its free speed."""
         driven = angle != before or not self._robot.backlash_deg
         speed = motor.free_speed if motor.gripped and driven else (angle - before) / duration_s
         jitter = self._ground.slip.jitter_percent
@@ -245,5 +245,5 @@ class RobotBody:
 
 
 def wrapped_deg(angle_deg: Angle) -> Angle:
-    """The same angle in -180..180; of an array, that of each element."""
+    """Return the same angle in -180..180; of an array, that of each element."""
     return (angle_deg + 180.0) % 360.0 - 180.0

@@ -20,16 +20,16 @@ class EventContext(Protocol):
     """The part of the world that the scheduler queries and changes."""
 
     def in_view(self, picture: str) -> bool:
-        """Whether the robot's camera could see the picture now."""
+        """Return whether the robot's camera could see the picture now."""
 
     def robot_distance_mm(self, name: str) -> float:
-        """Distance between the centers of the robot and an object."""
+        """Return the distance between the centers of the robot and an object."""
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Carry the event out."""
 
     def is_over(self, event: Event) -> bool:
-        """Whether what the event began has ended; what moves at once is over at once."""
+        """Return whether the event's effect has ended; an instantaneous move is over at once."""
 
 
 class _PendingEvent:
@@ -115,7 +115,7 @@ class EventScheduler:
         return (when.robot_beyond_mm or 0.0) < distance_mm < (when.robot_within_mm or float("inf"))
 
     def _possible_since(self, pending: _PendingEvent) -> int | None:
-        """When the conditions on time and on other events were met, or None if they are not.
+        """Return when the conditions on time and on other events were met, or None if they are not.
 
         A repeated event waits again from the end of its previous run.
         """

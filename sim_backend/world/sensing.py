@@ -59,7 +59,7 @@ class UltrasonicBeam:
         self._absorbing, self._random = absorbing, random
 
     def distance_cm(self) -> int | None:
-        """A new reading in whole centimetres, 3..254, or None without an echo."""
+        """Return a new reading in whole centimetres, 3..254, or None without an echo."""
         distance_mm = self._nearest_mm()
         if distance_mm is None or self._random.random() < self._sensor.dropout:
             return None
@@ -77,7 +77,7 @@ class UltrasonicBeam:
         return min(echoes, default=None)
 
     def _echo_mm(self, x: float, y: float, angle: float) -> float | None:
-        """Distance of the first hit of a ray; None without a hit or if the surface deflects the echo."""
+        """Return the distance of the first hit of a ray; None without a hit or if the surface deflects the echo."""
         along_x, along_y = math.cos(angle), math.sin(angle)
         for hit in _hits(self._space, (x, y), (x + FARTHEST_MM * along_x, y + FARTHEST_MM * along_y)):
             if hit.shape is None or self._heights_mm[hit.shape] < self._sensor.height_mm:
@@ -97,7 +97,7 @@ def in_view(
     hfov_deg: float,
     heights_mm: Mapping[pymunk.Shape, float],
 ) -> bool:
-    """Whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
+    """Return whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
 
     Args:
         space: The physics with all obstacles.
@@ -127,7 +127,7 @@ def is_seen(
     hfov_deg: float,
     heights_mm: Mapping[pymunk.Shape, float],
 ) -> bool:
-    """Whether a point is in a camera's view and nothing but `shapes`, the object it belongs to, is before it."""
+    """Return whether a point is in a camera's view and hidden by nothing but `shapes`, the object it belongs to."""
     eye = (viewpoint.x_mm, viewpoint.y_mm)
     if not _in_frame(point, point_height_mm, viewpoint, hfov_deg):
         return False
@@ -135,7 +135,7 @@ def is_seen(
 
 
 def _in_frame(point: Point, height_mm: float, viewpoint: Viewpoint, hfov_deg: float) -> bool:
-    """Whether a point is in a camera's field of view; the vertical one counts only for a tilted or rolled camera."""
+    """Return whether a point is in a camera's field of view; vertically only for a tilted or rolled camera."""
     if viewpoint.level:
         bearing_deg = _bearing_deg((viewpoint.x_mm, viewpoint.y_mm), point) - viewpoint.heading_deg
         return abs(wrapped_deg(bearing_deg)) <= hfov_deg / 2
@@ -165,7 +165,7 @@ def _hidden(
 def _hits(
     space: pymunk.Space, start: tuple[float, float], end: tuple[float, float]
 ) -> Iterable[pymunk.SegmentQueryInfo]:
-    """All hits between two points except the robot, nearest first."""
+    """Return all hits between two points except the robot, nearest first."""
     return sorted(space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha)
 
 

@@ -38,7 +38,7 @@ class Surroundings:
         return self._file.surroundings.temperature_c
 
     def paint(self, at_mm: Point) -> Rgb:
-        """Red, green and blue light that the floor reflects at a place, percent each."""
+        """Return red, green and blue light that the floor reflects at a place, percent each."""
         for patch in self._on_top:
             if _covers(patch, at_mm):
                 return patch.color
@@ -50,7 +50,7 @@ class Surroundings:
         return bool(self._file.light.drift_percent or self._file.shades)
 
     def brightness(self, at_mm: Point, now_ms: int) -> float:
-        """Brightness for a camera at a place; 1 is a well-lit room."""
+        """Return the brightness for a camera at a place; 1 is a well-lit room."""
         light = self._file.light
         phase = 2.0 * math.pi * now_ms / 1000.0 / light.drift_s
         brightness = light.exposure * (1.0 + light.drift_percent / 100.0 * math.sin(phase))
@@ -60,7 +60,7 @@ class Surroundings:
         return brightness
 
     def sound_db(self, at_mm: Point, now_ms: int) -> float:
-        """Sound level at a place: the background and all active sources."""
+        """Return the sound level at a place: the background and all active sources."""
         energy = _energy(self._file.surroundings.sound_db)
         for sound in self._file.sounds:
             since_s = now_ms / 1000.0 - sound.from_s
@@ -70,7 +70,7 @@ class Surroundings:
         return 10.0 * math.log10(energy)
 
     def north_deg(self, at_mm: Point) -> float:
-        """Direction of a compass needle at a place, on the map."""
+        """Return the direction of a compass needle at a place, on the map."""
         north_deg = self._file.surroundings.north_deg
         for magnet in self._file.magnets:
             share = 1.0 - math.dist(at_mm, magnet.at_mm) / magnet.radius_mm
@@ -90,7 +90,7 @@ def _covers(patch: Patch, at_mm: Point) -> bool:
 
 
 def within(point: Point, at_mm: Point, size_mm: Point, facing_deg: float) -> bool:
-    """Whether a point is in a rectangle around `at_mm`, with `size_mm` along and across its facing."""
+    """Return whether a point is in a rectangle around `at_mm`, with `size_mm` along and across its facing."""
     dx, dy = point[0] - at_mm[0], point[1] - at_mm[1]
     facing = math.radians(facing_deg)
     along = dx * math.cos(facing) + dy * math.sin(facing)
@@ -99,7 +99,7 @@ def within(point: Point, at_mm: Point, size_mm: Point, facing_deg: float) -> boo
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:
-    """Distance from a point to the line segment between two others."""
+    """Return the distance from a point to the line segment between two others."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     square = dx**2 + dy**2
     share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / square if square else 0.0

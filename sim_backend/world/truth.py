@@ -81,30 +81,30 @@ class GroundTruth:
         return [(time_ms / 1000.0, name) for time_ms, name in self._world.scheduler.log]
 
     def distance_mm(self, name: str) -> float:
-        """Distance between the centers of the robot and a picture, box or person."""
+        """Return the distance between the centers of the robot and a picture, box or person."""
         return self._world.robot_distance_mm(name)
 
     def in_view(self, picture: str) -> bool:
-        """Whether the camera could recognise the picture now."""
+        """Return whether the camera could recognise the picture now."""
         return self._world.in_view(picture)
 
     def lines(self) -> list[tuple[float, float, float, float]]:
-        """Where the sides of walls and of objects that are present stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
+        """Return where the sides of walls and present objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
         return [(side.x0_mm, side.y0_mm, side.x1_mm, side.y1_mm) for side in self._world.panels()]
 
     def fronts(self) -> dict[str, Image]:
-        """What each picture, box and person looks like from the front, also those that are absent: pixels by name."""
+        """Return what each picture, box and person, present or absent, looks like from the front: pixels by name."""
         return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}
 
     def lens_distance_mm(self, name: str) -> float:
-        """Distance between the camera's lens and a picture's center, or the surface of a box or person."""
+        """Return the distance between the camera's lens and a picture's center, or the surface of a box or person."""
         eye, obj = self._world.viewpoint(), self._objects()[name]
         if name in self._world.pictures:
             return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)
         return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
 
     def before(self, name: str) -> bool:
-        """Whether the camera points at a picture, box or person and nothing hides it."""
+        """Return whether the camera points at a picture, box or person and nothing hides it."""
         obj = self._objects()[name]
         return self._world.in_view(name) if isinstance(obj, PictureObject) else self._world.sees(obj)
 

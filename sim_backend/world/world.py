@@ -151,14 +151,14 @@ class World:
         self.scheduler.advance(self.now_ms, self)
 
     def panels(self) -> tuple[Panel, ...]:
-        """All surfaces the camera could see; the same tuple until something other than the robot moves."""
+        """Return all surfaces the camera could see; the same tuple until something other than the robot moves."""
         if self._panels is None:
             moving = (panel for obj in self._objects.values() for panel in obj.panels())
             self._panels = (*self._wall_panels, *moving)
         return self._panels
 
     def viewpoint(self) -> Viewpoint:
-        """Where the camera's lens is."""
+        """Return where the camera's lens is."""
         camera = self.file.camera
         x, y = self.robot.point_mm((camera.forward_mm, camera.right_mm))
         heading_deg = self.robot.heading_deg + camera.yaw_deg
@@ -166,19 +166,19 @@ class World:
         return Viewpoint(x, y, heading_deg, height_mm, camera.tilt_deg, camera.roll_deg)
 
     def in_view(self, picture: str) -> bool:
-        """Whether the robot's camera could see the picture now."""
+        """Return whether the robot's camera could see the picture now."""
         camera = self.file.camera
         return in_view(self._space, self.pictures[picture], self.viewpoint(), camera.hfov_deg, self._heights_mm)
 
     def sees(self, obj: BoxObject | PersonObject) -> bool:
-        """Whether the middle of a box or person is in the robot's view and not hidden."""
+        """Return whether the middle of a box or person is in the robot's view and not hidden."""
         hfov_deg, viewpoint = self.file.camera.hfov_deg, self.viewpoint()
         return obj.present and is_seen(
             self._space, obj.at_mm, obj.height_mm / 2, obj.shapes, viewpoint, hfov_deg, self._heights_mm
         )
 
     def robot_distance_mm(self, name: str) -> float:
-        """Distance between the centers of the robot and an object."""
+        """Return the distance between the centers of the robot and an object."""
         return math.dist((self.robot.x_mm, self.robot.y_mm), self._objects[name].at_mm)
 
     def add(self, table: Box | Picture | Person) -> None:
@@ -246,7 +246,7 @@ class World:
             obj.come(place, stays_ms)
 
     def is_over(self, event: Event) -> bool:
-        """Whether what the event began has ended; what moves at once is over at once."""
+        """Return whether the event's effect has ended; an instantaneous move is over at once."""
         if not event.subject:
             return self.disturbances.ended(event)
         if event.picture is not None:

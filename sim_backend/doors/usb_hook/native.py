@@ -105,7 +105,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return _refuse(errno.ENOTTY)
 
     def _in_use(self, client: Any) -> bool:  # noqa: ANN401
-        """Whether another program has the brick, and has neither closed the node nor ended."""
+        """Return whether another program has the brick, and has neither closed the node nor ended."""
         return self._owner is not None and self._owner is not client and self._owner.get_connected()
 
     def _claim(self, client: Any) -> Answer:  # noqa: ANN401
@@ -128,7 +128,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _control(self, transfer: Any) -> Answer:  # noqa: ANN401
-        """A control transfer as libusb 0.1 requests it."""
+        """Answer a control transfer as libusb 0.1 requests it."""
         setup = bytes(transfer.retrieve())[:SETUP_SIZE]
         answer = self._told(setup)
         if answer is None:
@@ -160,7 +160,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
         return DONE
 
     def _submit_control(self, urb: Any, buffer: Any) -> None:  # noqa: ANN401
-        """A control transfer as libusb 1.0 requests it: the setup packet comes first in the buffer."""
+        """Answer a control transfer as libusb 1.0 requests it: the setup packet comes first in the buffer."""
         answer = self._told(bytes(buffer.retrieve())[:SETUP_SIZE])
         if answer is None:
             self._finish(urb, 0, -errno.EPIPE)

@@ -54,7 +54,7 @@ class _Loader(Loader):
 
 
 def _bus(brick: str) -> object:
-    """The bus with the brick at the address `brick`."""
+    """Return the bus with the brick at the address `brick`."""
     where, _, serial_number = brick.partition("/")
     host, _, port = where.rpartition(":")
     backend = _load("nxtdrive_usb_backend", HERE.parent / "usb_backend.py")
