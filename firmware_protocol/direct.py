@@ -157,7 +157,7 @@ class MessageWrite(Command[Ack]):
 
     @classmethod
     def text(cls, box: int, message: str) -> Self:
-        """A message of at most 58 Latin-1 characters; size and closing zero are added."""
+        """Make a message of at most 58 Latin-1 characters; size and closing zero are added."""
         data = message.encode("latin-1") + b"\0"
         return cls(box, len(data), data)
 

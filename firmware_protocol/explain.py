@@ -108,7 +108,7 @@ def explain(telegram: bytes) -> Explanation:
 
 
 def _has_length(telegram: bytes) -> bool:
-    """Whether the first two bytes look like Bluetooth's length."""
+    """Return whether the first two bytes look like Bluetooth's length."""
     body = telegram[LENGTH_SIZE:]
     if not body or len(body) != int.from_bytes(telegram[:LENGTH_SIZE], "little") or not _begins_a_telegram(body):
         return False

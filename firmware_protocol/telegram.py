@@ -129,7 +129,7 @@ class Command(Declared, Generic[R]):
     """The first firmware that knows this command: 1.05, 1.28, or 1.32, which is the community's."""
 
     def encode(self, *, want_reply: bool = True) -> bytes:
-        """The whole telegram.
+        """Return the whole telegram.
 
         Raises:
             LocalProtocolError: A value does not fit its field.
@@ -149,7 +149,7 @@ class Command(Declared, Generic[R]):
 
     @classmethod
     def encode_reply(cls, reply: R | None = None, status: int = Status.OK) -> bytes:
-        """A reply to this command: header, status and fields; without `reply` the status alone."""
+        """Return a reply to this command: header, status and fields; without `reply` the status alone."""
         return bytes((Kind.REPLY, cls.opcode, status)) + (reply.pack() if reply is not None else b"")
 
     @classmethod
@@ -163,7 +163,7 @@ class Command(Declared, Generic[R]):
 
     @classmethod
     def reply_head(cls, request: bytes) -> bytes:
-        """What a good reply to the encoded `request` begins with: header, status OK and the fields it echoes.
+        """Return what a good reply to the encoded `request` begins with: header, status OK and the fields it echoes.
 
         The leading fields of a reply that bear the name of a field of the request repeat it.
         """
@@ -187,7 +187,7 @@ class Command(Declared, Generic[R]):
 
     @classmethod
     def _echoes(cls) -> list[str]:
-        """The pieces of a request that its reply repeats, as source."""
+        """Return the pieces of a request that its reply repeats, as source."""
         pieces = []
         for name in cls.reply_type.layout.fixed:
             if name not in cls.layout.fixed:

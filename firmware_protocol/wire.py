@@ -36,7 +36,7 @@ class Scalar(NamedTuple):
     maximum: int
 
     def to_wire(self, value: int) -> int:
-        """The value, if it fits.
+        """Return the value, if it fits.
 
         Raises:
             ValueError: It does not.
@@ -96,7 +96,7 @@ class Text(NamedTuple):
         return f"{self.size}s"
 
     def to_wire(self, value: str) -> bytes:
-        """The text as bytes, not yet padded.
+        """Return the text as bytes, not yet padded.
 
         Raises:
             ValueError: It is too long, contains a zero, or has characters beyond Latin-1.
@@ -110,7 +110,7 @@ class Text(NamedTuple):
             raise ValueError(f"must be text in Latin-1 characters, not {value!r}") from None
 
     def from_wire(self, raw: bytes) -> str:
-        """The text up to its first zero."""
+        """Return the text up to its first zero."""
         return raw.split(b"\0", 1)[0].decode("latin-1")
 
 
@@ -134,7 +134,7 @@ class Block:
         return f"{self.size}s"
 
     def to_wire(self, value: bytes) -> bytes:
-        """The bytes, not yet padded.
+        """Return the bytes, not yet padded.
 
         Raises:
             ValueError: There are too many.
@@ -142,7 +142,7 @@ class Block:
         return _at_most(self.size, value)
 
     def from_wire(self, raw: bytes) -> bytes:
-        """The bytes, padding included."""
+        """Return the bytes, padding included."""
         return raw
 
 
@@ -159,7 +159,7 @@ class Tail:
         self.limit = limit
 
     def to_wire(self, value: bytes) -> bytes:
-        """The bytes.
+        """Return the bytes.
 
         Raises:
             ValueError: There are too many.

@@ -100,7 +100,7 @@ def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value
 
 
 def is_too_large(value: Any) -> bool:  # noqa: ANN401 - any plain value
-    """Whether it is a whole number of more than 64 bits, which no format of ours needs and few libraries take."""
+    """Return whether it is a whole number of more than 64 bits, which no format here needs and few libraries take."""
     return isinstance(value, int) and abs(value) >= 2**63
 
 

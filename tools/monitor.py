@@ -178,7 +178,7 @@ class History:
 
 
 def _number(sensor: SensorState) -> float | None:
-    """The number to plot: the measurement, or the converter value of a sensor without one."""
+    """Return the number to plot: the measurement, or the converter value of a sensor without one."""
     if isinstance(sensor.value, int | float):
         return float(sensor.value)
     return float(sensor.raw) if sensor.analog and sensor.value is None else None

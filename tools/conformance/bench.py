@@ -330,7 +330,7 @@ class Bench:
 
 
 def _raised_elsewhere(error: Exception) -> bool:
-    """Whether the error was raised outside this module, by the simulated brick."""
+    """Return whether the error was raised outside this module, by the simulated brick."""
     return extract_tb(error.__traceback__)[-1].filename != __file__
 
 

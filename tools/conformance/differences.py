@@ -96,7 +96,7 @@ def sent_name(step: Step) -> str:
 
 
 def command_of_telegram(telegram: bytes) -> AnyCommand | None:
-    """The command of a request, or that a reply answers."""
+    """Return the command of a request, or that a reply answers."""
     kind = telegram[0] & ~NO_REPLY if len(telegram) >= REQUEST_HEADER else None
     return command_of(Kind(kind), telegram[1]) if kind in tuple(Kind) else None
 
@@ -127,7 +127,7 @@ def _compare_bytes(step: Step, got: str) -> Difference | None:
 
 
 def _statuses(field: str, ours: bytes, theirs: bytes) -> str:
-    """The pair of statuses where they differ, the refusal where another field differs."""
+    """Return the pair of statuses where they differ, the refusal where another field differs."""
     if min(len(ours), len(theirs)) <= _STATUS:
         return ""
     our, their = (f"{data[_STATUS]:02X} {Status(data[_STATUS]).label}" for data in (ours, theirs))
@@ -137,7 +137,7 @@ def _statuses(field: str, ours: bytes, theirs: bytes) -> str:
 
 
 def _frame(stream: bytes, offset: int) -> tuple[bytes, int]:
-    """The telegram in a Bluetooth stream that has the byte at `offset`, and where it begins."""
+    """Return the telegram in a Bluetooth stream that has the byte at `offset`, and where it begins."""
     start = 0
     while True:
         begin = start + LENGTH_SIZE
@@ -181,7 +181,7 @@ def variable_at(telegram: bytes, place: int) -> str:
 
 
 def _words(step: Step, our: str, their: str) -> str:
-    """What differs first between two results in words."""
+    """Describe the first difference between two results."""
     ours, theirs = (_NUMBER.findall(result) for result in (our, their))
     shapes = [_NUMBER.sub("#", result) for result in (our, their)]
     if shapes[0] != shapes[1]:

@@ -26,18 +26,18 @@ class Handles:
         self._now: dict[int, int] = {}
 
     def current(self, handle: int) -> int:
-        """The handle to send for a recorded one."""
+        """Return the handle to send for a recorded one."""
         return self._now.get(handle, handle)
 
     def translate(self, request: bytes) -> bytes:
-        """The telegram to send for a recorded one."""
+        """Return the telegram to send for a recorded one."""
         place = _handle_in_request(request)
         if place is None:
             return request
         return request[:place] + bytes([self.current(request[place])]) + request[place + 1 :]
 
     def translate_line(self, line: str) -> str:
-        """The control line for a recorded one, with the telegrams and handles among its arguments translated."""
+        """Return the control line for a recorded one, with the telegrams and handles among its arguments translated."""
         word, *arguments = line.split()
         try:
             if word == _FILL:
@@ -65,7 +65,7 @@ def _handle_in_request(request: bytes) -> int | None:
 
 
 def _handle_in_reply(request: bytes) -> int | None:
-    """Offset of the handle in the reply to a telegram that opens a file or starts a search."""
+    """Return the offset of the handle in the reply to a telegram that opens a file or starts a search."""
     command = _command(request)
     if command not in _OPENING:
         return None

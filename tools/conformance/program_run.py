@@ -57,7 +57,7 @@ class Run:
 
 
 def events_of(source: str) -> list[Event]:
-    """The events in the comments of a source."""
+    """Return the events in the comments of a source."""
     return [(int(at), _line(action.strip())) for at, action in _EVENT.findall(source)]
 
 
@@ -126,7 +126,7 @@ def _sample(exchange: Exchange, *, drawn: bool) -> dict[str, Any]:
 
 
 def _drawn(seen: dict[str, Any]) -> bool:
-    """Whether the program has the screen."""
+    """Return whether the program controls the screen."""
     return seen.get("status") == ProgramStatus.RUNNING and not seen["ui"] & UiFlag.ENABLE_STATUS
 
 

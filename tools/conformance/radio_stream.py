@@ -125,12 +125,12 @@ class RadioStream:
         return reply
 
     def _split(self) -> tuple[int, bytes]:
-        """Number of pieces of complete telegrams not handled yet, and the beginning of an incomplete one."""
+        """Return the number of pieces of complete telegrams not handled yet, and the beginning of an incomplete one."""
         return _split(self._taken + self.waiting)
 
 
 def _split(stream: bytes) -> tuple[int, bytes]:
-    """Number of pieces of the complete telegrams in a stream, and the beginning of an incomplete one."""
+    """Return the number of pieces of the complete telegrams in a stream, and the beginning of an incomplete one."""
     rest, pieces = stream, 0
     while len(rest) >= (size := _size(rest)):
         rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
@@ -138,7 +138,7 @@ def _split(stream: bytes) -> tuple[int, bytes]:
 
 
 def _size(stream: bytes) -> int:
-    """Size of the first telegram with its length; of its length alone, if that is incomplete."""
+    """Return the size of the first telegram with its length; of its length alone, if that is incomplete."""
     if len(stream) < LENGTH_SIZE:
         return LENGTH_SIZE
     return LENGTH_SIZE + int.from_bytes(stream[:LENGTH_SIZE], "little")

@@ -121,7 +121,7 @@ class Privacy:
 
 
 def _private_places(request: bytes, reply: bytes) -> Iterator[int]:
-    """Offsets of private bytes in the reply, by the command."""
+    """Yield the offsets of private bytes in the reply, by the command."""
     command = command_of_telegram(request)
     if command is system.IOMapRead:
         start = REPLY_HEADER + command.reply_type.layout.size

@@ -122,7 +122,7 @@ def _wait_ms(words: str, place: str) -> int:
 
 
 def _objection(telegram: bytes) -> str:
-    """Why a telegram is only sent if writes are allowed; empty if it is harmless, or none."""
+    """Return why a telegram is only sent if writes are allowed; empty if it is harmless, or none."""
     if not telegram:
         return ""
     if len(telegram) < REQUEST_HEADER:

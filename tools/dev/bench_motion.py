@@ -92,7 +92,7 @@ def angle_errors(latency_ms: float, number: int = 30) -> list[float]:
 
 
 def heading_errors(latency_ms: float, number: int = 12, slip_percent: float = 0.0) -> tuple[list[float], list[float]]:
-    """Errors of turns, degrees, and of straights, degrees per metre, by the robot's true heading.
+    """Return the errors of turns, degrees, and of straights, degrees per metre, by the robot's true heading.
 
     Args:
         latency_ms: Round-trip time of the link.
@@ -191,7 +191,7 @@ def rotation(brick: Brick) -> int:
 def error_figures(
     name: str, errors: Sequence[float], unit: str, median: float = math.nan, p95: float = math.nan
 ) -> Iterator[Figure]:
-    """Median and 95th percentile of the errors' sizes, against goals where they are given."""
+    """Yield median and 95th percentile of the errors' sizes, against goals where they are given."""
     sizes = sorted(map(abs, errors))
     middle, high = statistics.median(sizes), sizes[math.ceil(0.95 * len(sizes)) - 1]
     for what, value, goal in (("median error", middle, median), ("95 % of the errors", high, p95)):

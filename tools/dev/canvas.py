@@ -22,22 +22,22 @@ _OVERSAMPLING = 2
 
 
 def polygon(*points: tuple[float, float]) -> Shape:
-    """A shape with straight sides."""
+    """Return a shape with straight sides."""
     return np.array(points, np.float64)
 
 
 def smooth(*points: tuple[float, float]) -> Shape:
-    """A closed curve through the points (Catmull-Rom)."""
+    """Return a closed curve through the points (Catmull-Rom)."""
     return _catmull_rom(np.array(points, np.float64), closed=True)
 
 
 def curve(*points: tuple[float, float]) -> Shape:
-    """An open curve through the points, for `Canvas.stroke`."""
+    """Return an open curve through the points, for `Canvas.stroke`."""
     return _catmull_rom(np.array(points, np.float64), closed=False)
 
 
 def ellipse(x: float, y: float, radius_x: float, radius_y: float, turn_deg: float = 0.0) -> Shape:
-    """An ellipse around (x, y), turned clockwise."""
+    """Return an ellipse around (x, y), turned clockwise."""
     angles = np.linspace(0.0, 2 * math.pi, 96, endpoint=False)
     turn = math.radians(turn_deg)
     along, across = radius_x * np.cos(angles), radius_y * np.sin(angles)
@@ -107,12 +107,12 @@ class Canvas:
         self._pixels += mask * (colors - self._pixels)
 
     def picture(self) -> Image:
-        """The finished picture: (height, width, 3), blue, green, red."""
+        """Return the finished picture: (height, width, 3), blue, green, red."""
         small = cv2.resize(self._pixels, self._size_px, interpolation=cv2.INTER_AREA)
         return np.clip(np.rint(small), 0, 255).astype(np.uint8)
 
     def _fixed_point(self, shape: Shape) -> NDArray[np.int32]:
-        """Corners in sixteenths of a pixel, as OpenCV draws with shift=4."""
+        """Return corners in sixteenths of a pixel, as OpenCV draws with shift=4."""
         return np.rint((shape * self._scale - 0.5) * 16).astype(np.int32)
 
     def _mask(self, shape: Shape) -> Mask:
@@ -140,7 +140,7 @@ class Canvas:
 
 
 def _catmull_rom(points: Shape, *, closed: bool) -> Shape:
-    """Points on the Catmull-Rom curve, 16 for each span."""
+    """Return points on the Catmull-Rom curve, 16 for each span."""
     count = len(points)
     spans = count if closed else count - 1
     index = np.arange(-1, spans + 2)

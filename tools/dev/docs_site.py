@@ -96,5 +96,5 @@ def site_links(markdown: str, page: str) -> str:
 
 
 def _title(source: str) -> str:
-    """The first heading of a Markdown file of the repository."""
+    """Return the first heading of a Markdown file of the repository."""
     return (ROOT / source).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")

@@ -29,7 +29,7 @@ INK: Color = (26, 30, 40)
 
 
 def draw_rilakkuma() -> Image:
-    """A brown cartoon bear with a striped scarf and a honey pot; the name is the one the thesis used for its bear."""
+    """Draw a brown cartoon bear with a striped scarf and a honey pot, named as the thesis named its bear."""
     canvas = Canvas((180, 214, 190))
     canvas.gradient(SHEET, (214, 226, 176), (170, 206, 150))
     canvas.fill(ellipse(105, 130, 98, 98), (170, 176, 96), opacity=0.9)
@@ -42,7 +42,7 @@ def draw_rilakkuma() -> Image:
 
 
 def draw_fox() -> Image:
-    """A decoy: another cartoon animal of a similar build, an orange fox with its tail around its feet."""
+    """Draw a decoy: another cartoon animal of a similar build, an orange fox with its tail around its feet."""
     canvas = Canvas((236, 214, 220))
     canvas.gradient(SHEET, (226, 196, 206), (196, 162, 190))
     canvas.fill(polygon((0, 250), (210, 262), (210, 297), (0, 297)), (150, 116, 140))
@@ -78,7 +78,7 @@ def draw_fox() -> Image:
 
 
 def draw_landscape() -> Image:
-    """A decoy: hills, a lake, a sailing boat and the evening sun."""
+    """Draw a decoy: hills, a lake, a sailing boat and the evening sun."""
     canvas = Canvas((220, 180, 140))
     canvas.gradient(polygon((0, 0), (210, 0), (210, 170), (0, 170)), (196, 132, 74), (150, 206, 250))
     canvas.fill(ellipse(150, 104, 40, 40), (180, 226, 255), opacity=0.6, soft_mm=10)
@@ -172,7 +172,7 @@ def _bear_head(canvas: Canvas) -> None:
 
 
 def _scarf(canvas: Canvas) -> None:
-    """A red scarf with white stripes; one end hangs down."""
+    """Draw a red scarf with white stripes; one end hangs down."""
     loop = smooth(
         (50, 158),
         (76, 172),

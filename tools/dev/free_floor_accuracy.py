@@ -169,7 +169,7 @@ class Painted(TextureLibrary):
         self._floor, self.rugs = Texture(pixels, tile_mm), Texture(kinds, tile_mm)
 
     def __getitem__(self, name: str) -> Texture:
-        """The texture called `name`."""
+        """Return the texture called `name`."""
         return self._floor if name == self._name else super().__getitem__(name)
 
 
@@ -182,7 +182,7 @@ class Kinds(TextureLibrary):
         self._textures = {room.wall: wall, room.box: box, room.floor: floor}
 
     def __getitem__(self, name: str) -> Texture:
-        """The colour of a texture's kind."""
+        """Return the colour of a texture's kind."""
         return self._textures[name]
 
 

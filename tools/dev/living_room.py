@@ -214,7 +214,7 @@ class LivingRoom:
 
 
 def is_right(found: Detection, u: float, v: float, height_px: float, part: float = 1.0) -> bool:
-    """Whether a detection is the print, or what shows a `part` of its height: at its place and of its size."""
+    """Return whether a detection matches the print, or the visible `part` of its height, in place and size."""
     if found.quad is None:
         (x, y), high = found.centre, float(found.box[3])
     else:

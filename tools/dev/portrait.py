@@ -31,7 +31,7 @@ FACE = smooth(
 
 
 def draw_lena() -> Image:
-    """The portrait, A4, 420 x 594 pixels."""
+    """Draw the portrait, A4, 420 x 594 pixels."""
     canvas = Canvas((150, 152, 98))
     _background(canvas)
     _hair_behind(canvas)
@@ -47,7 +47,7 @@ def draw_lena() -> Image:
 
 
 def _background(canvas: Canvas) -> None:
-    """A plain room: a wall, a bright window edge, the shadow of a curtain."""
+    """Draw a plain room: a wall, a bright window edge, the shadow of a curtain."""
     canvas.gradient(polygon((0, 0), (210, 0), (210, 297), (0, 297)), (168, 172, 120), (110, 116, 70))
     canvas.fill(polygon((0, 0), (34, 0), (22, 297), (0, 297)), (196, 214, 190), opacity=0.8, soft_mm=2)
     canvas.fill(polygon((176, 0), (210, 0), (210, 297), (188, 297)), (70, 84, 60), opacity=0.6, soft_mm=4)
@@ -77,7 +77,7 @@ def _shoulders(canvas: Canvas) -> None:
 
 
 def _face(canvas: Canvas) -> None:
-    """Skin with the light from the upper left: shaded rim, eye sockets, cheeks."""
+    """Draw skin with the light from the upper left: shaded rim, eye sockets, cheeks."""
     canvas.fill(FACE, SKIN)
     canvas.stroke(np.concatenate([FACE, FACE[:1]]), SKIN_SHADE, 12, opacity=0.75, soft_mm=6, inside=FACE)
     canvas.fill(ellipse(160, 175, 13, 60), SKIN_SHADE, opacity=0.5, soft_mm=7, inside=FACE)
@@ -89,7 +89,7 @@ def _face(canvas: Canvas) -> None:
 
 
 def _eye(canvas: Canvas, side: int) -> None:
-    """One eye, drawn for the right half of the picture; side -1 mirrors it. Both look at the viewer."""
+    """Draw one eye, for the right half of the picture; side -1 mirrors it. Both look at the viewer."""
 
     def at(shape: Shape) -> Shape:
         return shape if side == 1 else mirrored(shape, MIDDLE)
@@ -129,7 +129,7 @@ def _nose(canvas: Canvas) -> None:
 
 
 def _mouth(canvas: Canvas) -> None:
-    """A closed smile."""
+    """Draw a closed smile."""
     upper = smooth((79, 209), (96, 207.5), (105, 210), (114, 207.5), (131, 209), (119, 216), (105, 218.5), (91, 216))
     lower = smooth((81, 211), (92, 216.5), (105, 219), (118, 216.5), (129, 211), (120, 223.5), (105, 228), (90, 223.5))
     canvas.fill(ellipse(105, 232, 17, 3), SKIN_SHADE, opacity=0.7, soft_mm=2)
@@ -144,7 +144,7 @@ def _mouth(canvas: Canvas) -> None:
 
 
 def _hair_before(canvas: Canvas) -> None:
-    """Two waves that frame the face from under the hat and fall over the shoulders."""
+    """Draw two waves that frame the face from under the hat and fall over the shoulders."""
     wave = smooth(
         (150, 84), (166, 104), (176, 150), (173, 196), (186, 244), (180, 280), (168, 290), (164, 262), (157, 212),
         (162, 170), (156, 130), (142, 104),
@@ -164,7 +164,7 @@ def _hair_before(canvas: Canvas) -> None:
 
 
 def _hat(canvas: Canvas) -> None:
-    """A straw hat with a violet ribbon and a feather; its shadow falls on the forehead."""
+    """Draw a straw hat with a violet ribbon and a feather; its shadow falls on the forehead."""
     brim = smooth(
         (-12, 112), (14, 84), (60, 70), (105, 66), (150, 70), (196, 84), (222, 112), (170, 106), (105, 100), (40, 106)
     )

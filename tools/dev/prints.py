@@ -42,7 +42,7 @@ def photograph(name: str) -> Image:
 
 
 def draw_cat() -> Image:
-    """A black cat before a window, few colours."""
+    """Draw a black cat in front of a window, few colours."""
     canvas = Canvas((150, 190, 220))
     canvas.fill(polygon((30, 20), (180, 20), (180, 200), (30, 200)), (220, 190, 120))
     canvas.fill(smooth((105, 120), (60, 170), (50, 280), (105, 290), (160, 280), (150, 170)), (40, 36, 34))
@@ -59,7 +59,7 @@ def draw_cat() -> Image:
 
 
 def draw_logo() -> Image:
-    """A plain logo: three shapes of strong colour on white."""
+    """Draw a plain logo: three shapes of strong colour on white."""
     canvas = Canvas((245, 245, 245))
     canvas.fill(ellipse(105, 110, 70, 70), (40, 40, 200))
     canvas.fill(polygon((105, 60), (150, 150), (60, 150)), (245, 245, 245))
@@ -68,7 +68,7 @@ def draw_logo() -> Image:
 
 
 def draw_book() -> Image:
-    """A book's cover: a frame, a title, an emblem."""
+    """Draw a book's cover: a frame, a title, an emblem."""
     canvas = Canvas((70, 90, 30))
     for inset in (10, 15):
         ring = polygon((inset, inset), (210 - inset, inset), (210 - inset, 297 - inset), (inset, 297 - inset))
@@ -86,7 +86,7 @@ def draw_book() -> Image:
 
 
 def draw_text() -> Image:
-    """A poster of nothing but words."""
+    """Draw a poster of nothing but words."""
     picture = np.full((594, 420, 3), 235, np.uint8)
     words = ("WANTED", "one small", "robot, white,", "answers to", "NXT", "reward:", "5 batteries")
     for row, word in enumerate(words):
@@ -96,7 +96,7 @@ def draw_text() -> Image:
 
 
 def draw_stripes() -> Image:
-    """Stripes: alike along one direction."""
+    """Draw stripes: alike along one direction."""
     canvas = Canvas((230, 230, 230))
     for row, color in enumerate(((60, 60, 200), (180, 120, 40), (60, 170, 220), (80, 150, 60), (60, 60, 200))):
         canvas.fill(polygon((0, 60 * row), (210, 60 * row), (210, 60 * row + 34), (0, 60 * row + 34)), color)
@@ -104,7 +104,7 @@ def draw_stripes() -> Image:
 
 
 def draw_faint() -> Image:
-    """A water-colour of low contrast."""
+    """Draw a water-colour of low contrast."""
     canvas = Canvas((215, 222, 226))
     canvas.gradient(polygon((0, 0), (210, 0), (210, 150), (0, 150)), (226, 214, 204), (222, 226, 232))
     canvas.fill(
@@ -116,7 +116,7 @@ def draw_faint() -> Image:
 
 
 def draw_sunset() -> Image:
-    """Few corners: one disc on a soft sky."""
+    """Draw few corners: one disc on a soft sky."""
     canvas = Canvas((60, 60, 120))
     canvas.gradient(polygon((0, 0), (210, 0), (210, 200), (0, 200)), (110, 50, 60), (60, 150, 240))
     canvas.fill(ellipse(105, 170, 45, 45), (120, 220, 250), soft_mm=2)
@@ -125,7 +125,7 @@ def draw_sunset() -> Image:
 
 
 def draw_map() -> Image:
-    """A map: thin lines, fields of similar colours."""
+    """Draw a map: thin lines, fields of similar colours."""
     canvas = Canvas((190, 225, 205))
     canvas.fill(smooth((0, 40), (80, 60), (120, 140), (60, 220), (0, 240)), (225, 190, 140))
     canvas.fill(smooth((130, 180), (190, 170), (200, 260), (140, 270)), (150, 205, 160))

@@ -22,7 +22,7 @@ from .faults.program_mutation import COMPILED
 
 @contextmanager
 def firmware(command: str) -> Iterator[Exchange]:
-    """A firmware that has just been switched on."""
+    """Start a firmware that has just been switched on."""
     words = shlex.split(command)
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
         assert process.stdin is not None and process.stdout is not None  # noqa: S101, PT018 - they are pipes

@@ -53,7 +53,7 @@ def build(kernel: Kernel) -> Path:
 
 
 def _modules(kernel: Kernel) -> list[Path]:
-    """Files of the modules and of all that they need, each once, in the order of loading."""
+    """Return the files of the modules and of all that they need, each once, in the order of loading."""
     found: dict[str, None] = {}
     for module in MODULES:
         shown = run("modprobe", "-d", str(kernel.modules), "-S", kernel.version, "--show-depends", module)

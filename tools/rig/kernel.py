@@ -54,7 +54,7 @@ class Kernel:
 
 
 def cache() -> Path:
-    """The folder that keeps what takes long to make: ``$XDG_CACHE_HOME/nxtdrive/rig``."""
+    """Return the folder for files that take long to make: ``$XDG_CACHE_HOME/nxtdrive/rig``."""
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     folder = base / "nxtdrive" / "rig"
     folder.mkdir(parents=True, exist_ok=True)
@@ -70,7 +70,7 @@ def locked() -> Iterator[None]:
 
 
 def missing() -> str | None:
-    """One sentence on what this computer lacks for the rig, with the command that installs it; None if nothing."""
+    """Return what this computer lacks for the rig, one sentence with the command that installs it; None if nothing."""
     lacking = [package for command, package in PACKAGES.items() if which(command) is None]
     if not lacking:
         return None
@@ -80,7 +80,7 @@ def missing() -> str | None:
 
 
 def which(command: str) -> str | None:
-    """Where a command is; None if this computer lacks it."""
+    """Return where a command is; None if this computer lacks it."""
     return shutil.which(command, path=_path())
 
 
@@ -137,7 +137,7 @@ def fetch(avoid: Collection[str] = ()) -> Kernel:
 
 
 def _linux(package: str) -> str:
-    """Version of Linux in a package."""
+    """Return the version of Linux in a package."""
     found = VERSION.search(run("apt-cache", "show", "--no-all-versions", package))
     return found[1] if found else ""
 
@@ -147,7 +147,7 @@ def _numbers(version: str) -> list[int]:
 
 
 def _unpacked(vmlinuz: bytes) -> bytes:
-    """The ELF file inside a compressed kernel: the xz stream that unpacks to one."""
+    """Return the ELF file inside a compressed kernel: the xz stream that unpacks to one."""
     at = vmlinuz.find(XZ_MAGIC)
     while at >= 0:
         try:
@@ -161,5 +161,5 @@ def _unpacked(vmlinuz: bytes) -> bytes:
 
 
 def _path() -> str:
-    """The search path with the folders of system commands, which an ordinary user's may lack."""
+    """Return the search path with the folders of system commands, which an ordinary user's may lack."""
     return os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/sbin"])

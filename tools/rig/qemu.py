@@ -23,7 +23,7 @@ APPEND = (
 
 
 def command(kernel: Kernel, initrd: Path, accelerator: str, agent_port: int, doors: list[int]) -> list[str]:
-    """The command line of QEMU. The guest reaches nothing but the `doors`, ports of this computer."""
+    """Return the command line of QEMU. The guest reaches nothing but the `doors`, ports of this computer."""
     forwards = [f"guestfwd=tcp:{agent.HOST}:{port}-cmd:busybox nc 127.0.0.1 {port}" for port in doors]
     net = ["user", "id=n", "restrict=on", f"hostfwd=tcp:127.0.0.1:{agent_port}-:{agent.PORT}", *forwards]
     append = f"{APPEND} rig_python={sys.executable} rig_agent={agent.__file__}"
@@ -63,7 +63,7 @@ def boot(kernel: Kernel, initrd: Path, agent_port: int, doors: list[int], log: P
 
 
 def _accelerators() -> list[str]:
-    """What to try: KVM first, unless it failed since this computer was started."""
+    """Return the accelerators to try: KVM first, unless it failed since this computer was started."""
     remembered = cache() / "accelerator"
     if remembered.exists() and remembered.read_text() == f"{_this_boot()} tcg":
         return ["tcg"]

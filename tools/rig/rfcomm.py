@@ -81,7 +81,7 @@ class RfcommDoor:
         return found
 
     def fileno(self) -> int | None:
-        """Nothing to wait on: connections come from another thread."""
+        """Return None: connections come from another thread."""
         return None
 
     def close(self) -> None:
@@ -140,7 +140,7 @@ class RfcommDoor:
                 await asyncio.sleep(0)
 
     def _opened(self, dlc: rfcomm.DLC) -> None:
-        """A program has connected: pass its bytes through a pair of sockets."""
+        """Pass the bytes of a program that has connected through a pair of sockets."""
         ours, theirs = socket.socketpair()
         ours.setblocking(False)
         theirs.setblocking(False)
@@ -170,7 +170,7 @@ class RfcommDoor:
         self._loop.add_reader(ours, out)
 
     async def _cable(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """One kernel at a time has the adapter."""
+        """Let one kernel at a time use the adapter."""
 
         class Kernel:
             def on_packet(self, packet: bytes) -> None:

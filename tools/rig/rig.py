@@ -223,7 +223,7 @@ class Rig:
         self._ask_world(dict(request))
 
     def truth(self) -> dict[str, Any]:
-        """The world's truth: pose, speed, contacts, distances to the pictures; for verdicts only."""
+        """Return the ground truth, for verdicts only: pose, speed, contacts, distances to the pictures."""
         return self._ask_world({"truth": True})
 
     # --- the end ---
@@ -244,7 +244,7 @@ class Rig:
 
     @classmethod
     def running(cls) -> Rig:
-        """The rig that was saved.
+        """Return the rig that was saved.
 
         Raises:
             RigError: None runs.
@@ -272,7 +272,7 @@ class Rig:
             ) from error
 
     def _last_words(self) -> str:
-        """Where the guest's console is, and what it says of the kernel's failure, if it failed."""
+        """Return where the guest's console is, and what it says of the kernel's failure, if it failed."""
         console = _console(self.name)
         failed = BROKEN.search(console.read_text(errors="replace"))
         reason = f"Its kernel failed: {failed[0]}. " if failed else ""

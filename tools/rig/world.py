@@ -144,7 +144,7 @@ class World:
 
 
 def _radio(simulation: Simulation, port: int, now: Callable[[], float]) -> RfcommDoor | None:
-    """The brick's Bluetooth, where bumble is installed."""
+    """Return the brick's Bluetooth, where bumble is installed."""
     if find_spec("bumble") is None:
         return None
     from .rfcomm import RfcommDoor

@@ -173,7 +173,7 @@ def _judge(trace: EpisodeTrace, index: int, entry: JudgedRecord) -> Judgement | 
 
 
 def _could_be_seen(trace: EpisodeTrace, here: TruthSample, goal: Goal) -> bool:
-    """Whether the picture could be recognised from this place without the late objects."""
+    """Return whether the picture could be recognised from this place without the late objects."""
     eye = np.array([here.pose[:2]])
     reach = Goal(goal.name, goal.at_mm, goal.facing_deg, goal.centre_height_mm, trace.view_mm, 0.0, VIEW_ANGLE_DEG)
     plan = _without(here.scene.plan, trace.late_objects)

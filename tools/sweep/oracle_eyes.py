@@ -113,7 +113,7 @@ class OracleEyes(Oracle):
         self._seen |= {name for name, sighting in glimpse.seen.items() if self._genuine(name, sighting)}
 
     def _genuine(self, target: str, sighting: Sighting) -> bool:
-        """Whether a sighting is where the target is."""
+        """Return whether a sighting is where the target is."""
         at, pose = self.truth.pictures.get(target), self.truth.pose
         if at is None:
             return False
@@ -148,7 +148,7 @@ class LookoutPlaces:
         self._unseen[:] = self._untried[:] = True
 
     def looked(self, place: Point) -> None:
-        """A look round from a place showed nothing."""
+        """Note that a look round from a place showed nothing."""
         self._unseen &= ~self._shows(np.array([place]))[0]
         self._untried &= self._away_mm(place) > SPACING_MM / 2
 

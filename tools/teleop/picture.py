@@ -80,7 +80,7 @@ class Picture:
         return small
 
     def _newest(self) -> Frame | None:
-        """The latest frame, of the camera or of a look: a recording is only read by looks."""
+        """Return the latest frame, of the camera or of a look: a recording is only read by looks."""
         frame, look = self._frame, self._look
         if frame is None or (look is not None and look.frame.time_s > frame.time_s):
             return None if look is None else look.frame

@@ -99,7 +99,7 @@ def run(all_judges: tuple[Judge, ...], folder: Path, seed: int, numbers: range) 
 
 @cache
 def _compiled(folder: Path, version: str) -> list[bytes]:
-    """The compiled programs; those with a version in their name are for that one only."""
+    """Return the compiled programs; those with a version in their name are for that one only."""
     every = [path for path in sorted(folder.glob("*.rxe")) if path.stat().st_size <= _LONGEST]
     return [path.read_bytes() for path in every if path.stem.partition(".")[2] in ("", version)]
 

@@ -64,7 +64,7 @@ class Trial:
             self.wrong.append(f"{what} is {value!r}")
 
     def rotation(self, port: int) -> int:
-        """The brick's own counter of a motor."""
+        """Return the brick's own counter of a motor."""
         return self.simulation.brick.output.outputs[port].control.rotation
 
 

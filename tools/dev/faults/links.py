@@ -78,7 +78,7 @@ class Witness:
 
 
 def _answers(exchange: Exchange, command: Command[Any], reply: object, *, exact: bool) -> bool:
-    """Whether the brick sent `reply` for this command, or without `exact` for one of the same kind."""
+    """Return whether the brick sent `reply` for this command, or without `exact` for one of the same kind."""
     compared = None if exact else REPLY_HEADER - 1
     if exchange.reply is None or exchange.request[:compared] != command.encode()[:compared]:
         return False
@@ -115,7 +115,7 @@ class Stillness:
         return [_limit_deg(output) for output in self._simulation.brick.output.outputs]
 
     def rotations(self) -> list[float]:
-        """Angle of each motor, whatever becomes of the brick's counters."""
+        """Return the angle of each motor, whatever becomes of the brick's counters."""
         return [output.plant.angle for output in self._simulation.brick.output.outputs]  # type: ignore[union-attr]
 
     def _watch(self, begun: list[float], limits: list[float]) -> None:
@@ -139,7 +139,7 @@ class Stillness:
 
 
 def _limit_deg(output: Output) -> float:
-    """The farthest a motor may turn without another command: for its lease, and then by its momentum."""
+    """Return how far a motor may turn without another command: for its lease, and then by its momentum."""
     commanded = abs(output.power) / 100 * FULL_SPEED_DEG_S
     turning: float = abs(output.plant.free_speed)  # type: ignore[union-attr]  # the motors of a `Simulation` have it
     return max(LEASE_DEG, commanded * LEASE_S) + max(commanded, turning) * COAST_S + SPARE_DEG

@@ -58,7 +58,7 @@ class Server(ABC):
         self.doors: dict[str, tuple[Address | str, bytes]] = {}
 
     def first_line(self) -> str:
-        """The first line that the server prints."""
+        """Return the first line that the server prints."""
         assert self.process.stdout is not None  # noqa: S101 - a pipe
         return self.process.stdout.readline()
 

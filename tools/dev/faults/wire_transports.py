@@ -72,7 +72,7 @@ class _Bus(UsbBackend):
         self.wire = wire
 
     def enumerate_devices(self) -> Any:  # noqa: ANN401 - as its base declares
-        """The brick, unless it is away."""
+        """Yield the brick, unless it is away."""
         return super().enumerate_devices() if self.wire.reachable else iter(())
 
     def bulk_write(self, *args: Any) -> int:  # noqa: ANN401 - as its base declares
