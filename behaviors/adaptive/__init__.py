@@ -1,1 +1,1 @@
-"""The adaptive profile: models the world, maps what is in the way, and weighs what to do next."""
+"""The adaptive profile: models the world, maps obstacles, and weighs what to do next."""

@@ -29,11 +29,11 @@ class ApproachNumbers:
         blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
         beside_mm: While the target stays in view only one from nearer than this: from farther away it is as likely of
             something low beside the path, which leaves the beam as the robot comes nearer.
-        before_mm: Something is before the target when its echo is this much nearer than the picture.
-        echoes: Such echoes in a row that are believed.
-        progress_s: A robot that was told to drive should get farther by `progress_mm` in this time.
+        before_mm: Something is in front of the target when its echo is this much nearer than the picture.
+        echoes: This many such echoes in a row are believed.
+        progress_s: A robot commanded to drive should get farther by `progress_mm` in this time.
         progress_mm: See `progress_s`.
-        map_ends_mm: Nearer to the target than this the robot trusts its eyes, not the map.
+        map_ends_mm: Nearer to the target than this the camera counts, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
         clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
             in view.
@@ -192,7 +192,7 @@ class ApproachSkill:
         return None
 
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
-        """Steer to the target; stand before what is doubtful."""
+        """Steer to the target; stop in front of a doubtful one."""
         perception, profile = self._perception, self._perception.profile
         seen = observation.sighting
         known_mm = self._arrival.farthest_mm(seen, observation.time_s) if seen else distance_mm
@@ -234,7 +234,7 @@ class ApproachSkill:
         return failure
 
     def _stand(self, observation: Observation, bearing_deg: float) -> Fact | None:
-        """Near enough: stand and look until it is clear what this is."""
+        """Stand near enough and look until it is clear whether this is the target."""
         perception = self._perception
         if abs(bearing_deg) > ARRIVAL.ahead_deg:
             perception.drive(0.0, perception.steering_deg_s(bearing_deg))

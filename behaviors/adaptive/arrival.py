@@ -22,8 +22,8 @@ class ArrivalNumbers:
     Attributes:
         in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
         ahead_deg: A target within this bearing is straight ahead, where the sonar points.
-        decide_s: The robot stands this long before a doubtful target; afterwards even odds will do, and after twice
-            this time it gives up.
+        decide_s: The robot stands this long in front of a doubtful target; afterwards even odds suffice, and after
+            twice this time it gives up.
         contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
             something that passes behind.
         size_share: Where the sonar hears something farther away, a distance by size of this share of what it should be
@@ -84,7 +84,7 @@ class Arrival:
         return N.hysteresis * assured_mm if self.stands else assured_mm
 
     def restart(self) -> None:
-        """Begin anew with something else."""
+        """Start again with another candidate."""
         self._verifier = TargetVerifier()
 
     def weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> bool:
@@ -181,7 +181,7 @@ class Arrival:
         return passes_over(heard_mm, sighting.distance_mm, sighting.edges_mm, lens_mm, sonar_mm)
 
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
-        """Stand and listen again before the arrival fails: what is there has another size than the target."""
+        """Stand and listen again before the arrival fails: the object there has another size than the target."""
         self._contradictions += 1
         if self._contradictions < N.contradictions:
             return None
@@ -198,7 +198,7 @@ class Arrival:
 
     def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:
         if self._oblique:
-            # from far aside the real one flickers, too; it has to be seen from elsewhere first
+            # seen obliquely the real one flickers, too; it has to be seen from elsewhere first
             return arrive_failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, **measured}
         return Failure(Event.MISTAKEN, reason, measured, finding=finding)

@@ -16,8 +16,8 @@ class AttemptNumbers:
 
     Attributes:
         same_place_mm: Attempts and choices no farther apart than this are made at one place.
-        same_aim_mm: A target that is farther than this from where it was believed to be is approached anew.
-        beside_mm: An approach that leads past where one failed, at less than this distance, would fail there, too.
+        same_aim_mm: A target farther than this from its earlier estimate is approached as a new one.
+        beside_mm: An approach that passes a place where one failed, at less than this distance, would fail there, too.
         remembered_s: After this time an approach that failed may be tried again: things move.
     """
 

@@ -42,9 +42,9 @@ class BeliefNumbers:
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
         likely_mm: Standard deviation of the prior around the start: a flat's rooms are within twice this.
-        slant_sd_deg: Standard deviation of how far aside a picture is seen by its width; half the grid of facings.
+        slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
         turned: How likely it faces another way than was believed, against 1 for all.
-        steepest_deg: What is seen at all is seen no more obliquely than this.
+        steepest_deg: A picture that is seen at all is seen no more obliquely than this.
         scatters: Probability that a target that vanished has moved.
         spike_mm: A target seen at a place is at one of the grid's places this near to it.
         refuted: Share of the belief in a place that remains when the target turned out not to be there.
@@ -53,7 +53,7 @@ class BeliefNumbers:
         frontier_mm: Unknown floor farther away than this, two rooms, is not seen from a viewpoint at its frontier.
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
-        overhead_s: What a look round costs besides the turn: getting here and deciding.
+        overhead_s: Cost of a look round besides the turn: getting here and deciding.
         arc_step_deg: Arcs to look at are multiples of this width.
         arc_bins: Number of these in a full turn.
     """
@@ -126,7 +126,7 @@ def _seen_from(x_mm: float, y_mm: float) -> tuple[Array, Array, Array]:
 
 
 def _found_at(slant_deg: Array) -> Array:
-    """Return the share of looks that find a picture seen so far aside."""
+    """Return the share of looks that find a picture seen at this slant."""
     return np.asarray(1.0 / (1.0 + np.exp((slant_deg - N.half_slant_deg) / N.slant_width_deg)))
 
 
@@ -190,7 +190,7 @@ class Belief:
         self._mass /= self._mass.sum()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
-        """Update with a sighting at a place, from another, so far aside as its width tells."""
+        """Update with a sighting at a place, from another, at the slant that its width implies."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
         if near.any():  # odometry may have drifted beyond the places that are considered
             back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
@@ -201,7 +201,7 @@ class Belief:
             likely = likely * (self._facings_at(near) + N.turned)
             self._mass *= 1.0 - N.trust
             self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
-        self._stand = None  # what can be seen now is not hidden: missing it from now on is new evidence
+        self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
 
     def _facings_at(self, near: NDArray[np.bool_]) -> Array:
         """Return which way it faces if it is at one of these places, as a probability for each facing."""
@@ -216,7 +216,7 @@ class Belief:
         return np.asarray(_found_at(off_deg) @ self._facings_at(near))
 
     def refute(self, place: Point) -> None:
-        """Update with a place where it is not, whatever was seen there."""
+        """Update with a place where it is not, although something was seen there."""
         near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
         self._mass[near] *= N.refuted
         self._mass /= self._mass.sum()
@@ -235,7 +235,7 @@ class Belief:
         """Let time pass: the belief returns to the prior."""
         share = 1.0 - math.exp(-passed_s / N.renews_s)
         self._mass = (1.0 - share) * self._mass + share * self._prior
-        if self._stand is not None:  # and what has come back may be looked for again
+        if self._stand is not None:  # and belief that has come back may be looked for again
             self._stand.missed = (1.0 - share) * self._stand.missed + share
             self._stand.left = (1.0 - share) * self._stand.left + share
 
@@ -256,7 +256,7 @@ class Belief:
         return float((mass * free)[beyond].sum() / mass.sum())
 
     def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
-        """Return the arc of bearings that is most worth looking at, from and to in degrees clockwise.
+        """Return the arc of bearings with the best gain per time, from and to in degrees clockwise.
 
         Args:
             x_mm: Where the robot is, forward of the start.

@@ -1,4 +1,4 @@
-"""What to believe of a target whose size is not in view, since the frame cuts it off."""
+"""The best estimate for a target whose size is not in view, since the frame cuts it off."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ BEAM_DEG = 10.0
 def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:
     """Return a sighting with the best estimate of its place, where it only bounds that.
 
-    An echo is of the target if that goes on below the frame: what stands nearer would hide its lower part. Without
-    one the target is where it was, unless the frame says that it is nearer or less far aside.
+    An echo is of the target if that extends below the frame: a nearer object would hide its lower part. Without
+    one the target is where it was, unless the frame shows that it is nearer or less far to the side.
 
     Args:
         sighting: With its distance corrected.
@@ -35,7 +35,7 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
 
 
 def no_farther_than_heard(sighting: Sighting, heard_mm: float | None) -> Sighting:
-    """Return a sighting of a target of unknown size: what is heard from where it is seen is the target, or hides it.
+    """Return a sighting of a target of unknown size, no farther than an echo: its source is the target, or hides it.
 
     Args:
         sighting: With its distance by a guessed size.
@@ -47,7 +47,7 @@ def no_farther_than_heard(sighting: Sighting, heard_mm: float | None) -> Sightin
 
 
 def _aside(sighting: Sighting, remembered_deg: float) -> float:
-    """Return the remembered bearing where what is hidden may reach that far, else that of what is visible."""
+    """Return the remembered bearing if the hidden part may reach that far, else that of the visible part."""
     farther_left, farther_right = Cut.LEFT in sighting.cut, Cut.RIGHT in sighting.cut
     if remembered_deg < sighting.bearing_deg:
         return remembered_deg if farther_left else sighting.bearing_deg

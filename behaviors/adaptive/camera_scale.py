@@ -5,8 +5,8 @@ makes those of its target wrong. Both are learned as one factor for each target,
 the last one. Of a target whose height is only guessed, the factor says how wrong the guess is; it begins with no more
 than that, and no other target begins with it.
 
-What gives the echo may be in front of the target or behind it. As the robot drives up to it, echo and size change in
-proportion all the same; so the offset between both is estimated beside the factor.
+The source of the echo may be in front of the target or behind it. As the robot drives up to it, echo and size change in
+proportion all the same; so the offset between them is estimated together with the factor.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ class ScaleNumbers:
         growth_sd: Error of the wheels' distance: diameters are measured by ruler.
         size_sd: Noise of one distance by size, as a share.
         echo_mm: Noise of an echo.
-        offset_mm: Standard deviation of the offset between the target and what gives the echo.
+        offset_mm: Standard deviation of the offset between the target and the source of the echo.
         gate: An echo that is more standard deviations away than this is of something else than the last one.
         ahead_deg: A target within this bearing is straight ahead.
         nearest_echo_mm: Echoes are compared with a target from this near,
         farthest_echo_mm: up to this far, by its size.
         apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
-        least_nearer: What gives the echo is straight ahead when it comes nearer by this share of what is driven,
+        least_nearer: An echo's source is straight ahead when it comes nearer by this share of the distance driven,
         most_nearer: up to this.
         stretch_mm: A picture's growth is measured over a stretch of this length,
         longest_mm: and up to this length, since wheels slip.
         straight_deg: On which the robot turns no more than this.
         unheard_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
-            up to 8 %, and so is what was learned by driving.
+            up to 8 %, and so is a factor learned by driving.
         sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
     """
 
@@ -135,7 +135,7 @@ class CameraScale:
         return replace(sighting, distance_mm=sighting.distance_mm * factor, edges_mm=edges_mm)
 
     def factor(self, target: str) -> float:
-        """Return by what distances by the size of a target have to be multiplied."""
+        """Return the factor by which a target's distances by size have to be multiplied."""
         return self._of(target).factor
 
     def unknown(self, target: str) -> bool:
@@ -207,7 +207,7 @@ class CameraScale:
         if driven_mm < N.apart_mm:
             return
         estimate.heard_at = pose, echo_mm
-        # what is straight ahead comes nearer by what is driven; what does not is beside the way
+        # an object straight ahead comes nearer by the distance driven; one beside the path does not
         if at is None or not N.least_nearer <= (at[1] - echo_mm) / driven_mm <= N.most_nearer:
             estimate.forget_offset()
             return

@@ -19,26 +19,26 @@ from behaviors.ports import Point
 
 @dataclass(frozen=True, slots=True)
 class CandidateNumbers:
-    """The numbers of what is considered; times were measured in the simulator.
+    """The numbers of the candidates; times were measured in the simulator.
 
     Attributes:
-        spacing_mm: Between places that are considered as viewpoints.
+        spacing_mm: Distance between the places considered as viewpoints.
         nearest_mm: Looking from nearer than this is looking from here.
-        considered: Viewpoints that are considered: those that can be reached soonest.
-        offered: Viewpoints that are offered: the most promising of them.
+        considered: Number of viewpoints considered: those that can be reached soonest.
+        offered: Number of viewpoints offered: the most promising of them.
         frontier_hit: Chance that a target on the unknown floor beyond a viewpoint is found soon after going there.
-        turn_s: What it takes to turn towards a destination.
-        scan_s: What it takes to look round there.
-        rescan_s: What it takes to look again here.
-        moving_off_s: What it takes to move off as the thesis does, by a turn and ten advances.
-        least_extra_s: No detour is quicker than the straight path by the map, which errs.
-        end_spacing_mm: Between places that are considered as ends of a detour.
-        clearances_mm: Room beside the last, straight stretch, tried in this order: the map makes things larger than
+        turn_s: Time to turn towards a destination.
+        scan_s: Time to look round there.
+        rescan_s: Time to look again here.
+        moving_off_s: Time to move off as the thesis does, by a turn and ten advances.
+        least_extra_s: A detour takes at least this much longer than the straight path, since the map errs.
+        end_spacing_mm: Distance between the places considered as ends of a detour.
+        clearances_mm: Room beside the last, straight stretch, tried in this order: the map makes objects larger than
             they are, hence the last one.
         nearest_end_mm: A detour ends no nearer to the target, which itself echoes.
         farthest_end_mm: And no farther away.
-        least_visible: No end of a detour is less likely to show the target than this.
-        news_s: Another target is still where it was seen, in one case out of e, after this time.
+        least_visible: The end of a detour shows the target with at least this probability.
+        news_s: Another target is still where it was seen, with probability 1/e, after this time.
     """
 
     spacing_mm: float = 400.0
@@ -63,7 +63,7 @@ N = CandidateNumbers()
 
 
 class ViewpointGain(NamedTuple):
-    """What a look round from a place gains.
+    """The gain of a look round from a place.
 
     Attributes:
         place: Where.
@@ -134,10 +134,10 @@ class CandidateGenerator:
         return Viewpoint(0.0, N.rescan_s, self._world.targets.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
-        """Return the places from which a look round is most worth its time."""
+        """Return the places where a look round gains most per time."""
         if not self._profile.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
-        # from elsewhere an approach would lead past where one failed lately
+        # prefer places from which an approach does not pass one that failed lately
         gains = self.gains(target)
         found = [each for each in gains if self._world.new_approach(target, each.place)] or gains
         found.sort(key=lambda each: -each.chance / (each.travel_s + N.scan_s))
@@ -145,7 +145,7 @@ class CandidateGenerator:
         return tuple(Viewpoint(one.travel_s, N.scan_s, one.chance, route_to(one.place)) for one in found[: N.offered])
 
     def gains(self, target: str) -> list[ViewpointGain]:
-        """Return what a look round from each place that is considered gains."""
+        """Return the gain of a look round from each place considered."""
         world, paths = self._world, self._world.paths
         places = paths.reachable_places(N.spacing_mm, known=True)
         travel_s = paths.seconds_to(places) + N.turn_s

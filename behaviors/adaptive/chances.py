@@ -19,13 +19,13 @@ from behaviors.recoveries import Recovery
 from input_files.json_text import parse_object
 
 ESTIMATES = (0.05, 0.15, 0.5)
-"""The chances by the world model that are told apart; others are interpolated, and below these in proportion."""
+"""The chances by the world model that are distinguished; others are interpolated, and below these in proportion."""
 TRIES = (0, 1, 2, 4, 8)
-"""The numbers of choices in a row without an approach that are told apart: from this one on."""
+"""The numbers of choices in a row without an approach that are distinguished: from this one on."""
 PRIOR = 4.0
-"""Outcomes as which those of the more common situation count: by log loss on seeds that were left out."""
+"""The more common situation counts as this many outcomes: by log loss on seeds that were left out."""
 OWN_PRIOR = 10.0
-"""Outcomes as which those that come with nxtdrive count beside the user's own."""
+"""The counts that come with nxtdrive count as this many outcomes beside the user's own."""
 NO_ESTIMATE = "-"
 
 Counts = Mapping[str, Sequence[int]]

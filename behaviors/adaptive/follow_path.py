@@ -27,10 +27,10 @@ class PathNumbers:
         pivot_deg: At a larger bearing the robot turns on the spot.
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
-        renew_s: The path is planned again this often: along it more is seen of it.
+        renew_s: The path is planned again this often, since more of it comes into view.
         kept: But it is kept unless it takes this many times the time of the best one.
         kept_s: And this much more: times are those between cells of the map.
-        longer: A path that turns out to take this many times as long as when it was chosen is ended: something else
+        longer: A path that turns out to take this many times as long as when it was chosen is abandoned: something else
             may be the better choice now.
         longer_s: And this much more.
         stops: A robot that was stopped more often than this has no path.
@@ -159,11 +159,11 @@ class FollowPathSkill:
         if not world.floor.clear_between(world.here, known.place, N.standoff_mm, N.clearance_mm):
             return None
         if not world.new_approach(self._perception.target, world.here):
-            return None  # that it is seen from where an approach failed is nothing new
+            return None  # a sighting from where an approach failed is nothing new
         return sighted(observation.sighting)
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
-        """Map what was in the way, and plan again."""
+        """Map the obstacle, and plan again."""
         perception = self._perception
         self._stops += 1
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
@@ -193,7 +193,7 @@ class FollowPathSkill:
         left_s = self._seconds(paths)
         if not paths.reaches(self._goal) or observation.time_s + left_s > self._promised_s:
             return self._no_path(observation)
-        # a path that takes hardly longer than the best one is kept; else the robot would swing between two
+        # a path that takes hardly longer than the best one is kept; else the robot would oscillate between two
         if reason is Reason.PATH_RENEWED and paths.seconds_along(tuple(self._route)) <= N.kept * left_s + N.kept_s:
             return None
         self._route, self._from = list(paths.route_to(self._goal)), world.here

@@ -1,4 +1,4 @@
-"""Look-alikes: what was taken for a target and is none, and what is set aside until better was looked for."""
+"""Look-alikes: objects that were taken for a target, and doubtful ones set aside until a better one was sought."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class LookAlikeNumbers:
         near_mm: Sightings no farther than this from a look-alike are of it;
         near_share: or this share of their distance, if that is more, while it is not settled what is there.
         rejected_s: It is tested again after this time.
-        looks: What is doubtful is taken for the target after look rounds from this many places without a better one;
+        looks: A doubtful object is taken for the target after look rounds from this many places without a better one;
             after one if nothing else was ever taken for it.
         apart_mm: These places are at least this far apart: what hides a target from one hides it from beside it.
     """
@@ -44,7 +44,7 @@ class _LookAlike:
 
 
 class LookAlikes:
-    """Remembers what was not taken for a target, and whether targets are found steadily in this mission's light."""
+    """Remembers rejected look-alikes, and whether targets are found steadily in this mission's light."""
 
     def __init__(self) -> None:
         self._known: list[_LookAlike] = []
@@ -54,7 +54,7 @@ class LookAlikes:
         self._confused: list[Point] = []
 
     def reject(self, target: str, place: Point, time_s: float, *, doubtful: bool) -> None:
-        """Do not take what is there for the target for some time; `doubtful` if it may be the target in poor light."""
+        """Reject the object there for some time; `doubtful` if it may be the target in poor light."""
         self._known.append(_LookAlike(target, place, time_s, doubtful))
 
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
@@ -98,9 +98,9 @@ class LookAlikes:
     def compared(self, target: str, place: Point) -> bool:
         """Return whether the object there may be the target although it is not found steadily.
 
-        Where a target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
-        else was taken for it. Otherwise what is there is set aside, and is the target if no better one was found since
-        from several places. What was taken for two targets in one frame is not found steadily by either, or is neither.
+        If one target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
+        else was taken for it. Otherwise the object is set aside, and is the target if no better one was found since
+        from several places. An object taken for two targets in one frame has to be found steadily to be either.
         """
         if self._steady or self._confused_at(place):
             return False

@@ -2,7 +2,7 @@
 
 A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
 So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
-hint, which a path may cross at a price, until nearer beams confirm or clear it. Where something that is known stands on
+hint, which a path may cross at a cost, until nearer beams confirm or clear it. If a known obstacle lies on
 the arc, that explains the echo, and the rest of the arc is left as it is: it may be a doorway.
 """
 
@@ -29,8 +29,8 @@ class GridNumbers:
         arc_deg: An echo's arc is marked this far to either side.
         near_mm: An echo from nearer than this places an obstacle.
         far_mm: An echo from farther than this places nothing; in between it is a hint.
-        silent_mm: Without an echo the floor is taken to be free up to here.
-        spared_mm: A line of sight says nothing about the floor this near to what was seen.
+        silent_mm: Without an echo the floor is assumed free up to here.
+        spared_mm: A line of sight says nothing about the floor this near to the object seen.
         margin_mm: The floor this near to an echo is not marked free.
         hint: Evidence above which a cell may be occupied.
         solid: Evidence above which a cell is occupied.
@@ -38,7 +38,7 @@ class GridNumbers:
         free_echo: An echo from beyond a cell lowers its evidence by this.
         passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
-        explains: What has more evidence than this explains a farther echo from its place, give or take a cell.
+        explains: A cell with more evidence than this explains a farther echo from its place, give or take a cell.
         free_silent: Silence lowers it by this.
         freest: The least evidence that echoes leave.
         freest_silent: The least evidence that silence leaves.
@@ -51,19 +51,20 @@ class GridNumbers:
         repeated_range_mm: And the range differs by less than this.
         known: A cell with less evidence, either way, is unknown to a line of sight.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
-        unknown_hides_mm: Unknown floor this long hides nothing in one case out of e.
+        unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
         appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
-            what appeared there may leave, too.
-        appeared_cells: What appeared stands where the floor was free this many cells behind its echo.
+            it appeared there and may leave, too.
+        appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
             clear it.
         block: Evidence of such an obstacle: a few echoes clear it.
         free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
-        hit_seen: What ends the floor in a frame raises that of its cell by this.
+        hit_seen: The end of the floor in a frame raises that of its cell by this.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
-        grazed_mm: What the camera saw there is marked this large: the robot came nearer to it than the map said.
+        grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
+            the map said.
     """
 
     arc_deg: float = 11.0
@@ -125,8 +126,8 @@ class OccupancyGrid:
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.
-        weight: Floor that an echo shows to be free counts for this many echoes: on a slow link there are fewer, and
-            from places farther apart. What gives the echo does not, since it may stand anywhere on its arc.
+        weight: Floor that an echo shows to be free counts as this many echoes: on a slow link there are fewer, and
+            from places farther apart. The source of the echo does not, since it may stand anywhere on its arc.
     """
 
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
@@ -149,11 +150,11 @@ class OccupancyGrid:
         self.save()
 
     def save(self) -> None:
-        """Save what is known now, for `restore`."""
+        """Save the current state, for `restore`."""
         self._saved = tuple(each.copy() for each in self._layers)
 
     def restore(self) -> None:
-        """Go back to what was saved."""
+        """Restore the saved state."""
         for layer, saved in zip(self._layers, self._saved, strict=True):
             layer[:] = saved
         self._last = self._seen_from = None
@@ -212,8 +213,8 @@ class OccupancyGrid:
     def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
         """Update with the free floor that a camera sees; another view from the same place says nothing new.
 
-        What an echo of the same moment shows to be free is no obstacle, whatever the floor looks like there; and where
-        the floor seems to go on beyond an echo, what gave the echo stays on the map however often it is overlooked.
+        Floor that an echo of the same moment shows to be free is no obstacle, whatever it looks like there; and where
+        the floor seems to go on beyond an echo, the source of the echo stays on the map however often it is overlooked.
 
         Args:
             lens: Pose of the lens, with the robot's heading.
@@ -257,7 +258,7 @@ class OccupancyGrid:
     def _passed(self, cone: Cone, far_mm: float) -> Mask:
         """Return which cells a beam has passed up to a distance, without what deflects it and what lies behind that."""
         before = cone.inside & (cone.along_mm < far_mm)
-        # a surface deflects what strikes it at a glance
+        # a surface deflects a beam at a grazing angle
         along = np.abs(np.cos(np.radians(self._heard_deg[cone.window] - cone.heading_deg)))
         glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.evidence[cone.window] > 0.0)
         passed = before & ~glanced
@@ -270,7 +271,7 @@ class OccupancyGrid:
         return np.asarray(passed)
 
     def clear_line_of_sight(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Update with a line of sight from `start` to `end`: it clears what is only suspected in between."""
+        """Update with a line of sight from `start` to `end`: it clears merely suspected cells in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
         i = index(start[0] + share * (end[0] - start[0]))
@@ -279,7 +280,7 @@ class OccupancyGrid:
         self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
     def forget_obstacles(self) -> None:
-        """Clear everything that was thought to be in the way."""
+        """Clear all obstacles."""
         self.forgotten += 1
         np.minimum(self.evidence, 0.0, out=self.evidence)
 
@@ -290,11 +291,11 @@ class OccupancyGrid:
         self._swept[window] |= inside
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
-        """Mark what stopped the robot or touched it: what the camera saw there, or an obstacle of unknown size."""
+        """Mark what stopped or touched the robot: the object that the camera saw there, or one of unknown size."""
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
             window, inside = disc(*saw, N.grazed_mm)
-        # a robot that kept away from what was marked larger before has met something else
+        # if the mark was that large before and the robot kept away from it, it has met something else
         if saw is None or (self.evidence[window][inside] > N.solid).all():
             near_mm = self.sonar_forward_mm + range_mm
             window, inside = disc(*pose.ahead(near_mm + N.block_radius_mm * 0.6), N.block_radius_mm)
@@ -326,8 +327,8 @@ class OccupancyGrid:
     ) -> NDArray[np.float64]:
         """Return the chance of a free line of sight, (DIRECTIONS, steps of CELL_MM), from a place up to `limit_mm`.
 
-        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it: in one case
-        out of e on `unknown_hides_mm` of it.
+        Free floor hides nothing; the more unknown floor there is, the more likely something stands on it:
+        `unknown_hides_mm` of it is empty with probability 1/e.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = index(x_mm + steps[None, :] * _ALONG[:, 0:1])
@@ -354,7 +355,7 @@ class OccupancyGrid:
     def blocked_after_mm(
         self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> float | None:
-        """Return the distance from `start` to what blocks the path of `clear_between`; None if nothing does."""
+        """Return the distance from `start` to the first obstacle on the path of `clear_between`; None without one."""
         length = math.dist(start, end) - standoff_mm
         if length <= 0:
             return None

@@ -21,15 +21,15 @@ class PlannerNumbers:
 
     Attributes:
         clearance_mm: Room beside the robot that a path must leave.
-        seen_clearance_mm: The same beside what the camera saw, which the map has where it is.
-        inflation: Within these radii of an obstacle, in millimetres, a cell costs so many cells of free floor: wheels
-            slip and echoes err, and through a door the path shall lead in the middle.
+        seen_clearance_mm: The same beside obstacles that the camera saw, which the map places accurately.
+        inflation: Within each radius, mm, of an obstacle a cell costs this many cells of free floor: wheels slip
+            and echoes err, and a path should lead through the middle of a door.
         beyond_cells: Paths go this many cells beyond the known floor at most.
         doubtful: Cost of a cell that may be occupied.
         likely: Cost of a cell with more evidence than `likely_evidence`, from several echoes.
         likely_evidence: See `likely`.
         unknown: Cost of a cell that is not known.
-        unknown_without_sonar: The same without a sonar, which would hear in time what stands there.
+        unknown_without_sonar: The same without a sonar, which would hear an obstacle there in time.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
@@ -119,7 +119,7 @@ class PathPlanner:
         """Return reachable places, (n, 2), about this far apart; with `known` only on or near free floor."""
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field)
-        if known and not self._without_sonar:  # without a sonar no floor but that which was driven over becomes known
+        if known and not self._without_sonar:  # without a sonar only floor that was driven over becomes known
             within &= _with_frontier(self._evidence)
         i, j = np.nonzero(within[::every, ::every])
         return np.stack(

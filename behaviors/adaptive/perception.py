@@ -28,11 +28,11 @@ class PerceptionNumbers:
         lost_frames: A target is lost only after this many frames without it.
         longest_step_s: What takes longer is a pause.
         deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
-        slow_link_s: Where asking for an echo and the pose takes longer than this, the link is slow,
-        burst: and this many frames are looked at each time: a frame takes little compared with a round trip.
+        slow_link_s: If requesting echo and pose takes longer than this, the link is slow,
+        burst: and each look evaluates this many frames: a frame takes little time compared with a round trip.
         test_s: Longest turn to test a doubtful sonar.
         free_mm: With an echo from farther away than this the floor that a frame shows right ahead is free.
-        turn_tests: Turns after which the scale of turns is left alone when the echoes have not told it.
+        turn_tests: After this many turns whose echoes did not show the scale of turns, no more are made for it.
     """
 
     unheard_mm: float = 150.0
@@ -57,9 +57,9 @@ class Observation:
 
     Attributes:
         time_s: When.
-        sighting: Of the present target, the newest one; or None.
+        sighting: The newest one of the current target, or None.
         range_mm: The sonar's echo, or None.
-        frames: For each frame, oldest first, whether it showed the present target.
+        frames: For each frame, oldest first, whether it showed the current target.
     """
 
     time_s: float
@@ -79,12 +79,12 @@ class Perception:
     Args:
         context: The ports.
         profile: The mission's numbers.
-        world: Is updated with what is perceived.
-        queue: Tells which target is looked for.
+        world: The world model, which observations update.
+        queue: The targets, with the current one.
 
     Attributes:
         sonar: Whether the sonar works.
-        turns: What was heard in the present turn on the spot.
+        turns: The echoes of the current turn on the spot.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Perception:
         return self._queue.target
 
     def now(self) -> float:
-        """Present time on the mission's clock."""
+        """Current time on the mission's clock."""
         return self.context.clock.now()
 
     @property
@@ -158,7 +158,7 @@ class Perception:
         return self.sonar.deaf and pose == self._start
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
-        """Return an echo that is to be believed; a sonar that lies may not stop the robot either."""
+        """Return an echo unless the sonar is stuck; a stuck sonar must not stop the robot either."""
         lied = self.sonar.lies
         believed_mm = self.sonar.believed(now_s, pose, range_mm)
         if self.sonar.lies is not lied:
@@ -176,16 +176,16 @@ class Perception:
 
     @property
     def doubts_turns(self) -> bool:
-        """Whether a turn should go on until it tells the scale of turns; echoes must come, and often enough."""
+        """Whether a turn should go on until it shows the scale of turns; echoes must come, and often enough."""
         return self._turn_tests > 0 and not self.sonar.deaf and self.frames == 1
 
     def begin_turn(self) -> None:
-        """Begin a turn that shall tell the scale of turns."""
+        """Begin a turn that measures the scale of turns."""
         self.turns.begin()
         self.world.floor.save()
 
     def learn_turns(self) -> None:
-        """Learn the scale of turns from the one that the robot has just made, and draw what it heard anew."""
+        """Learn the scale of turns from the last turn, and redraw its echoes on the map."""
         self._turn_tests -= 1
         scale = self.turns.estimate()
         if scale is None:

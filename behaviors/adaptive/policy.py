@@ -1,4 +1,4 @@
-"""The adaptive policy: of all recoveries, the one that is expected to succeed in the fewest seconds."""
+"""The adaptive policy: choose the recovery with the fewest expected seconds for a success."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ N = PolicyNumbers()
 
 @dataclass(frozen=True, slots=True)
 class AdaptivePolicy:
-    """Weighs candidates by the seconds that a success is expected to cost.
+    """Weighs candidates by their expected seconds for a success.
 
     Attributes:
         search_budget_s: Longest search for a target without a sighting while another one waits.
-        repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
-            most after one kind of failure.
+        repeats: How often at most one recovery is chosen for one target at one place, and how many are chosen there
+            after one kind of failure.
         fixed_wait_s: Length of every wait; None to compute it.
         max_researches: Searches for one target after the first, in each round; None for no limit.
         chances: How often choices succeed.

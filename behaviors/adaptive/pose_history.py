@@ -14,19 +14,19 @@ TURN_OVER_S = 0.2
 
 
 class PoseHistory:
-    """Recent poses, to tell from where a frame was taken."""
+    """Recent poses, to look up where a frame was taken."""
 
     def __init__(self) -> None:
         self._poses: deque[tuple[float, Pose]] = deque()
 
     def add(self, time_s: float, pose: Pose) -> None:
-        """Add the present pose."""
+        """Add the current pose."""
         self._poses.append((time_s, pose))
         while self._poses[0][0] < time_s - KEPT_S:
             self._poses.popleft()
 
     def clear(self) -> None:
-        """Forget all poses, after the present one was corrected; the next thing to do is `add`."""
+        """Forget all poses, after the current one was corrected; the next call must be `add`."""
         self._poses.clear()
 
     def at(self, time_s: float) -> Pose:

@@ -17,7 +17,7 @@ class EchoNumbers:
     Attributes:
         kept_s: Beams are remembered this long.
         core_deg: A place within this angle of the beam's axis is well within the beam.
-        arc_deg: What gives an echo may be this far to either side of the axis.
+        arc_deg: The source of an echo may be this far to either side of the axis.
         farthest_mm: Beams say nothing about places farther away than this: small things give no echo from there.
         past_mm: An echo from this much farther than a place says that the place is free; silence may be a slanted side.
         beams: This many such beams in a row are believed.
@@ -46,7 +46,7 @@ class RecentEchoes:
         self._beams: deque[tuple[float, Pose, float]] = deque()
 
     def add(self, now_s: float, pose: Pose, range_mm: float | None) -> None:
-        """Add the present echo; silence says nothing, since slanted sides throw an echo away."""
+        """Add the current echo; silence says nothing, since slanted sides deflect an echo."""
         if range_mm is not None:
             self._beams.append((now_s, pose, range_mm))
         while self._beams and self._beams[0][0] < now_s - N.kept_s:

@@ -27,10 +27,10 @@ class ScanNumbers:
         held_s: A turn that comes no farther than `held_deg` in this time is held by something.
         held_deg: See `held_s`.
         longest_step_s: What takes longer is a pause, as on a slow link.
-        beyond_mm: A target may be this far behind what gives the echo at the side of the sonar's cone.
-        aim_deg: Where an arc begins need not be met more exactly.
+        beyond_mm: A target may be this far behind the source of an echo at the side of the sonar's cone.
+        aim_deg: The beginning of an arc need not be met more exactly.
         worth_a_turn: With less of a chance a look round is not worth its time.
-        frames_at_rest: Frames that are looked at before a turn begins; a detection is believed when a second frame
+        frames_at_rest: This many frames are evaluated before a turn begins; a detection is believed when a second frame
             confirms it.
     """
 
@@ -120,7 +120,7 @@ class ScanSkill:
         return fact or self._rest() or self._sweep(sweep_deg)
 
     def _look_round_twice(self) -> Fact | None:
-        """Look round and on, until what was heard first is heard again, to learn how far the robot really turns."""
+        """Look round and on, until the first echoes are received again, to learn how far the robot really turns."""
         perception = self._perception
         perception.begin_turn()
         fact = self._sweep(TURNS.enough_deg)
@@ -139,7 +139,7 @@ class ScanSkill:
         return None
 
     def _rest(self) -> Fact | None:
-        """Look at a few frames at rest, for what is in view already."""
+        """Evaluate a few frames at rest: the target may be in view already."""
         for _ in range(math.ceil(N.frames_at_rest / self._perception.frames)):
             if (fact := self._see()) is not None:
                 return fact
@@ -170,7 +170,7 @@ class ScanSkill:
         return None
 
     def _see(self) -> Fact | None:
-        """Look at one frame."""
+        """Evaluate one frame."""
         observation = self._perception.step()
         self._range_mm = observation.range_mm
         return sighted(observation.sighting) if observation.sighting else None

@@ -1,4 +1,4 @@
-"""Whether a target is seen from far aside: then it looks clearly narrower than at its widest."""
+"""Whether a target is seen from far to the side: then it looks clearly narrower than at its widest."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from behaviors.ports import Sighting
 UPRIGHT = 0.7
 """Width over height of an upright print."""
 NARROW = 0.72
-"""A print that looks narrower than this share of it is seen from far aside, 44 degrees."""
+"""A print that looks narrower than this share of it is seen from far to the side, 44 degrees."""
 
 
 class Slant:
-    """Remembers how wide each target looks at most, and whether it was seen from far aside when it was last whole."""
+    """Remembers how wide each target looks at most, and whether its last whole sighting was from far to the side."""
 
     def __init__(self) -> None:
         self._widest: dict[str, float] = {}
         self._oblique: dict[str, bool] = {}
 
     def degrees(self, sighting: Sighting) -> float | None:
-        """Return how far aside a sighting is from, by how narrow it looks, 0..90; None if it is cut off."""
+        """Return the slant of a sighting in degrees, 0..90, by how narrow it looks; None if it is cut off."""
         if sighting.cut:
             return None
         widest = max(self._widest.get(sighting.target, UPRIGHT), _aspect(sighting))

@@ -1,4 +1,4 @@
-"""Whether the sonar works: one that hears nothing any more, or always the same, has no say."""
+"""Whether the sonar works: one that hears nothing any more, or always the same, is ignored."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from behaviors.ports import Pose
 
 @dataclass(frozen=True, slots=True)
 class SonarNumbers:
-    """The numbers of the doubt in a sonar.
+    """The numbers of the test of a sonar.
 
     Attributes:
         deaf_s: A sonar that has heard nothing for this time may be dead; in a room there is mostly something in range.
         stuck_mm: The same echo over a path of this length is no echo; a sonar measures centimetres.
         stuck_deg: So is the same echo over turns of this much in all.
-        lies_deg: A sonar that repeats an echo while the robot turns by this from one heading to another may not stop
+        lies_deg: A sonar that repeats an echo while the robot turns by this from one heading to another must not stop
             it: a wall is heard at the same distance over twice the beam at most, and a corner over little more.
-        doubted_deg: Over this much it is doubtful, which a turn of `lies_deg` clears up.
-        fresh: This many echoes that differ are believed again.
+        doubted_deg: Over this much it is doubtful; a turn of `lies_deg` decides.
+        fresh: After this many different echoes it is believed again.
     """
 
     deaf_s: float = 5.0
@@ -38,8 +38,8 @@ class SonarTrust:
     """Judges the echoes of one mission.
 
     Attributes:
-        stopped: Whether what it repeats has stopped the robot.
-        lies: Whether that is certainly no echo, so that the robot should not be stopped by it.
+        stopped: Whether the repeated echo has stopped the robot.
+        lies: Whether that echo is certainly false and must not stop the robot.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class SonarTrust:
 
     @property
     def deaf(self) -> bool:
-        """Whether it has had nothing to say for some time: then silence does not mean that the way is free."""
+        """Whether it has heard nothing for some time: then silence does not mean that the path is free."""
         return self._now_s - self._heard_s > N.deaf_s
 
     @property

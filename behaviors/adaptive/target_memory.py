@@ -1,4 +1,4 @@
-"""What is known of the targets: where they were seen, where they may be, and what is not taken for them."""
+"""Memory of the targets: where they were seen, where they may be, and which objects are look-alikes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OTHER_RANGE_HEIGHTS = 12.0
 
 @dataclass(frozen=True, slots=True)
 class TargetNumbers:
-    """The numbers of what is remembered of targets.
+    """The numbers of the memory of targets.
 
     Attributes:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
@@ -43,7 +43,7 @@ class TargetNumbers:
         step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
             belief together.
         step_mm: See `step_deg`.
-        new_mm: What hides a target from a place hides it, in one case out of e, also from this far beside it.
+        new_mm: An object that hides a target from a place hides it from this far beside it with probability 1/e, too.
     """
 
     farthest_mm: float = 4500.0
@@ -101,7 +101,7 @@ class TargetMemory:
         beliefs: Where each target may be, by name.
         look_alikes: What is not taken for a target.
         scale: How wrong distances by apparent size are.
-        slant: Which targets are seen from far aside.
+        slant: Which targets are seen from far to the side.
         mismatched: Targets at which an arrival failed because the sonar contradicted their size; from then on an
             arrival there needs an echo that agrees.
         half_view_deg: Half the angle of view in which a target is wholly in the frame.
@@ -162,7 +162,7 @@ class TargetMemory:
         return believed
 
     def learn(self, target: str, finding: TargetFinding | None, here: Point) -> None:
-        """Update with what a failure tells of a target, found out at `here`."""
+        """Update with a failure's finding about a target, made at `here`."""
         match finding:
             case TargetFinding.NOT_HERE:
                 self._looked_from.append((target, here))
@@ -241,7 +241,7 @@ class TargetMemory:
         return math.dist(known.place, place) > max(N.jump_mm, N.jump_share * sighting.distance_mm)
 
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
-        """Return a sighting with the distance and the bearing that are to be believed."""
+        """Return a sighting with the best estimate of distance and bearing."""
         lens, known = self._camera.lens_at(self._poses.at(sighting.time_s)), self.known.get(sighting.target)
         heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
         remembered = None if known is None else lens.polar_to(known.place)

@@ -1,4 +1,4 @@
-"""Whether what looks like the target is it: Wald's sequential test on how steadily the detector finds it.
+"""Target or look-alike: Wald's sequential test on how steadily the detector finds it.
 
 A detector finds the real target in most frames from near enough, and a look-alike only now and then. Each frame shifts
 the odds; the test stops as soon as they are clear enough.
@@ -51,7 +51,7 @@ class Verdict(StrEnum):
 
 @dataclass(slots=True)
 class TargetVerifier:
-    """The odds that what is approached is the target.
+    """The odds that the object approached is the target.
 
     Attributes:
         odds: Their natural logarithm; 0 is even.

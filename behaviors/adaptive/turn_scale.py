@@ -2,7 +2,7 @@
 
 An axle track measured with a ruler, a worn tyre or a smooth floor makes a robot turn a few per cent more or less than
 its wheel counts say, and after a few scans its map is rotated. Beyond a full turn the sonar receives each echo again:
-the angle between both times by the wheel counts is what they say for 360 degrees.
+the angle between the two times, by the wheel counts, corresponds to 360 degrees.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ class TurnNumbers:
     """The numbers of the estimate.
 
     Attributes:
-        enough_deg: A turn this long, by the wheels, tells the scale where the room has edges to hear at its begin.
-        further_deg: Where it has not, the turn goes on by so much at a time,
+        enough_deg: A turn this long, by the wheels, shows the scale if the room has edges to hear at its beginning.
+        further_deg: If it has not, the turn goes on by this much at a time,
         longest_deg: up to this length.
         most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
-        least: A smaller share may be an accident of the echoes, and is left.
-        overlap_deg: What is heard twice must be at least this wide.
+        least: A smaller share may be an accident of the echoes, and is ignored.
+        overlap_deg: The arc that is heard twice must be at least this wide.
         step_deg: Echoes are compared this far apart; the sonar's beam is far wider.
         farthest_mm: Echoes from farther away, and silence, count as this.
         outlier_mm: A larger difference counts as this: something moved, or a beam just missed an edge.
@@ -62,14 +62,14 @@ Beam = tuple[Pose, float | None]
 
 
 class TurnScale:
-    """Collects what is heard in one turn on the spot."""
+    """Collects the echoes of one turn on the spot."""
 
     def __init__(self) -> None:
         self._beams: list[Beam] = []
 
     @property
     def beams(self) -> tuple[Beam, ...]:
-        """What was heard in the present turn, oldest first."""
+        """The echoes of the current turn, oldest first."""
         return tuple(self._beams)
 
     @property
@@ -79,7 +79,7 @@ class TurnScale:
 
     @property
     def complete(self) -> bool:
-        """Whether the turn tells the scale of turns, or is too long to go on."""
+        """Whether the turn shows the scale of turns, or is too long to go on."""
         return abs(self.turned_deg) >= N.longest_deg or self.estimate() is not None
 
     def begin(self) -> None:
@@ -95,7 +95,7 @@ class TurnScale:
         self._beams.append((pose, range_mm))
 
     def estimate(self) -> float | None:
-        """Return how many degrees the robot turns for one by its wheels; None if the echoes do not tell."""
+        """Return how many degrees the robot turns for each by its wheels; None if the echoes do not show it."""
         if abs(self.turned_deg) < N.enough_deg:
             return None
         begin = self._beams[0][0].heading_deg

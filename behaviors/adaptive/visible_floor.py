@@ -36,22 +36,22 @@ class VisibleFloorNumbers:
         calibrated_yaw_sd_deg: The same of a camera that was calibrated.
         latency_sd_s: Standard deviation of the time that frames take: a turning robot sees where it looked before.
         calibrated_latency_sd_s: The same of a camera that was calibrated.
-        exact_mm: What may be farther aside than this is only a hint.
+        exact_mm: The end of the floor is only a hint if it may be farther to the side than this.
         noise_deg: Standard deviation of the difference between camera and sonar. Measurements of one wall are
             correlated, so it is not smaller.
         outlier_chance: Chance that camera and sonar measured two different things: what looks like the floor, or is
             lower than the beam,
         outlier_span_deg: whose angles then differ by anything within this span.
         grid_sds: The grid of hypotheses reaches this many standard deviations to either side,
-        grid_steps: in so many steps each way.
+        grid_steps: in this many steps each way.
         table_step_mm: Distances are tried in these steps.
         beam_deg: An echo comes from within this angle of the sonar's axis,
         nearest_rays: and from where these rays, in the middle, see the floor end first:
         ahead_deg: they have to be this near to the axis, since to the sides the beam fades.
         nearest_mm: Echoes from here,
         farthest_mm: to here are compared.
-        moved_mm: After a measurement the robot has to drive so far,
-        turned_deg: or to turn so far, for another one.
+        moved_mm: After a measurement the robot has to drive this far,
+        turned_deg: or to turn this far, for another one.
         ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
         error_mm: Distances that may be wrong by more than this are not used.
         farthest_used_mm: Nor are larger ones.
@@ -155,7 +155,7 @@ class FloorRanges:
             rays: The free floor in the frame.
             pose: The robot's at the frame.
             range_mm: The echo, as it would have been heard from there.
-            off_deg: Bearing of what gave it: the robot may have turned since the frame.
+            off_deg: Bearing of its source: the robot may have turned since the frame.
         """
         if not N.nearest_mm <= range_mm <= N.farthest_mm:
             return

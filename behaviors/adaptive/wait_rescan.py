@@ -18,12 +18,12 @@ class WaitNumbers:
     Attributes:
         blocked_mm: An echo from nearer still blocks the path: a little farther than what stops an approach, since
             echoes vary.
-        left_mm: No echo from this much beyond the blocker's is its own; beside a door stand its posts.
-        before_mm: So does one that is this much nearer than the target: a little less than in an approach, for the same
-            reason.
-        clear: Clear echoes in a row after which the path is free when the target is in view.
-        clear_unseen: And when it is not.
-        in_view_s: What was seen no longer ago is in view.
+        left_mm: An echo from this much beyond the blocker's is not its own; beside a door stand its posts.
+        before_mm: Only an echo that is this much nearer than the target blocks the path: a little less than in an
+            approach, for the same reason.
+        clear: The path is free after this many clear echoes in a row while the target is in view.
+        clear_unseen: And while it is not.
+        in_view_s: A target that was seen no longer ago is in view.
         aim_deg: A second look points at where the target should be, give or take this.
         look_s: Length of each look of a second look.
         beside_deg: Turns before these looks: at the place itself, to the right of it, to the left.

@@ -1,4 +1,4 @@
-"""The world model: where the robot was, what is on the floor, what was tried, and what is known of the targets."""
+"""The world model: the robot's poses, the map, past attempts, and the memory of the targets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
 
 @dataclass(frozen=True, slots=True)
 class WorldNumbers:
-    """The numbers of what is remembered.
+    """The numbers of the world model.
 
     Attributes:
         same_blocker_s: A blocker is the last one again when that was no longer ago than this.
@@ -53,7 +53,7 @@ class WorldModel:
         attempts: What was tried where, and what failed.
         targets: Where targets were seen and may be.
         pose: Where the robot is.
-        blocker: What was in the way at the last failure, if anything.
+        blocker: The obstacle at the last failure, if any.
         paths: All paths from where the robot was at the last failure.
     """
 
@@ -91,7 +91,7 @@ class WorldModel:
         """Update with a frame and an echo.
 
         Args:
-            now_s: Present time on the mission's clock.
+            now_s: Current time on the mission's clock.
             pose: Where the robot is.
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
@@ -118,7 +118,7 @@ class WorldModel:
         Args:
             time_s: When the frame was taken.
             rays: The floor.
-            range_mm: The sonar's echo at the present pose, or None.
+            range_mm: The sonar's echo at the current pose, or None.
         """
         if not rays:
             return
@@ -144,7 +144,7 @@ class WorldModel:
             target: What was pursued.
             turn: Which of its turns this is.
             failure: What went wrong.
-            now_s: Present time on the mission's clock.
+            now_s: Current time on the mission's clock.
         """
         self._now_s = now_s
         self.attempts.failed(target, turn, failure.reason, self.here)
@@ -186,9 +186,9 @@ class WorldModel:
         return replace(blocker, age_s=now_s - since_s)
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
-        """Draw what was heard in a turn on the spot again: the robot turned `scale` times as far as was believed.
+        """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as was believed.
 
-        What was seen in that turn is forgotten.
+        Sightings in that turn are forgotten.
         """
         self.floor.restore()
         self.poses.clear()
