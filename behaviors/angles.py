@@ -1,4 +1,4 @@
-"""Angles as differences: what is a little to the left is not nearly a full turn to the right."""
+"""Angles as differences: a little to the left is not nearly a full turn to the right."""
 
 from __future__ import annotations
 

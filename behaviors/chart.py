@@ -4,9 +4,9 @@ Five regions run side by side. *mission* is the thesis's client: search, arrive,
 the next target. *equipment* and *safety* supervise it: an outage suspends the mission from any state, a trip ends it
 from any state, without an arrow from each. *camera* and *floor_map* say what the robot can rely on.
 
-The rules of this file: every transition stands here and carries guards, not code; events are facts
+The rules of this file: every transition is declared here with guards, without code; events are facts
 (`behaviors.events`); skills (`behaviors.skills`) act in a state; policies (`behaviors.recoveries`) choose; nothing here
-knows time. The motors never wait for the chart: the safety stop acts first and reports the fact afterwards.
+depends on time. The motors never wait for the chart: the safety stop acts first and reports the fact afterwards.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class MissionChart(StateChart[Any]):
         super().__init__(listeners=list(listeners))
 
     def report(self, fact: Fact) -> None:
-        """Report a fact; one that means nothing in the present state changes nothing."""
+        """Report a fact; one that means nothing in the current state changes nothing."""
         self.send(fact.event, fact=fact)
 
     @property
@@ -178,7 +178,7 @@ class MissionChart(StateChart[Any]):
 
     @property
     def another_round(self) -> bool:
-        """Guard: the present target has another turn, in a later round."""
+        """Guard: the current target has another turn, in a later round."""
         return self.queue.another_round
 
     def chosen(self, target: State) -> bool:

@@ -26,7 +26,7 @@ class Arrow:
         event: Fact that triggers it; empty for one that follows by itself.
         guard: Condition, empty for none; ``!`` in front negates.
         target: State it enters.
-        action: Name of the method of the chart that is called meanwhile; empty for none.
+        action: Name of the chart's method that the transition calls; empty for none.
     """
 
     region: str
@@ -72,7 +72,7 @@ def initial_states() -> list[str]:
 
 
 def transition_table() -> str:
-    """Return a Markdown table of all transitions, with what the chart does meanwhile."""
+    """Return a Markdown table of all transitions, with their actions."""
     rows = ((a.region, a.source, a.event or "(at once)", a.guard, a.target, _sentence(a.action)) for a in arrows())
     return _table(("region", "in state", "on", "if", "to", "action"), rows)
 

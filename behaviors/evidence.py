@@ -1,4 +1,4 @@
-"""What is known when a recovery is chosen: plain values, which the journal has in full."""
+"""The evidence for a choice of recovery: plain values, which the journal has in full."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Detour:
 
     Attributes:
         extra_s: How much longer it takes than the straight path would.
-        route: Waypoints, without the present place.
+        route: Waypoints, without the current place.
     """
 
     extra_s: float
@@ -36,7 +36,7 @@ class Viewpoint:
         travel_s: Time to get there.
         scan_s: Time to look round there.
         chance: Probability that this finds the target, 0..1.
-        route: Waypoints; the last one is the place. Empty for the present place.
+        route: Waypoints; the last one is the place. Empty for the current place.
     """
 
     travel_s: float
@@ -69,7 +69,7 @@ class AlternativeTarget:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What is known when a recovery is chosen.
+    """The evidence for a choice of recovery.
 
     Attributes:
         target: Name of the target.
@@ -79,16 +79,16 @@ class Evidence:
         round: How many times the list of targets has been begun, from 1.
         targets_left: Targets that are not reached and whose turn is now or later, this one included.
         spent_s: Time spent on this target in this round without getting nearer to it.
-        blocker: What is in the way, if anything.
+        blocker: The obstacle in the way, if any.
         detour: A path around it, if there is one.
-        blocked: The place to look from that lies beyond it, if the robot was driving to one.
+        blocked: The place to look from beyond it, if the robot was driving to one.
         here: Another look round from here, if it was weighed.
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.
         tries: Choices for this target since it was last approached.
-        failures: How often attempts failed at this place for this reason in this turn of the target, now included.
-        run: How many of them one after the other.
+        failures: How often attempts failed at this place for this reason in this turn of the target, this one included.
+        run: How many of them in a row.
     """
 
     target: str
@@ -141,5 +141,5 @@ def as_recorded(evidence: Evidence) -> Evidence:
 
 @cache
 def _adapter() -> TypeAdapter[Evidence]:
-    """Return the reader of evidence; it takes 12 ms to make, which no program shall wait for at its start."""
+    """Return the reader of evidence; making it takes 12 ms, too long for every program's start."""
     return TypeAdapter(Evidence)

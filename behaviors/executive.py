@@ -65,7 +65,7 @@ class Report:
         error: The outage that ended it, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
         refused: Whether a brick that answers and refuses has ended it.
-        hints: What to check or change, one sentence or two each; from those who assemble missions.
+        hints: What to check or change, one sentence or two each; added by the program that assembled the mission.
         arrivals: What was believed and measured at each target that was reached; likewise.
     """
 
@@ -99,7 +99,7 @@ class Executive:
         clock: Mission time.
         observers: Called with every record, in order. One that fails is reported once and left out.
         make_profile: Makes the profile; None for the one that the mission names.
-        pause: With it an operator pauses the mission, which then stands for any time.
+        pause: With it an operator pauses the mission for any time.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Executive:
 
         Raises:
             Livelock: Two decisions at the same moment.
-            Exception: Whatever else a service raised; the motors are off.
+            Exception: Any other error of a service; the motors are off.
         """
         ending = Ending.BROKEN
         try:

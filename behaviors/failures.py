@@ -1,4 +1,4 @@
-"""Typed failures: what a skill reports when it could not do its job."""
+"""Typed failures: what a skill reports when it fails."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Blocker:
         range_mm: How far ahead of the sonar it is.
         age_s: How long it has been known; 0 in a skill's report, which the world model completes.
         moving: Whether it was not there a moment ago.
-        hides: Whether it hides the target from the camera. What the camera sees past is furniture, not a person.
+        hides: Whether it hides the target from the camera. If the camera sees past it, it is furniture, not a person.
     """
 
     range_mm: float

@@ -85,7 +85,7 @@ Observer = Callable[[Record], None]
 
 
 class Note(Protocol):
-    """Writes a record with the present time, state and target."""
+    """Writes a record with the current time, state and target."""
 
     def __call__(self, kind: Kind, **data: object) -> None:
         """Write a record; values are converted by `plain`."""

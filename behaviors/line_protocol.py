@@ -21,8 +21,8 @@ Each line is answered, in order, by one integer in decimal and LF.
     ============== ===================================== =========================================
 
 The first five are the thesis's. A line that begins with one of them is never answered by anything but 0, 1 or 2, the
-only answers that a client of 2017 knows; `THESIS_FAILURES` are those to a request that was not carried out. The others
-are ours. What they cannot do is answered by a negative number, see `ErrorReply`.
+only answers that a client of 2017 knows; `THESIS_FAILURES` are those to a request that failed. The others
+are ours. Their failures are answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.
 """
@@ -39,7 +39,7 @@ LINE_LIMIT = 256
 """Longest line in bytes, without its LF; a verb with a target's name is far shorter."""
 
 DIRECTION_LIMIT_DEG = 360.0
-"""A larger turn is taken for a mistake in the unit."""
+"""A larger turn is probably a mistake in the unit."""
 
 
 class Verb(StrEnum):
@@ -62,12 +62,12 @@ MOTIONS = frozenset({Verb.ARRIVE, Verb.MOVE_TO, Verb.CHOOSE})
 """Verbs that move the robot; only these can be interrupted."""
 
 THESIS_FAILURES = MappingProxyType({Verb.CONNECT: 0, Verb.ARRIVE: 2, Verb.SELECT: 0, Verb.MOVE_TO: 1, Verb.BYE: 0})
-"""The thesis's verbs and their answers to a request that was not carried out. That of ``move_to`` is not 0: a client of
-2017 repeats a ``move_to`` that answered 0, without end if the link is gone."""
+"""The thesis's verbs and their answers to a request that failed. That of ``move_to`` is not 0: a client of
+2017 repeats a ``move_to`` that answered 0, forever if the link is lost."""
 
 
 class ErrorReply(IntEnum):
-    """Answers to requests that were not carried out, other than the thesis's."""
+    """Answers to failed requests, other than the thesis's."""
 
     UNKNOWN_VERB = -1
     BAD_ARGUMENT = -2
@@ -150,7 +150,7 @@ class BadLine:
 
 
 def failure_reply(verb: Verb, error: ErrorReply) -> int:
-    """Return the answer to a request that was not carried out: the thesis's where the verb is the thesis's."""
+    """Return the answer to a failed request: the thesis's if the verb is the thesis's."""
     return THESIS_FAILURES.get(verb, error)
 
 
@@ -203,7 +203,10 @@ def _move_to(argument: str) -> Request | None:
 
 
 class RequestReader:
-    """Turns received bytes into requests. Of a line that is too long it keeps only enough to know that it is."""
+    """Turns received bytes into requests.
+
+    Of a line that is too long it keeps only enough to recognise that.
+    """
 
     def __init__(self) -> None:
         self._line = bytearray()

@@ -1,7 +1,7 @@
 """A session with a client that makes the decisions: verbs in, the thesis's services called, small integers out.
 
 Here the client is the agent: it decides which target to pursue, when to wait and when to give up. The session keeps
-what the thesis's ``nxt`` node kept: whether the target was recognised (``exist``), how far a ``move_to`` has come
+the state of the thesis's ``nxt`` node: whether the target was recognised (``exist``), how far a ``move_to`` has come
 (``count``), and the approach in progress.
 
 Source: docs/thesis.md, services, readings A2-A8 and A19.
@@ -39,7 +39,7 @@ WHY_ENDED = {
 }
 """Answers of ``why`` after the end of a mission."""
 MISSIONS = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Verb.SELECT})
-"""Verbs that a mission between two decisions outlives."""
+"""Verbs that do not end a mission between two decisions."""
 
 
 LOG = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class Session:
     client leaves all but the decisions to the mission's profile.
 
     Args:
-        mission: Its targets can be named, the first one is the present one; its parameters and its profile apply.
+        mission: Its targets can be named, the first one is the current one; its parameters and its profile apply.
         body: The robot.
         eyes: Its camera.
         clock: Time.
@@ -123,7 +123,7 @@ class Session:
             `error` has the details.
 
         Raises:
-            BaseException: Only what is no `Exception`, such as KeyboardInterrupt; the motors are off.
+            BaseException: Only those other than `Exception`, such as KeyboardInterrupt; the motors are off.
         """
         if isinstance(request, BadLine):
             if request.error is ErrorReply.BAD_ARGUMENT:
@@ -252,7 +252,7 @@ class Session:
         return self._why
 
     def _do_evidence(self, _: Request) -> str:
-        """Tell the open decision, and how the last mission ended."""
+        """Answer with the open decision, and how the last mission ended."""
         stepped = self._stepped
         question, report = (stepped.question, stepped.report) if stepped else (None, None)
         values: dict[str, Any] = {"open": question is not None}
@@ -295,7 +295,7 @@ class Session:
     # --- shared by the verbs ---
 
     def _choose(self, target: str) -> None:
-        """Make a target the present one."""
+        """Make a target the current one."""
         if target not in self._targets:
             raise _BadArgument
         if target != self._target:
@@ -303,7 +303,7 @@ class Session:
             self._target, self._exist = target, False
 
     def _halt(self) -> None:
-        """Stop what is in progress."""
+        """Stop the skill in progress."""
         if self._sighted or self._move:
             self._body.stop()
         self._forget()

@@ -1,4 +1,4 @@
-"""Motions that an outage may interrupt: called again, they do what odometry says is left."""
+"""Motions that an outage may interrupt: called again, they complete the rest, by odometry."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ResumableTurn:
         begin: Where the robot is now.
 
     Attributes:
-        done: Whether it is over, for whatever reason.
+        done: Whether it is over, for any reason.
     """
 
     def __init__(self, body: Body, angle_deg: float, begin: Pose) -> None:
@@ -28,7 +28,7 @@ class ResumableTurn:
         self._begun = False
 
     def call(self) -> MotionResult:
-        """Turn by what is left; the result counts all of it."""
+        """Turn by the remaining angle; the result is that of the whole turn."""
         left_deg = self._goal_deg - self._body.pose().heading_deg if self._begun else self._angle_deg
         self._begun = True
         result = self._body.turn(left_deg)
@@ -52,7 +52,7 @@ class ResumableStraight:
         self._begun = False
 
     def call(self) -> MotionResult:
-        """Drive what is left; the result counts all of it."""
+        """Drive the remaining distance; the result is that of the whole drive."""
         left_mm = self._distance_mm - self._driven_mm() if self._begun else self._distance_mm
         self._begun = True
         result = self._body.straight(left_mm)

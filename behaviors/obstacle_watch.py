@@ -12,8 +12,8 @@ class ObstacleWatch:
     """Reports to the chart when the safety stop holds the robot, when that touches something, and when it lets go.
 
     Args:
-        body: The robot; its sensors are asked when something newly holds it.
-        report: Tells the chart a fact.
+        body: The robot; its sensors are read when something newly holds it.
+        report: Reports a fact to the chart.
     """
 
     def __init__(self, body: Body, report: Callable[[Fact], None]) -> None:

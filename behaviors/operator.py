@@ -24,10 +24,10 @@ class Weighing(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class OperatorChoice:
-    """Something that could be done.
+    """A choice that the operator can make.
 
     Attributes:
-        choice: What.
+        choice: The choice.
         option: What the policy expects of it; None when it does not weigh candidates.
     """
 
@@ -70,7 +70,7 @@ Ask = Callable[[Question], Choice]
 
 
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
-    """Return what a policy considers; giving the target up is among it only if the policy weighs that."""
+    """Return the candidates of a policy; giving the target up is among them only if the policy weighs that."""
     if isinstance(policy, Weighing):
         return tuple(OperatorChoice(option.choice, option) for option in policy.options(evidence))
     if isinstance(policy, ThesisPolicy):
@@ -79,7 +79,7 @@ def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoi
 
 
 def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
-    """Return what a policy proposes, and what could be done instead; changing the target is always possible."""
+    """Return a policy's proposal and the alternatives; changing the target is always possible."""
     proposed = policy.select(evidence)
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
@@ -94,7 +94,7 @@ class ConfirmedPolicy:
 
     Args:
         policy: Proposes.
-        ask: Asks the person. Meanwhile the robot stands: every skill ends at rest before a choice is made.
+        ask: Asks the person. Meanwhile the robot stands still: every skill ends at rest before a choice is made.
     """
 
     def __init__(self, policy: RecoveryPolicy, ask: Ask) -> None:
@@ -102,7 +102,7 @@ class ConfirmedPolicy:
         self._ask = ask
 
     def select(self, evidence: Evidence) -> Choice:
-        """Choose what the person wants."""
+        """Return the person's choice."""
         asked = question(self._policy, evidence)
         wanted = self._ask(asked)
         if wanted == asked.proposed:

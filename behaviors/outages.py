@@ -1,7 +1,7 @@
-"""The one way to outlast an outage of brick, camera or sensors, and an operator's pause, in every profile.
+"""Waiting out an outage of brick, camera or sensors, or an operator's pause, in the same way for every profile.
 
-The robot stands, the outage is reported, and what failed is tried again until it works or the mission's
-``reconnect_timeout_s`` is over. A pause has no limit, and the time of a pause counts for no other limit.
+The robot stands still, the outage is reported, and the failed part is retried until it works or the mission's
+``reconnect_timeout_s`` is over. A pause has no limit, and its time counts towards no other limit.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from behaviors.ports import Blind, Body, BodyLost, Clock, Eyes, Outage, SensorLo
 T = TypeVar("T")
 
 RETRY_S = 0.5
-"""How often it is tried whether what failed works again."""
+"""Interval between retries of the failed part."""
 
 NOTE_S = 5.0
 """How often the journal says how much longer an outage may last."""
@@ -34,7 +34,7 @@ def part_of(outage: Outage) -> str:
 
 
 class OutageSupervisor:
-    """Outlasts outages, and writes down which sensors fail and return.
+    """Waits out outages, and records which sensors fail and return.
 
     Args:
         body: The robot.
@@ -86,12 +86,12 @@ class OutageSupervisor:
                 self.outlast(outage)
 
     def outlast(self, outage: Outage) -> None:
-        """Wait until what failed works again, or until the pause ends.
+        """Wait until the failed part works again, or until the pause ends.
 
-        The robot stands, by its leases if it cannot be reached.
+        The robot stands still, by its leases if it cannot be reached.
 
         Raises:
-            Outage: `outage` itself, which says what happened first: it lasted too long, or is permanent.
+            Outage: `outage` itself, since it is the first cause: it lasted too long, or is permanent.
         """
         if isinstance(outage, Paused):
             self._report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
@@ -124,14 +124,14 @@ class OutageSupervisor:
         self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
     def _stand(self) -> float:
-        """Let the robot stand, and stay switched on, until the pause ends; returns how long that took.
+        """Keep the robot at rest and switched on until the pause ends; return how long that took.
 
         Raises:
             KeyboardInterrupt: The operator ends the mission instead.
         """
         begun_s = self._clock.now()
         while True:
-            with suppress(Outage):  # a robot that cannot be reached stands by its leases
+            with suppress(Outage):  # the leases stop a robot that cannot be reached
                 self._body.stop()
                 self._body.keep_alive()
             if self._pause.wait(RETRY_S):
@@ -141,7 +141,7 @@ class OutageSupervisor:
                 return paused_s
 
     def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
-        """Stop the robot and try what has failed."""
+        """Stop the robot and retry the failed part."""
         try:
             self._body.stop()
             self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it

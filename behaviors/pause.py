@@ -10,14 +10,14 @@ from behaviors.ports import Outage
 
 
 class Paused(Outage):
-    """The operator has paused the mission; leaves a skill as an outage does."""
+    """Raised when the operator has paused the mission; interrupts a skill as an outage does."""
 
 
 class Pause:
-    """Asked for and ended by any thread, obeyed by the mission's.
+    """A pause that any thread requests and ends, and the mission's thread obeys.
 
-    A motion that is under way is broken off where `check` is called; without such calls a pause begins when the
-    skill has done its bounded piece of work.
+    A motion under way is aborted where `check` is called; without such calls a pause begins when the skill
+    has done its bounded piece of work.
 
     Attributes:
         ended: Whether the mission is to end.
@@ -31,7 +31,7 @@ class Pause:
 
     @property
     def wanted(self) -> bool:
-        """Whether the mission is to stand."""
+        """Whether the mission is to pause."""
         return not self._resumed.is_set()
 
     def request(self) -> None:
@@ -53,10 +53,10 @@ class Pause:
 
     @contextmanager
     def interrupting(self) -> Iterator[None]:
-        """Let `check` break off what happens within.
+        """Let `check` abort the block.
 
         Raises:
-            Paused: The mission is to stand.
+            Paused: The mission is to pause.
             KeyboardInterrupt: It is to end.
         """
         self._armed = True
@@ -67,10 +67,10 @@ class Pause:
             self._armed = False
 
     def check(self) -> None:
-        """Break off a skill that is at work; call it where that is safe, such as before each request to the robot.
+        """Abort the active skill; call it where that is safe, such as before each request to the robot.
 
         Raises:
-            Paused: The mission is to stand; raised once, so that what cleans up may use the robot.
+            Paused: The mission is to pause; raised once, so that cleanup may use the robot.
             KeyboardInterrupt: It is to end; likewise.
         """
         if self._armed and (self.ended or self.wanted):
@@ -79,7 +79,7 @@ class Pause:
             raise Paused("paused")
 
     def check_end(self) -> None:
-        """Break off the mission.
+        """Abort the mission if it is to end.
 
         Raises:
             KeyboardInterrupt: It is to end.

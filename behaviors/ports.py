@@ -75,7 +75,7 @@ class Sighting:
         time_s: When the newest frame was taken, on the mission's clock.
         box: The target in that frame: left, top, width, height in pixels; it may extend beyond the frame.
         cut: Where the frame cuts it off, if the detector knows only what is visible.
-        bound: Whether what is visible does not tell its size: then it is no farther away than `distance_mm`, and its
+        bound: Whether the visible part does not show its size: then it is no farther away than `distance_mm`, and its
             middle is at `bearing_deg` or farther out on the side where it is cut off.
         edges_mm: Its lower and upper edge above the lens, by its apparent size; None where that is not known.
     """
@@ -168,7 +168,7 @@ class Outage(Exception):
     Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is no outage.
 
     Attributes:
-        permanent: Whether it will never work again, as a video at its end; waiting is of no use then.
+        permanent: Whether it will never work again, like a video at its end; then waiting is useless.
         refused: Whether the brick answers and refuses.
     """
 
@@ -194,7 +194,7 @@ class Blind(Outage):
 
 
 class SensorLost(Outage):
-    """No safety sensor is left to drive forward by: sonar and bumper, those that there are, have failed."""
+    """No safety sensor is left for driving forward: sonar and bumper, as far as present, have failed."""
 
 
 SensorListener = Callable[[str, str], None]
@@ -202,7 +202,7 @@ SensorListener = Callable[[str, str], None]
 
 
 class Body(Protocol):
-    """The robot that moves.
+    """The moving robot.
 
     Every method ends in bounded time and raises `BodyLost` when the brick cannot be reached; the motors stop by
     themselves then. A sensor that fails is left out: its data count as unknown, and the robot drives slower.
@@ -221,7 +221,7 @@ class Body(Protocol):
         ...
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
-        """Drive on until the next call, for at most one lease; returns what the safety stop objects to, or None.
+        """Drive on until the next call, for at most one lease; return why the safety stop holds the robot, or None.
 
         Raises:
             SensorLost: No sensor is left for the safety stop.
@@ -249,7 +249,7 @@ class Body(Protocol):
         ...
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
-        """Count every turn `scale` times as far as so far, and the latest one, by `angle_deg` on the spot, as well."""
+        """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""
         ...
 
     def keep_alive(self) -> None:
@@ -280,9 +280,9 @@ class Eyes(Protocol):
         """Return how far the floor is free in the frame of the latest look, by direction.
 
         Args:
-            known_free: Whether the floor right ahead was free then. Eyes learn from it what the floor looks like.
+            known_free: Whether the floor right ahead was free then, so that its appearance can be learned.
 
         Returns:
-            Nothing until they have learned it; directions that tell nothing are left out.
+            Nothing until the appearance has been learned; directions without information are left out.
         """
         ...

@@ -2,7 +2,7 @@
 
 `RECOVERIES` has one entry for each. The chart's guard, the console, the map, the status line, explanations and the
 sweep read it; CONTRIBUTING.md says what else a new recovery needs. A policy turns evidence into a choice. It has no
-robot and no clock, so that it can be tested with plain values and given a journal's evidence again.
+robot and no clock, so it can be tested with plain values and rerun on a journal's evidence.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Choice:
         route: Waypoints, for `DETOUR` and for `MOVE_TO` a place.
         instead: The target to pursue, for `CHANGE_TARGET`; empty for the next in order.
         operator: Whether a person confirmed it or chose it.
-        proposed: What the policy would have done, when that person chose something else.
+        proposed: The policy's own choice, if that person chose something else.
     """
 
     kind: Recovery
@@ -189,7 +189,7 @@ class Candidate:
         seconds: How long that is expected to take.
         chance: Probability that it succeeds, 0..1.
         otherwise_s: Expected seconds for one success after it has failed; None for the same again and again.
-        then_s: Expected seconds after its success, if that only clears the way for something else.
+        then_s: Expected seconds after its success, if that only clears the path for something else.
         situation: What `behaviors.adaptive.chances` counts its outcome under; empty for nothing.
     """
 

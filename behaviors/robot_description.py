@@ -1,4 +1,4 @@
-"""How the robot is built: the tables [robot] and [camera] of a mission file, and the robot file that has the same ones.
+"""How the robot is built: the tables [robot] and [camera] of a mission file, and the robot file with the same tables.
 
 Directions: positive is right, clockwise seen from above, and clockwise for an observer who looks along the camera;
 a positive tilt looks up. Places are measured from the middle between the wheels.
@@ -220,9 +220,9 @@ def load_robot_file(path: Path) -> RobotFile:
 
 
 def with_robot(tables: Mapping[str, Any], described: RobotFile) -> dict[str, Any]:
-    """Return the tables of a mission file with the robot file's values for what they lack.
+    """Return the tables of a mission file, completed by the robot file.
 
-    That are keys of [robot] and [camera], and colours; they also get the robot file's [calibration].
+    It completes keys of [robot] and [camera], and colours, and adds the robot file's [calibration].
     """
     merged, values = dict(tables), described.model_dump(exclude_unset=True)
     for name in ("robot", "camera", "color"):

@@ -42,8 +42,7 @@ class SkillNumbers:
         steer_limit_deg_s: Fastest turn while approaching; faster blurs the picture.
         sharp_deg: At this bearing an approach only turns; straight ahead it drives at full cruise.
         blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.
-        instant_s: What is left of a wait when rounding has used up the rest; sleeping this little might let no time
-            pass at all.
+        instant_s: A shorter rest of a wait is rounding: sleeping this little might let no time pass at all.
         nap_s: A wait is cut into naps, so that it can be interrupted and the brick kept awake.
     """
 
@@ -81,9 +80,9 @@ class SkillContext:
         profile: The parameters of the thesis profile.
         note: Writes a record.
         report: Tells the chart a fact that does not end the skill.
-        deadline_s: When the mission's time is over, on its clock; each pause puts it off.
+        deadline_s: When the mission's time is over, on its clock; each pause postpones it.
         pauses: Beginning on the clock and duration of each pause, in seconds.
-        watch: Told by every skill how its motions end.
+        watch: Gets from every skill how its motions end.
     """
 
     body: Body
@@ -110,7 +109,7 @@ class SkillContext:
             raise TimeUp
 
     def add_pause(self, duration_s: float) -> None:
-        """Put the end of the mission's time off by a pause that ends now."""
+        """Postpone the mission's deadline by a pause that ends now."""
         self.deadline_s += duration_s
         self.pauses.append((self.clock.now() - duration_s, duration_s))
 

@@ -1,7 +1,7 @@
 """A mission that halts at each decision until its caller has taken one: the caller and the mission take turns.
 
-The mission runs in a thread of its own, and never at the same time as its caller: what it does depends on the
-decisions alone. While it halts the robot stands, since every skill ends at rest.
+The mission runs in a thread of its own, but never at the same time as its caller, so its course depends on the
+decisions alone. While it halts the robot stands still, since every skill ends at rest.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SteppedMission:
 
         Raises:
             IndexError: There is no such candidate.
-            Exception: Whatever broke the mission; the motors are off.
+            Exception: An error of the mission; the motors are off.
         """
         candidates = self.question.candidates if self.question else ()
         if not 0 <= number < max(1, len(candidates)):
@@ -58,7 +58,7 @@ class SteppedMission:
         return self._wait()
 
     def end(self) -> None:
-        """End the mission, if it is under way, as Ctrl-C does; errors of its last moments are left out."""
+        """End the mission, if it is under way, as Ctrl-C does; errors during the end are ignored."""
         if self.question is not None:
             self._answers.put(None)
             with suppress(Exception):

@@ -1,4 +1,4 @@
-"""Which target is next: the ordered targets of a mission and what became of them."""
+"""The target queue: the ordered targets of a mission and their outcomes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class TargetOutcome(StrEnum):
-    """What became of a target."""
+    """The outcome of a target."""
 
     PENDING = "pending"
     REACHED = "reached"
@@ -21,7 +21,7 @@ class TargetProgress:
 
     Attributes:
         target: Its name.
-        outcome: What became of it so far.
+        outcome: Its outcome so far.
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
         turns: Number of turns it has had.
@@ -54,17 +54,17 @@ class TargetQueue:
 
     @property
     def round(self) -> int:
-        """Number of turns that the present target has had, from 1."""
+        """Number of turns that the current target has had, from 1."""
         return self.current.turns
 
     @property
     def more_targets(self) -> bool:
-        """Whether there is another target to pursue once the present one is decided."""
+        """Whether there is another target to pursue once the current one is decided."""
         return bool(self._waiting())
 
     @property
     def another_round(self) -> bool:
-        """Whether the present target has another turn if it is left now."""
+        """Whether the current target has another turn if it is left now."""
         return self.current.turns < self.rounds
 
     @property
@@ -85,7 +85,7 @@ class TargetQueue:
         return [progress.target for progress in self._waiting() if progress.turns < self.current.turns]
 
     def decide(self, outcome: TargetOutcome) -> None:
-        """Record what became of the present target."""
+        """Record the outcome of the current target."""
         self.current.outcome = outcome
 
     def next_target(self, preferred: str = "") -> None:

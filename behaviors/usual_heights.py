@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 OTHERS_MM = 250.0
-"""Of what is not listed: between a cup and a chair."""
+"""Of labels that are not listed: between a cup and a chair."""
 
 USUAL_HEIGHTS_MM = {
     "person": 1700.0,
@@ -44,9 +44,9 @@ USUAL_HEIGHTS_MM = {
     "vase": 300.0,
     "teddy bear": 300.0,
 }
-"""By COCO's labels, millimetres: rough, and no more than a beginning for what is measured by driving."""
+"""By COCO's labels, millimetres: rough, and only a first guess that driving improves."""
 
 
 def usual_height_mm(label: str) -> float:
-    """Return the height of what a label usually means."""
+    """Return the usual height of objects with a label."""
     return USUAL_HEIGHTS_MM.get(label.casefold(), OTHERS_MM)

@@ -1,4 +1,4 @@
-"""The adaptive profile: learns from a failure, gathers evidence, has the policy choose, and carries the choice out."""
+"""The adaptive profile: learns from a failure, gathers evidence, has the policy choose, and executes the choice."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from behaviors.target_queue import TargetQueue
 LEAST_S = 1.0
 """Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""
 EYES_ONLY_S = 20.0
-"""When the map shows no path at all, it is more likely wrong than the robot is shut in: it is ignored for this time."""
+"""A map without any path is more likely wrong than the robot is shut in: it is ignored for this time."""
 
 
 def _move(perception: Perception, choice: Choice) -> Skill:
@@ -50,7 +50,7 @@ class _NewEvidenceFirst:
 
     Args:
         skill: Fails or not.
-        await_new_evidence: Looks and listens for as long as need be.
+        await_new_evidence: Looks and listens for as long as necessary.
     """
 
     def __init__(self, skill: Skill, await_new_evidence: Callable[[], None]) -> None:
@@ -71,11 +71,11 @@ class AdaptiveProfile:
     Args:
         context: What to work with.
         mission: Its table ``adaptive`` has the numbers.
-        queue: Its present target is pursued; targets that are given up are tried again.
+        queue: Its current target is pursued; targets that are given up are tried again.
         policy: Another policy than the profile's own.
 
     Attributes:
-        world: What it knows; for displays to read, between two records of the journal.
+        world: Its world model; displays may read it between two records of the journal.
     """
 
     def __init__(
@@ -100,13 +100,13 @@ class AdaptiveProfile:
         return AdaptivePolicy.of(mission.adaptive)
 
     def skill(self, state: str, choice: Choice | None) -> Skill:
-        """Return the skill for a state; whatever it is, its failure leads to no hasty decision."""
+        """Return the skill for a state, wrapped so that its failure leads to no hasty decision."""
         return _NewEvidenceFirst(self._skill(state, choice), self._await_new_evidence)
 
     def _await_new_evidence(self) -> None:
-        """Look and listen at rest until a decision here is not made on the evidence of the last one.
+        """Look and listen at rest until a decision here has newer evidence than the last one.
 
-        A doubtful sonar is tested before, since what it said may be why the skill failed.
+        A doubtful sonar is tested first, since its echoes may have made the skill fail.
         """
         if self._perception.sonar.doubtful:
             self._perception.check_sonar()
@@ -139,7 +139,7 @@ class AdaptiveProfile:
             self._report(Event.MAP_CLEARED, Reason.WALLED_IN)
 
     def evidence(self, basis: Evidence) -> Evidence:
-        """Add what is in the way, and what could be done with its time and chance."""
+        """Add the blocker, and the candidates with their times and chances."""
         world, target = self.world, basis.target
         candidates = CandidateGenerator(world, self._profile)
         failures, run = world.attempts.failures()
@@ -161,7 +161,7 @@ class AdaptiveProfile:
         )
 
     def select(self, evidence: Evidence) -> Choice:
-        """Choose by the policy, and remember where; with no path past what is in the way, distrust the map."""
+        """Choose by the policy, and remember where; without a path past the blocker, distrust the map."""
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)

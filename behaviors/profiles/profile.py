@@ -43,7 +43,7 @@ class Profile(Protocol):
         """Complete the evidence for a choice; changes nothing.
 
         Args:
-            basis: What the executive itself knows of the last failure.
+            basis: The executive's own evidence of the last failure.
         """
         ...
 
@@ -67,7 +67,7 @@ class ProfileClass(Protocol):
         Args:
             context: What to work with.
             mission: What to do.
-            queue: Its present target is pursued.
+            queue: Its current target is pursued.
             policy: Chooses in place of the profile's own policy, for a person who confirms its choices.
         """
         ...
@@ -83,7 +83,7 @@ class ThesisProfile:
     Args:
         context: What to work with.
         mission: Its table ``thesis`` has the numbers.
-        queue: Its present target is pursued.
+        queue: Its current target is pursued.
         policy: Another policy than the thesis's.
     """
 
@@ -115,7 +115,7 @@ class ThesisProfile:
         """Learn nothing: the thesis keeps no model of the world."""
 
     def evidence(self, basis: Evidence) -> Evidence:
-        """Add nothing: the thesis knows no more than whether the target was recognised."""
+        """Add nothing: the thesis uses only whether the target was recognised."""
         return basis
 
     def select(self, evidence: Evidence) -> Choice:

@@ -18,7 +18,7 @@ from behaviors.recoveries import RecoveryPolicy
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
 loaded_from_elsewhere: set[str] = set()
-"""Names of the profiles that are not built in and were loaded; a defect may be theirs."""
+"""Names of loaded profiles that are not built in; a defect may be theirs."""
 NEEDED = ("own_policy", "skill", "learn", "evidence", "select")
 
 

@@ -25,7 +25,7 @@ test holds it equal.
 ![The statechart of a mission as a picture](images/statechart.svg)
 
 Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and what
-was measured. An event that means nothing in the present state changes nothing. The motors never wait for the chart: the
+was measured. An event that means nothing in the current state changes nothing. The motors never wait for the chart: the
 safety stop acts first and reports afterwards.
 
 ## States
