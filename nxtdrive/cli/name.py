@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         nargs="?",
         type=_name,
-        help=f"the new name, 1 to {LENGTH} characters (default: print the present one)",
+        help=f"the new name, 1 to {LENGTH} characters (default: print the current one)",
     )
     add_brick_arguments(parser)
     add_json_argument(parser)

@@ -56,7 +56,7 @@ class Odometry:
         trip: Its motion since the last correction.
         distance_mm: Distance driven by the middle between the wheels, back counting negative.
         last: The latest reading.
-        still_since_s: Time of the first reading with the present counts.
+        still_since_s: Time of the first reading with the current counts.
     """
 
     def __init__(self, wheels: WheelGeometry) -> None:

@@ -19,7 +19,7 @@ JPEG_QUALITY = 80
 
 @dataclass(slots=True)
 class _Pending:
-    """The picture of the present slot, which a later look may replace or complete."""
+    """The picture of the current slot, which a later look may replace or complete."""
 
     image: Image
     time_s: float

@@ -169,11 +169,11 @@ def wall_obstacle(wall: Wall, number: int) -> Obstacle:
 
 
 def box_obstacle(box: Box, at_mm: Point, facing_deg: float) -> Obstacle:
-    """Return the obstacle of a box at its present position."""
+    """Return the obstacle of a box at its current position."""
     return Obstacle(box.name, at_mm, box.size_mm, facing_deg, 0.0, box.height_mm)
 
 
 def picture_obstacle(picture: Picture, at_mm: Point, facing_deg: float) -> Obstacle:
-    """Return the obstacle of a picture's stand at its present position."""
+    """Return the obstacle of a picture's stand at its current position."""
     height_mm = picture.centre_height_mm + picture.size_mm[1] / 2
     return Obstacle(picture.name, at_mm, (STAND_MM, picture.size_mm[0]), facing_deg, 0.0, height_mm)

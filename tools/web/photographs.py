@@ -67,7 +67,7 @@ class Photographs:
         self._lock = threading.Lock()
 
     def take(self) -> tuple[int, bytes]:
-        """Keep the present picture; returns its number, and it as PNG.
+        """Keep the current picture; returns its number, and it as PNG.
 
         Raises:
             ValueError: The camera gives none.
