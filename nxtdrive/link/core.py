@@ -1,7 +1,7 @@
 """The state machine of a link, without I/O, threads or a clock.
 
-It decides when work is due and what a loss means; it never sends, waits or reads a clock. Times are arguments, on the
-link's clock. So one core serves both real links, where a thread does the work when it is due, and simulated ones, where
+It schedules the work of a link and tracks losses; it never sends, waits or reads a clock. Times are arguments, on the
+link's clock. So one core serves both real links, where a thread does the scheduled work, and simulated ones, where
 the program does it whenever it waits.
 
 ::
@@ -81,7 +81,7 @@ class LinkCore:
         driven: Whether motors were driven since the last loss that was reported to the program.
         interrupted: Whether motors were driven when the link was lost, and this is not reported to the program yet.
         modes: Input ports to set again after a reconnection.
-        untold: The loss of a link that does not reconnect, until it is reported to the program.
+        unreported: The loss of a link that does not reconnect, until it is reported to the program.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class LinkCore:
         self.driven = False
         self.interrupted = False
         self.modes: dict[InputPort, SetInputMode] = {}
-        self.untold: LinkLost | None = None
+        self.unreported: LinkLost | None = None
         self._pause_s = FIRST_PAUSE_S
         self._lock = threading.Lock()
 
@@ -124,7 +124,7 @@ class LinkCore:
             if self.reconnecting:
                 self.interrupted, self.attempt_due = self.driven, now + FIRST_PAUSE_S
             else:
-                self.untold = lost
+                self.unreported = lost
         if self.reconnecting:
             log.warning("%s The link is reopened when the brick is back.", lost.args[0])
 
@@ -171,6 +171,6 @@ class LinkCore:
             self.attempt_due = math.inf
 
     def acknowledge(self) -> None:
-        """Record that the program was told of the loss and that its motors have stopped."""
+        """Record that the loss was reported to the program and that its motors have stopped."""
         self.interrupted = self.driven = False
-        self.untold = None
+        self.unreported = None

@@ -1,7 +1,7 @@
 """Requests over a transport, from any thread, and the background work of a link.
 
-One request is on the wire at a time; commands that drive motors go before other waiting requests. `LinkCore` says when
-background work is due: timed telegrams, steps of motions, attempts to reopen a lost link. On real hardware a thread
+One request is on the wire at a time; commands that drive motors go before other waiting requests. `LinkCore` schedules
+background work: timed telegrams, steps of motions, attempts to reopen a lost link. On real hardware a thread
 does it. In the simulator, where time passes only while the program waits, the program does it before each request and
 while it sleeps. Both call `Link.work`.
 """
@@ -35,7 +35,7 @@ AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
 """Interval of keep-alive telegrams to a brick that is set never to switch itself off, or only after minutes."""
 SLICE_S = 0.1
-"""A waiting program looks this often whether another thread has met a loss of the link."""
+"""A waiting program checks this often whether another thread has noticed a loss of the link."""
 
 
 class Link:
@@ -95,9 +95,9 @@ class Link:
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:
         """Send a command and return its reply.
 
-        Waits at most `timeout_s` for the reply, or twice that if an earlier one is missing, and before that as long for
-        other threads. If the link is lost while `reconnecting`, waits at most `reconnect_timeout_s` for it. A command
-        that changes nothing is then sent again, unless motors were driven, which have stopped: the caller must decide.
+        Waits at most `timeout_s` for the reply, or twice that if an earlier one is missing, and up to the same time for
+        other threads first. If the link is lost while `reconnecting`, waits at most `reconnect_timeout_s` for it. Then
+        a command that changes nothing is sent again, unless motors were driven: they have stopped; the caller decides.
 
         Raises:
             LocalProtocolError: A value does not fit its field; nothing was sent.
@@ -136,7 +136,7 @@ class Link:
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
-        """Send a command without asking for a reply, so without knowing whether the brick obeys.
+        """Send a command without requesting a reply, and so without knowing whether the brick obeys.
 
         If this finds the link lost, it waits as `request` does; if the loss is known already, it fails at once.
 
@@ -181,7 +181,7 @@ class Link:
 
     @property
     def surplus(self) -> int:
-        """How many telegrams arrived that belong to no request."""
+        """Number of telegrams that arrived without belonging to a request."""
         return self._dialogue.surplus
 
     @property
@@ -204,7 +204,7 @@ class Link:
         self.announce()
 
     def cancel_timer(self, name: str) -> None:
-        """Cancel what `repeat` or `send_at` began under `name`."""
+        """Cancel the timer that `repeat` or `send_at` started under `name`."""
         self._core.timers.cancel(name)
 
     def mark_driven(self, port: OutputPort) -> None:
@@ -219,7 +219,7 @@ class Link:
             self._attention = min(self._attention, due)
 
     def announce(self) -> None:
-        """Have due work looked for before the next request, and in the link's thread."""
+        """Have the schedule checked before the next request, and in the link's thread."""
         self._attention = -math.inf
         self._news.set()
         if not self._stepped and self._thread is None and self._core.state is not LinkState.CLOSED:
@@ -328,7 +328,7 @@ class Link:
         self._waiting = transport.waiting
 
     def _attend(self, now: float) -> float:
-        """Do what is due before a request; returns the time afterwards."""
+        """Do the work due before a request; return the time afterwards."""
         core = self._core
         if self.before_request and self.acts_for_program:
             self.before_request()
@@ -381,7 +381,7 @@ class Link:
                 log.exception("unexpected error in the thread of %s", self.transport.address)
 
     def work(self, *, step: bool = True) -> None:
-        """Do what is due now: timed telegrams, steps of motions, an attempt to reopen the link.
+        """Do the work due now: timed telegrams, steps of motions, an attempt to reopen the link.
 
         Raises:
             LinkError: The link is lost and does not reconnect, or does not accept a telegram.

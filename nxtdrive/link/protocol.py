@@ -1,4 +1,4 @@
-"""What sensors, files, programs and motors need of a link; `nxtdrive.link.link.Link` is one."""
+"""The interfaces of a link for sensors, files, programs and motors; `nxtdrive.link.link.Link` has them all."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class RequestLink(Protocol):
 
     @property
     def latency_s(self) -> float:
-        """How long a reply takes."""
+        """Round-trip time of a request."""
         ...
 
     @property
     def surplus(self) -> int:
-        """How many telegrams arrived that belong to no request."""
+        """Number of telegrams that arrived without belonging to a request."""
         ...
 
 
@@ -89,7 +89,7 @@ class MotorLink(RequestLink, Protocol):
         ...
 
     def cancel_timer(self, name: str) -> None:
-        """Cancel what `repeat` or `send_at` began under `name`."""
+        """Cancel the timer that `repeat` or `send_at` started under `name`."""
         ...
 
 

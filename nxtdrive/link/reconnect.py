@@ -23,7 +23,7 @@ PROBE_S = 2.0
 
 
 class LosableLink(Protocol):
-    """What reopening needs of a link; see `nxtdrive.link.link.Link`."""
+    """The interface of a link for reopening; see `nxtdrive.link.link.Link`."""
 
     transport: Transport
     timeout_s: float
@@ -55,7 +55,7 @@ class LosableLink(Protocol):
         ...
 
     def announce(self) -> None:
-        """Have the work that is due looked at."""
+        """Have the schedule checked."""
         ...
 
 
@@ -75,7 +75,7 @@ class Reconnector:
         self._attempting = 0
 
     def report(self) -> None:
-        """Report a loss that another thread has met to the program, once.
+        """Report a loss that another thread has noticed to the program, once.
 
         Raises:
             Interrupted: The link is back, but motors were driven. Raised in steps of motions too, without counting as
@@ -87,12 +87,12 @@ class Reconnector:
             if program:
                 core.acknowledge()
             raise interrupted()
-        if core.untold is not None and program:
-            lost, core.untold = core.untold, None
+        if core.unreported is not None and program:
+            lost, core.unreported = core.unreported, None
             raise lost
 
     def check(self) -> None:
-        """Make sure that a request may be sent: `report` losses, and keep off a link that is about to be reopened.
+        """Check that a request may be sent: `report` losses, and leave alone a link that is about to be reopened.
 
         Raises:
             LinkLost: The link is lost; or see `report`.
@@ -113,7 +113,7 @@ class Reconnector:
             core.lose(lost, link.now())
         if self._reopens or not core.reconnecting or core.state is LinkState.CLOSED:
             if link.acts_for_program:
-                core.untold = None
+                core.unreported = None
             raise lost
         link.announce()
 
@@ -133,7 +133,7 @@ class Reconnector:
             raise interrupted(command) from lost
 
     def await_reconnect(self, lost: LinkLost, timeout_s: float) -> bool:
-        """Wait until the link is open again; the program thereby knows of the loss.
+        """Wait until the link is open again; this counts as reporting the loss to the program.
 
         Returns:
             Whether motors were driven when it was lost.
@@ -174,7 +174,7 @@ class Reconnector:
         raise interrupted() from lost
 
     def reconnect(self, timeout_s: float) -> None:
-        """Reopen the link on the program's request; if another thread is at it already, wait for that."""
+        """Reopen the link on the program's request; if another thread is already doing so, wait for it."""
         if self._core.begin_attempt():
             self._core.acknowledge()
             self.reopen()
@@ -217,6 +217,6 @@ class Reconnector:
 
 
 def interrupted(command: Command[Any] | None = None) -> Interrupted:
-    """Make the error that leaves it to the program how to go on: a motion or `command` was under way at the loss."""
+    """Make the error that leaves the decision to the program: a motion or `command` was under way at the loss."""
     what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
     return Interrupted(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")

@@ -77,7 +77,7 @@ class Motion(Generic[R]):
             Its outcome.
 
         Raises:
-            NXTError: The error that ended it; if the brick could be reached, it was told to brake.
+            NXTError: The error that ended it; the motors were braked if the brick could be reached.
         """
         try:
             while not self.done:
@@ -119,7 +119,7 @@ class Motion(Generic[R]):
 
 
 class SchedulingLink(Protocol):
-    """What the scheduler needs of its link.
+    """The interface of a link for the scheduler.
 
     Attributes:
         transport: The transport in use; replaced on reconnection.
@@ -141,7 +141,7 @@ class SchedulingLink(Protocol):
         ...
 
     def announce(self) -> None:
-        """Have due work looked for."""
+        """Have the schedule checked."""
         ...
 
     def wait_for(self, motion: Motion[Any]) -> None:

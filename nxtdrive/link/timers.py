@@ -20,7 +20,7 @@ class Timers:
 
     Attributes:
         due: When the next telegram is due, on the link's clock; infinity if there is none.
-        punctual: Whether there is a telegram of `once`, which may not wait until a request is over.
+        punctual: Whether there is a telegram of `once`, which must not wait until a request is over.
     """
 
     def __init__(self) -> None:

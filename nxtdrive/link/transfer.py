@@ -1,4 +1,4 @@
-"""Transfers of several telegrams that are right or fail, also over a link that delivers a reply twice."""
+"""Transfers of several telegrams that are right or fail, even over a link that delivers a reply twice."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 def pieces(size: int, limit: int) -> Iterator[tuple[int, int]]:
     """Split `size` bytes into pieces of at most `limit`: start and length of each.
 
-    Neighbours differ in length, by which a piece that arrives twice is told from the next one.
+    Successive pieces differ in length, which distinguishes a duplicate from the next piece.
     """
     start = before = 0
     while start < size:
@@ -27,9 +27,9 @@ def pieces(size: int, limit: int) -> Iterator[tuple[int, int]]:
 
 
 def in_step(link: RequestLink, transfer: Callable[[], T]) -> T:
-    """Return what `transfer` returns; repeat it if what it got is wrong, or a reply arrived that belongs to no request.
+    """Return the result of `transfer`; repeat it if the result is wrong, or a reply belongs to no request.
 
-    Replies have no numbers. After one that arrived twice, each reply may be taken for the answer to the next request,
+    Replies have no sequence numbers. After a duplicate, each reply may be taken for the answer to the next request,
     such as the next piece of a file, until a request of another kind is answered. So `transfer` ends with one.
 
     Args:

@@ -63,7 +63,7 @@ class BrakePredictor:
             wheel.note(time_s, each)
 
     def begin(self, number: int, time_s: float) -> None:
-        """Restart the stall timer of a wheel whose command was sent only now, maybe long after the last reading."""
+        """Restart the stall timer of a wheel whose command was only just sent, maybe long after the last reading."""
         self._wheels[number].begin(time_s)
 
     def brake_at(self, delay_s: float) -> float:

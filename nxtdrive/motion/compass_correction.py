@@ -53,7 +53,7 @@ class CompassFilter:
         self._believed = True
 
     def correction_deg(self, compass_deg: float, heading_deg: float, trip: Trip) -> float:
-        """Compute what to add to the heading.
+        """Compute the correction to add to the heading.
 
         Args:
             compass_deg: The compass reading, robot at rest.
@@ -80,7 +80,7 @@ class CompassFilter:
         self._doubt_deg = doubt_deg * (1.0 - gain)
         return gain * error_deg
 
-    def rename(self, by_deg: float) -> None:
+    def rebase(self, by_deg: float) -> None:
         """Follow a change of reference by which the same heading reads `by_deg` more."""
         self._north_deg -= by_deg
 
@@ -135,9 +135,9 @@ class CompassCorrection:
         finally:
             self._asking.release()
 
-    def rename(self, by_deg: float) -> None:
+    def rebase(self, by_deg: float) -> None:
         """Follow a change of reference by which the same heading reads `by_deg` more."""
-        self._filter.rename(by_deg)
+        self._filter.rebase(by_deg)
 
     def _ask(self) -> None:
         odometry = self._odometry

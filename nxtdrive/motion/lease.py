@@ -11,7 +11,7 @@ from nxtdrive.link.protocol import MotorLink
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
 LEASE_S = 0.6
-"""How long a motor goes on, about, after the program or the link has died."""
+"""About how long a motor goes on after the program or the link has died."""
 LEASE_RANGE_S = (0.3, 10.0)
 """A shorter lease would end between two renewals over a slow link, where reading wheels and a sensor takes 0.1 s."""
 RENEWALS = 3

@@ -190,7 +190,7 @@ class Motor:
 
     @property
     def done(self) -> bool:
-        """Whether no motion is in progress; `run` and `dc` are done when the motor was stopped, for whatever reason."""
+        """Whether no motion is in progress; `run` and `dc` are done when the motor was stopped, for any reason."""
         return self._motion is None or self._motion.done
 
     def join(self) -> StopReason:

@@ -17,7 +17,7 @@ FRESH_S = 0.3
 FORGOTTEN_S = 1.0
 """An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
 POLLS = 2
-"""A measurement is fetched this often before it is dropped: the first request may come while the bus is busy."""
+"""A measurement is polled this often before it is dropped: the first request may come while the bus is busy."""
 TRIPS = 8
 """Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
 
@@ -59,7 +59,7 @@ class Echo:
 
 
 class ObstacleMonitor:
-    """Watches the way ahead with few requests: on a slow link each takes as long as reading the wheels.
+    """Watches the path ahead with few requests: on a slow link each takes as long as reading the wheels.
 
     Args:
         sonar: The sonar, or None.
@@ -114,7 +114,7 @@ class ObstacleMonitor:
         return bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
 
     def clear_to_go(self, pose: Pose) -> StopReason | None:
-        """Read both sensors before a motion; returns the reason not to begin it, or None."""
+        """Read both sensors before a motion; return the reason not to begin it, or None."""
         if not self._settings.enabled:
             return None
         if self.touching():
@@ -124,9 +124,9 @@ class ObstacleMonitor:
         return self._judge(pose)
 
     def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
-        """Check during a motion; returns the reason to end it, or None.
+        """Check during a motion; return the reason to end it, or None.
 
-        Makes one request at most, to bumper and sonar by turns. The sonar measures while the wheels are controlled; the
+        Makes one request at most, to bumper and sonar in turn. The sonar measures while the wheels are controlled; the
         distance driven since the measurement began is subtracted.
 
         Args:
@@ -134,7 +134,7 @@ class ObstacleMonitor:
             ask: Whether there is time for a request.
 
         Raises:
-            BrickError: The sonar does not answer any more; see `SensorHealth.listener`.
+            BrickError: The sonar no longer answers; see `SensorHealth.listener`.
         """
         if not self._settings.enabled:
             return None

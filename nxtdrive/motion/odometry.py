@@ -69,7 +69,7 @@ class Odometry:
         self._lock = threading.Lock()
 
     def note(self, reading: Sample) -> bool:
-        """Add a reading of the left and the right wheel; the motion since the last one is taken for an arc.
+        """Add a reading of the left and the right wheel; the motion since the last one counts as an arc.
 
         Returns:
             Whether it was used; not if another thread has added a later one before.
@@ -104,7 +104,7 @@ class Odometry:
 
     @property
     def rest_s(self) -> float:
-        """How long the wheels have stood, as seen in readings."""
+        """How long the wheels have stood still, by the readings."""
         return 0.0 if self.last is None else self.last.time_s - self.still_since_s
 
     def _integrate(self, before: Sample, reading: Sample) -> None:

@@ -244,10 +244,10 @@ class Rover:
         before = self.pose()
         self._odometry.put(pose)
         if self._correction is not None:
-            self._correction.rename(pose.heading_deg - before.heading_deg)
+            self._correction.rebase(pose.heading_deg - before.heading_deg)
 
     def correct_turns(self, scale: float, angle_deg: float = 0.0) -> None:
-        """Count every turn `scale` times as far as so far: in the pose, and in what is asked of the wheels.
+        """Scale all turns by `scale` from now on: in the pose, and in commands to the wheels.
 
         Args:
             scale: 0.5..2.
@@ -268,7 +268,7 @@ class Rover:
             return self._monitor.touching()
 
     def heed_sonar(self, *, heed: bool) -> None:
-        """Say whether echoes may stop the robot; without them only the bumper does."""
+        """Set whether echoes may stop the robot; without them only the bumper does."""
         self._monitor.heeds_sonar = heed
 
     def keep_alive(self) -> None:
@@ -280,13 +280,13 @@ class Rover:
         return self._link.request(GetBatteryLevel()).voltage_mv
 
     def on_sensor_change(self, listener: SensorListener) -> None:
-        """Leave sensors that fail out instead of raising their errors, and ask them again every 10 s.
+        """Leave out sensors that fail instead of raising their errors, and retry them every 10 s.
 
         Meanwhile their data count as unknown: no range, no touch, a heading by the wheels alone.
 
         Args:
             listener: Called with ``sonar``, ``bumper`` or ``compass`` and the error in words; with an empty string when
-                the sensor answers again. It may be called in the midst of a motion and must not use the rover.
+                the sensor answers again. It may be called during a motion and must not use the rover.
         """
         healths = [self._monitor.sonar_health, self._monitor.bumper_health]
         if self._correction is not None:

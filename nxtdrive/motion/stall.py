@@ -1,4 +1,4 @@
-"""Detection of wheels that stand although they should turn."""
+"""Detection of wheels that stand still although they should turn."""
 
 from __future__ import annotations
 
