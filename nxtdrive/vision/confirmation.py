@@ -47,7 +47,7 @@ class Confirmation:
         return self._track[1]
 
     def update(self, time_s: float, seen: Sequence[Sighting]) -> Sighting | None:
-        """Add what was detected in the frame taken at `time_s`, best first; return the confirmed one of it, or None."""
+        """Add the detections in the frame taken at `time_s`, best first; return the confirmed one of them, or None."""
         track = self.track(time_s)
         chosen = next((one for one in seen if track and self._agree(one, track)), None)
         if chosen is None:

@@ -1,7 +1,7 @@
-"""Targets that the frame cuts off: which sides, and how large they are all the same.
+"""Targets that the frame cuts off: on which sides, and their size in spite of it.
 
-A detector that knows corners computes them from what is visible, also where they lie outside the frame. One that gives
-a box gives only the visible part, whose height shrinks as the robot drives up to something low: so a size of this kind
+A detector that knows corners computes them from the visible part, even if they lie outside the frame. One that gives
+a box gives only the visible part, whose height shrinks as the robot drives up to a low target: so such a size
 is completed by the shape that the target had when it was last wholly in view, or counts as a bound.
 """
 
@@ -23,7 +23,7 @@ VIEWS = 5
 
 
 def marked(found: Iterable[Detection], width: int, height: int) -> list[Detection]:
-    """Return what was found in a picture of this size with the sides at which that cuts it off."""
+    """Return detections in a picture of this size, each with the sides at which the picture cuts it off."""
     return [_marked(one, _cut(one, width, height)) for one in found]
 
 
@@ -56,9 +56,9 @@ class Shape:
             self._ratios.append(width / height)
 
     def completed(self, one: Detection) -> Detection:
-        """Return a detection with the box of the whole target, as far as it can be told.
+        """Return a detection with the box of the whole target, as far as it can be determined.
 
-        Where two sides that are opposite or none cut it off, the other length is whole, and both are known.
+        If only opposite sides cut it off, or none, the other length is whole, and both are known.
         """
         if not one.cut or not self._ratios:
             return one
@@ -73,7 +73,7 @@ class Shape:
 
 
 def _before(missing: int, cut: Cut, first: Cut, second: Cut) -> int:
-    """Return how much of what is missing lies before the box, where either side may cut it off."""
+    """Return how much of the missing part lies before the box, where either side may cut it off."""
     if first in cut and second in cut:
         return missing // 2
     return missing if first in cut else 0

@@ -26,7 +26,7 @@ class Detection:
     """One place in a frame where a detector finds its target.
 
     Attributes:
-        box: Upright box around the whole target; around what is visible, where it is cut off and not completed.
+        box: Upright box around the whole target; around the visible part, where it is cut off and not completed.
         score: Confidence 0..1; comparable only within one kind of detector.
         quad: The four corners, if the detector determines them; distance and bearing are then computed from these.
         cut: Sides of the frame at which the box ends because the frame does; see `nxtdrive.vision.cut_off`.
@@ -56,10 +56,10 @@ class Detector(Protocol):
 
 @runtime_checkable
 class Described(Protocol):
-    """A detector that can say what it is."""
+    """A detector with a description."""
 
     def description(self) -> Mapping[str, str]:
-        """Return what it is and where it comes from, by title."""
+        """Return texts on what it is and where it comes from, by title."""
         ...
 
 

@@ -44,8 +44,8 @@ class NoMorePictures(NoPicture):
 class CameraEyes:
     """Eyes over a camera; implements `behaviors.ports.Eyes`.
 
-    A confirmed target is searched near its last place first, which takes a fifth of the time, then in the whole frame.
-    It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
+    A confirmed target is searched for near its last place first, which takes a fifth of the time, then in the whole
+    frame. It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
 
     Args:
         camera: Source of the frames; the caller closes it.
@@ -145,12 +145,12 @@ class CameraEyes:
 
 
 class GeometricSensor(Protocol):
-    """Computes what a detector would find, without an image; provided by a simulation.
+    """Computes a detector's results without an image; provided by a simulation.
 
     Attributes:
         fps: Frames per second of the camera it replaces.
         size: Width and height of its frames in pixels.
-        look_s: Time that a look takes the computer.
+        look_s: Computing time of a look.
     """
 
     fps: float
@@ -180,7 +180,7 @@ class GeometricEyes:
     """Eyes by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
 
     Args:
-        sensor: Computes what a detector would find.
+        sensor: Computes a detector's results.
         clock: A look waits on it for the next frame, as a camera would.
         heights_mm: Real height of each target, by name.
         pinhole: The camera's geometry according to the mission; by default that of a common webcam.
@@ -265,7 +265,7 @@ def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float,
 
 
 def _floor_rays(ends: NDArray[np.float64], pinhole: Pinhole) -> list[FloorRay]:
-    """Return what the pixels at which the floor ends, (n, 2), say; those above the horizon say nothing."""
+    """Return the rays of the pixels at which the floor ends, (n, 2); those above the horizon are left out."""
     u, v = ends.T
     bearing_deg, end_deg = pinhole.directions(u, v)
     _, near_deg = pinhole.directions(u, np.full(len(u), pinhole.width * pinhole.aspect))

@@ -21,9 +21,9 @@ LEAST_MARGIN_PX = 24
 
 
 def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
-    """Return what `detector` finds in the BGR `image` near `box`, in the image's coordinates, best first.
+    """Return the detections in the BGR `image` near `box`, in the image's coordinates, best first.
 
-    What goes on outside of that part of the image is not returned, since the whole image shows more of it.
+    A target that extends beyond that part of the image is not returned, since the whole image shows more of it.
     """
     left, top, width, height = box
     margin = max(LEAST_MARGIN_PX, round(MARGIN * max(width, height)))

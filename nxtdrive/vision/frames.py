@@ -1,4 +1,4 @@
-"""Frames as cameras and videos deliver them, made what every detector takes."""
+"""Converts frames as cameras and videos deliver them to the form that every detector takes."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ Poses = NDArray[np.float64]
 """(N, 2, 3): the affine map of each place, from the picture (x and y from -0.5 to 0.5) to the frame, in pixels."""
 
 ROBUST_SD = 2.0
-"""Differences beyond this many standard deviations pull no stronger: glare covers part of the picture."""
+"""Differences beyond this many standard deviations get no more weight: glare covers part of the picture."""
 
 LEAST_LIT = 0.6
 """Least share of a place that must be free of glare."""
@@ -85,7 +85,7 @@ def grid(width: int, height: int) -> NDArray[np.float64]:
 
 
 class Aligner:
-    """What is computed of one gray template before it is aligned.
+    """A gray template, prepared for alignment.
 
     Args:
         gray: The template; its size sets the resolution of the comparison.

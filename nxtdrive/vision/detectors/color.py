@@ -38,7 +38,7 @@ class ColorDetector:
     Args:
         color: One of `HUES`.
         shade: How it looks in this camera and light: ``hue_deg``, ``reach_deg``, ``min_saturation_percent``,
-            ``min_value_percent``; what is missing is as `usual_shade` says.
+            ``min_value_percent``; missing ones are as `usual_shade` says.
 
     Raises:
         ConfigError: There is no such colour.

@@ -53,7 +53,7 @@ LENS_BLUR_PX = 0.8
 """Standard deviation of a camera's blur, with that of reading between its pixels."""
 
 ALL_SHOWN = 0.95
-"""Where less of a picture tells something, what is left of it may be coarser than the whole."""
+"""If less of a picture can be compared, the rest may be coarser than the whole."""
 
 LEAST_INSIDE = 0.6
 """Share of a place that must lie inside the frame."""
@@ -144,7 +144,7 @@ class _Part:
         self._waves = distinctness(picture)
 
     def aligner(self, height: int, *, cut: bool) -> Aligner:
-        """Return what aligns the part at a height, `cut` as an overexposed frame shows it; made once."""
+        """Return the aligner of the part at a height, `cut` as an overexposed frame shows it; made once."""
         key = (height, cut)
         if key not in self._aligners:
             self._aligners[key] = Aligner(at_height(self._grays[cut], height))

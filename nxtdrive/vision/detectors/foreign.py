@@ -1,4 +1,4 @@
-"""A detector of another package: whatever it does, its caller gets detections, or an error that names it."""
+"""A detector of another package, wrapped so that its caller gets detections, or an error that names it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _whole(value: object) -> int:
 
 
 def _convex(quad: Quad) -> Quad:
-    """Refuse corners of which three lie in a line: from those no distance can be computed."""
+    """Refuse corners of which three are collinear: no distance can be computed from those."""
     sides = [(u - last_u, v - last_v) for (last_u, last_v), (u, v) in pairwise((*quad, quad[0]))]
     turns = [a * d - b * c for (a, b), (c, d) in pairwise((*sides, sides[0]))]
     if min(turns) < LEAST_TURN and max(turns) > -LEAST_TURN:
@@ -60,7 +60,7 @@ Corners = Annotated[tuple[Corner, Corner, Corner, Corner], AfterValidator(_conve
 
 
 class _Found(BaseModel):
-    """What a detection must be; numpy's numbers count as numbers."""
+    """The required form of a detection; numpy's numbers count as numbers."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -93,7 +93,7 @@ class ForeignDetector:
         """Return the detections; the image is protected from changes.
 
         Raises:
-            ConfigError: The detector fails, or what it returns are no detections.
+            ConfigError: The detector fails, or does not return detections.
         """
         shown = image.view()
         shown.flags.writeable = False
@@ -108,13 +108,13 @@ class ForeignDetector:
 
 
 class DescribedForeignDetector(ForeignDetector):
-    """One that says what it is."""
+    """A foreign detector with a description."""
 
     def description(self) -> Mapping[str, str]:
-        """Return what it says.
+        """Return its description.
 
         Raises:
-            ConfigError: It cannot.
+            ConfigError: It fails.
         """
         described: Any = self._detector
         return _called(
@@ -126,7 +126,7 @@ def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
     """Have another package make its detector.
 
     Raises:
-        ConfigError: It cannot, or what it makes is no detector.
+        ConfigError: It fails, or does not make a detector.
     """
     name = f"The detector {entry.name!r} ({entry.value})"
     detector: Detector = _called(name, "cannot be made", lambda: entry.load()(spec))
@@ -143,7 +143,7 @@ def _iterable(value: object) -> Iterable[object]:
 
 
 def _called(name: str, what: str, work: Callable[[], T]) -> T:
-    """Return what code of another package returns.
+    """Call code of another package and return its result.
 
     Raises:
         ConfigError: It raises anything.

@@ -1,7 +1,7 @@
 """Makes the pyramid of a frame that correlation works on: gray levels without glare, and the colours.
 
-Glare is white and hides what it lies on. Where a frame has little white, that and its rim are replaced by the mean of
-their surroundings in gray, so that they tell correlation nothing, and are white in the colours, so that comparisons
+Glare is white and hides what is below it. If a frame has little white, that and its rim are replaced by the mean of
+their surroundings in gray, so that they do not affect correlation, and are white in the colours, so that comparisons
 leave them out. A frame with much white is overexposed; there the picture is cut at white instead.
 """
 
@@ -40,14 +40,14 @@ exceed, and never below this value."""
 
 NEXT_TO, SOFT, NEAR, LARGE_GLARE, LARGE_RIM = (np.ones((side, side), np.uint8) for side in (3, 5, 7, 9, 17))
 AROUND_PX, RISE = 21, 60
-"""The rim of glare is so much brighter than the mean of what lies around it; it is up to half of `NEAR` wide, and half
+"""The rim of glare is this much brighter than the mean of its surroundings; it is up to half of `NEAR` wide, and half
 of `LARGE_RIM` around white of the size `LARGE_GLARE`; in pixels of the finest level."""
 
 OVEREXPOSED = 0.2
 """From this share of white pixels on, the picture is compared as an overexposed frame shows it."""
 
 COLORED = 0.03
-"""So large a share of a frame may have a channel cut by things of strong colours."""
+"""Up to this share of a frame may have a channel cut by objects of strong colours."""
 
 
 _Strips: TypeAlias = list[NDArray[np.int32]]
@@ -107,7 +107,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Pyramid:
-    """What all matchers need of a frame.
+    """A frame, prepared for all matchers.
 
     Attributes:
         levels: Gray, the finest first, at most `WORK_WIDTH` wide.
@@ -179,7 +179,7 @@ def _whitened(image: Image, glare: cv2.typing.MatLike) -> Image:
 
 
 def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:
-    """Return the image with glare replaced by the mean of what surrounds it."""
+    """Return the image with glare replaced by the mean of its surroundings."""
     lit = np.asarray(1 - glare, np.float32)
     around = cv2.GaussianBlur(image * lit[:, :, None], (0, 0), GLARE_SPREAD_PX)
     weight = cv2.GaussianBlur(lit, (0, 0), GLARE_SPREAD_PX)

@@ -1,4 +1,4 @@
-"""Finds what a Haar cascade was trained for: OpenCV's own cascades, or a cascade file of the user."""
+"""Finds the objects that a Haar cascade was trained for: one of OpenCV's, or the user's own file."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ _LOADED: WeakValueDictionary[tuple[object, ...], OnnxModel] = WeakValueDictionar
 
 
 class OnnxDetector:
-    """Finds what a model calls by one of its labels; that must be its best label there. The score is the model's.
+    """Finds the places to which a model gives one of its labels as the best one. The score is the model's.
 
     Args:
         path: The model. A damaged one can crash the process; `from_spec` tries it in another process before.
@@ -48,11 +48,11 @@ class OnnxDetector:
         self._min_score = min_score
 
     def description(self) -> dict[str, str]:
-        """Return what the model says of itself, and how it is run."""
+        """Return the model's own description, and how it is run."""
         return self._model.description()
 
     def detect(self, image: Image) -> list[Detection]:
-        """Return all places that the model calls by the label, best first."""
+        """Return all places to which the model gives the label, best first."""
         return self.detect_all([self], image)[0]
 
     @classmethod
@@ -63,7 +63,7 @@ class OnnxDetector:
         return [detector._named(image, *places[detector._model]) for detector in detectors]
 
     def _named(self, image: Image, places: Places, extent: NDArray[np.float64]) -> list[Detection]:
-        """Return those of the model's places in the image that it calls by the label."""
+        """Return those of the model's places in the image that have the label."""
         wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
         best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MOST_PLACES]
         inside = np.tile((image.shape[1], image.shape[0]), 2)

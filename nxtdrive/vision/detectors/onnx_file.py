@@ -17,7 +17,7 @@ MAX_BYTES = 400 * MEGABYTE
 """The largest detectors that a laptop runs in a second a frame have half of it."""
 
 MOST_FIELDS = 1_000_000
-"""Parts of a file that are looked at; a model with a thousand layers has some ten thousand."""
+"""Parts of a file that are read at most; a model with a thousand layers has some ten thousand."""
 
 TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 9: "bool", 10: "float16", 11: "float64"}
 """Elements of tensors that numpy has, by their number in TensorProto.DataType."""
@@ -42,13 +42,13 @@ class Tensor:
 
 @dataclass(frozen=True, slots=True)
 class OnnxFile:
-    """What a file says about itself.
+    """The description that a file has of itself.
 
     Attributes:
         path: The file.
         inputs: Without those that have a value in the file.
         outputs: In the file's order.
-        metadata: What its exporter added, and ``producer`` if it is named.
+        metadata: The exporter's entries, and ``producer`` if it is named.
     """
 
     path: Path

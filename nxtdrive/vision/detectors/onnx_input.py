@@ -1,4 +1,4 @@
-"""What a model gets for a frame: of its size, in its order of colours and its range of values."""
+"""The input of a model for a frame: in its size, its order of colours and its range of values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LARGEST = 2048
 """Pixels; a model that takes larger images is too slow for a camera."""
 
 GRAY = 114
-"""What surrounds a frame of another shape than the model's input, as in YOLOX's and Ultralytics' training."""
+"""Padding around a frame of another shape than the model's input, as in YOLOX's and Ultralytics' training."""
 
 IMAGENET_MEAN, IMAGENET_SD = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
 COLORS, NORMALISATIONS = ("bgr", "rgb"), ("none", "unit", "imagenet")
@@ -42,7 +42,7 @@ class ImageInput:
     sizes: Tensor | None
 
     def size_for(self, image: Image) -> tuple[int, int]:
-        """Return width and height of what the model gets for a frame."""
+        """Return width and height of the model's input for a frame."""
         return self.width or image.shape[1], self.height or image.shape[0]
 
     def arrays(self, image: Image, colors: str, normalisation: str) -> Arrays:
@@ -63,7 +63,7 @@ def image_input(file: OnnxFile, open_size: int) -> ImageInput:
 
     Args:
         file: The model's.
-        open_size: Width and height that it gets where the file leaves them open.
+        open_size: Width and height to use where the file leaves them open.
 
     Raises:
         ConfigError: It has none, or others that are not known.

@@ -18,7 +18,7 @@ REFUSED = 3
 
 
 def try_in_subprocess(path: Path, options: Mapping[str, object]) -> None:
-    """Have another process load a model and look with it.
+    """Have another process load a model and run it.
 
     Args:
         path: The file.

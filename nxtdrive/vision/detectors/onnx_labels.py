@@ -1,4 +1,4 @@
-"""The names of what a model finds: from its metadata, from a file, or those of COCO."""
+"""The labels of a model: from its metadata, from a file, or those of COCO."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How detectors number and arrange their outputs: which layout a model has, and what its outputs say.
+"""How detectors number and arrange their outputs: which layout a model has, and how to decode it.
 
 | layout | outputs |
 |---|---|
@@ -31,19 +31,19 @@ YUNET_OUTPUTS = {f"{part}_{stride}" for part in ("cls", "obj", "bbox", "kps") fo
 SHARES = 2.0
 """Corners that are all below this many pixels are shares of the frame: no target has two pixels."""
 LARGEST_EXPONENT = 20.0
-"""Of the size of a box in cells; what is larger is damaged."""
+"""Of the size of a box in cells; a larger one is damaged."""
 
 Floats = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What a model's outputs mean.
+    """The meaning of a model's outputs.
 
     Attributes:
         name: One of `LAYOUTS`.
         roles: Name of the output that has ``boxes``, ``scores`` and ``labels``, or ``all``.
-        classes: Number of labels, None if the outputs do not tell.
+        classes: Number of labels, None if the outputs do not show it.
         raw: For ``yolox``: centre and size are relative to the cells.
     """
 
@@ -55,7 +55,7 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """What a model found.
+    """The places that a model found.
 
     Attributes:
         corners: (N, 4): left, top, right and bottom, as shares of the image that was given to it.
@@ -75,7 +75,7 @@ def find_layout(
 
     Args:
         model: The file.
-        outputs: What it returned for any image.
+        outputs: Its outputs for any image.
         size: Width and height of that.
         named: Number of labels the model names, 0 if it names none.
         wanted: The layout, if the user gives it.
@@ -98,7 +98,7 @@ def find_layout(
 
 
 def decode(layout: Layout, outputs: Arrays, size: tuple[int, int]) -> Places:
-    """Return what the outputs say.
+    """Decode a model's outputs.
 
     Args:
         layout: As `find_layout` returned it.
@@ -179,7 +179,7 @@ def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
-    """Decode what has a row or a column for each cell."""
+    """Decode an output with a row or a column for each cell."""
     if layout.name == "yolo":
         rows = rows.T if layout.classes is None or len(rows) == layout.classes + 4 else rows
         scores = rows[:, 4:]
@@ -202,7 +202,7 @@ def _queries(boxes: Floats, scores: Floats) -> Places:
 
 
 def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> Places:
-    """Leave out what is no number and no place."""
+    """Leave out places that are not numbers or not valid."""
     count = min(len(corners), len(scores), len(labels))
     corners, scores, labels = corners[:count], scores[:count], labels[:count]
     usable = np.isfinite(corners).all(axis=1) & np.isfinite(scores) & np.isfinite(labels)

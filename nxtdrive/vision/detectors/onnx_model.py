@@ -18,7 +18,7 @@ from nxtdrive.vision.detectors.onnx_layouts import LAYOUTS, Layout, Places, deco
 from nxtdrive.vision.detectors.onnx_runtimes import RUNTIMES, load
 
 OPEN_SIZE = 416
-"""Width and height in pixels that a model gets which leaves them open."""
+"""Width and height in pixels for a model that leaves them open."""
 MULTIPLE = 32
 """All layouts need a multiple of this."""
 
@@ -31,7 +31,7 @@ LEAST_FACE, FACES_OVERLAP = 0.05, 0.3
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What can be told of a model that its file does not say.
+    """Facts about a model that its file does not state.
 
     Attributes:
         layout: One of `LAYOUTS`; by default what the outputs fit.
@@ -71,7 +71,7 @@ class OnnxModel:
         ConfigError: It is no detector that can be run.
 
     Attributes:
-        labels: What it tells apart; empty if nothing names that.
+        labels: Its labels; empty if nothing names them.
     """
 
     def __init__(self, path: Path, options: Options) -> None:
@@ -91,7 +91,7 @@ class OnnxModel:
         self.labels = self._named(named)
 
     def places(self, image: Image) -> tuple[Places, np.ndarray[tuple[int], np.dtype[np.float64]]]:
-        """Return what it finds in a BGR frame, and width and height of the frame in which its corners are shares.
+        """Return the places found in a BGR frame, and width and height of the frame of which their corners are shares.
 
         Raises:
             ConfigError: It cannot be run.
@@ -111,7 +111,7 @@ class OnnxModel:
         return found, np.array(size) / scale
 
     def description(self) -> dict[str, str]:
-        """Return what the model says of itself, and how it is run."""
+        """Return the model's own description, and how it is run."""
         about = self._file.metadata
         licence = next((text for key, text in about.items() if "licen" in key.casefold()), "")
         side = self._input.width, self._input.height
@@ -125,7 +125,7 @@ class OnnxModel:
         }
 
     def _named(self, named: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the labels, which must not be more than the model tells apart."""
+        """Return the labels, at most as many as the model distinguishes."""
         classes = self._layout.classes
         if classes is not None and len(named) > classes:
             raise ConfigError(

@@ -1,4 +1,4 @@
-"""Finds what a photograph shows: the detector that needs no training."""
+"""Finds the object in a photograph: the detector that needs no training."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ LEAST_GAIN = 0.12
 """A print in a third of the light, softened by the lens, keeps twice this; walls resemble pictures with less."""
 
 HAZE_COLOR = 20.0
-"""What brightens black has this little colour."""
+"""Haze, which brightens black, has this little colour."""
 
 WELL_LIT, MOST_HAZE = 0.8, 90.0
 """Where so few values are cut, black shows no brighter than this in the darkest channel."""
@@ -51,7 +51,7 @@ class Resemblance(NamedTuple):
 
     Attributes:
         score: The colour correlation, -1..1.
-        share: Share of the picture that tells something: neither glare nor cut.
+        share: Share of the picture that can be compared: neither glare nor cut.
         expected: The picture as this frame would show it.
     """
 

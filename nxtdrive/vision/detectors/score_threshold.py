@@ -1,8 +1,8 @@
-"""Says which score chance reaches with a picture, so that a higher one can be asked for.
+"""Computes the score that chance reaches with a picture, so that a higher one can be required.
 
-What chance matches is coarse: a dark thing before a bright wall resembles every such picture, and a picture of few
-waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture has a threshold
-of its own, at each height at which it is compared. Source of the constants: docs/vision.md, 1.7.
+Chance matches coarse features: a dark object before a bright wall resembles every such picture, and a picture of few
+waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture has its own
+threshold, at each height at which it is compared. Source of the constants: docs/vision.md, 1.7.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ def coarseness(picture: NDArray[np.float32]) -> float:
 
 
 def min_score(coarse: float, waves: float, area: float, *, core: bool) -> float:
-    """Return the score from which on a place is taken for the picture.
+    """Return the score from which on a place counts as the picture.
 
     Args:
         coarse: The picture's `coarseness` at the height of the comparison.
         waves: Its `distinctness`.
-        area: Size of what tells something there, in square pixels: few pixels match by chance more often.
+        area: Size of the part that can be compared, in square pixels: few pixels match by chance more often.
         core: Only the middle of the picture was compared.
     """
     matched = math.sqrt(COARSE_MATCHED * coarse + FINE_MATCHED * (1 - coarse))
