@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera, Frame
 
 WatchFrames = Callable[[Callable[["Frame"], None]], None]
-"""Has a function called with the camera's frames."""
+"""Registers a function to be called with the camera's frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,12 +146,12 @@ class MissionRun:
             self._eyes.on_look(observer)
 
     def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
-        """Keep the run in a new folder, which is complete when `pursue` ends.
+        """Record the run in a new folder, which is complete when `pursue` ends.
 
         Args:
             parent: Where to make the folder.
             video: Whether to keep the camera's pictures.
-            watch: Has a function called with the camera's frames; the robot's own by default.
+            watch: Registers a function to be called with the camera's frames; the robot's own by default.
 
         Raises:
             ConfigError: The folder cannot be made.
@@ -169,7 +169,7 @@ class MissionRun:
         """Run the mission to its end; motors are off and the record is complete when it returns or raises.
 
         Returns:
-            What came of it, with hints and arrivals.
+            The report, with hints and arrivals.
         """
         self.observers.add("hints", self._review)
         link, review = self.robot.brick.link, self._review
@@ -189,7 +189,7 @@ class MissionRun:
                     self.recording.finish(self._report, self._error, self._details(), self.observers)
 
     def write_video(self, follow: Follow) -> None:
-        """Make the video of the camera's pictures, after `pursue`; a failure gets into the summary.
+        """Make the video of the camera's pictures, after `pursue`; a failure is noted in the summary.
 
         Args:
             follow: Passes the pictures on, such as to show progress.
@@ -203,7 +203,7 @@ class MissionRun:
             self.observers.attempt(SUMMARY, folder.write_summary, self._report, self._error, details)
 
     def summary(self) -> dict[str, object]:
-        """Return what came of it as plain values, as ``summary.json`` has it."""
+        """Return the summary as plain values, as ``summary.json`` has it."""
         return summary(self._report, self._error, {**self._details(), **self.observers.summary()})
 
     def _details(self) -> dict[str, object]:

@@ -50,7 +50,7 @@ class MissionClock:
         """Let `duration_s` pass.
 
         Raises:
-            BodyLost: The link was lost meanwhile.
+            BodyLost: The link was lost in that time.
         """
         with link_errors_as_outages():
             self._brick.sleep(duration_s)
@@ -122,7 +122,7 @@ class MissionBody:
         self._sensor_changed("sonar", doubt)
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
-        """Count every turn `scale` times as far as so far, and the latest one, by `angle_deg` on the spot, as well."""
+        """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""
         self._rover.correct_turns(scale, angle_deg)
 
     def keep_alive(self) -> None:

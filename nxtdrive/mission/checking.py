@@ -29,7 +29,7 @@ FRAME_SHAPE = 3 / 4
 LEAST_IN_VIEW = 0.7
 """Share of a picture's width and height that the frame must show at the stop; the detector knows its middle 60 %."""
 RIM = 1.15
-"""Where all of a target is to be in view, the frame is larger than it by this factor."""
+"""For a whole target to be in view, the frame must be larger than it by this factor."""
 
 
 @dataclass(slots=True)

@@ -1,9 +1,9 @@
 """Serves the thesis's line protocol on a TCP port, so that another program's agent drives the robot.
 
-There is no thread for the client: the link calls the server back before each request and each sleep, some fifty times a
-second, and the server checks whether something has arrived. So ``stop``, a client that has left and the end of the
+There is no thread for the client: the link calls the server back before each request and each sleep, about fifty times
+a second, and the server checks whether something has arrived. So ``stop``, a client that disconnects and the end of the
 server interrupt a motion at a moment when no reply of the brick is pending. On real links the driver steers a motion in
-a thread of its own; what is raised there reaches the command, which waits for that thread.
+its own thread; an exception raised there reaches the command, which waits for that thread.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CHUNK = 4096
 WAITING_LINES = 256
 """A client that sends more lines than this without waiting for answers does not speak this protocol; it is closed."""
 CLIENT_LIMIT = 8
-"""Connected clients, the served one and those that are answered as busy; a further one takes the place of the oldest
+"""Connected clients, the served one and those that are told that the server is busy; a further one replaces the oldest
 that is not served."""
 LOOK_S = 0.1
 """How often an idle server checks whether to end."""
@@ -93,7 +93,7 @@ class _Client:
         self.gone = not data or len(self.requests) > WAITING_LINES
 
     def send(self, value: int | str) -> None:
-        """Send an answer; never waits. A client that has left the kernel's buffers full of answers counts as gone."""
+        """Send an answer; never waits. A client that lets the kernel's buffers fill with answers counts as gone."""
         answer = f"{value}\n".encode()
         try:
             self.gone = self.connection.send(answer) < len(answer) or self.gone
@@ -102,17 +102,17 @@ class _Client:
 
 
 class LineServer:
-    """Serves one client at a time: the first that sends a request, until it leaves; the others are answered as busy.
+    """Serves one client at a time: the first that sends a request, until it leaves; others are told that it is busy.
 
-    A client may stay silent for any time. When the client that is served leaves, the motors stop.
+    A client may stay silent for any time. When the served client leaves, the motors stop.
 
     Args:
-        brick: Calls back where a command may be interrupted.
+        brick: Calls back at points where a command may be interrupted.
         new_session: Begins the session of a client.
         port: Where to listen; 0 takes a free one.
-        host: Which of this computer's addresses to listen at.
+        host: Which of this computer's addresses to listen on.
         stopped: Whether the server should end.
-        say: Called with a sentence when a client is served, sent away or gone.
+        say: Called with a sentence when a client is served, refused or gone.
         passing: Lets simulated time pass while no command runs; None where time passes by itself.
 
     Raises:

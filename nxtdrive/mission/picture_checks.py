@@ -22,7 +22,7 @@ from nxtdrive.vision.sources import read_image
 
 FRAME_WIDTH = 320
 LEAST_RANGE_M = 1.2
-"""A print that is found from nearer only is worth a warning whatever the reason: the robot hardly meets it."""
+"""A print that is found only from nearer is worth a warning for any reason: the robot hardly ever gets that near."""
 
 
 def picture_warnings(mission: Mission) -> Iterator[str]:
@@ -57,7 +57,7 @@ class _Tried(NamedTuple):
 
 
 def _tried(file: str) -> _Tried | None:
-    """Return what came of a photograph; None if it cannot be used."""
+    """Try a photograph; return None if it cannot be used."""
     try:
         stat = Path(file).stat()
         return _prediction_of(file, stat.st_mtime_ns, stat.st_size)

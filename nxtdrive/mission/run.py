@@ -19,7 +19,7 @@ def run_mission(
     camera: str | None = None,
     observers: Iterable[Observer] = (),
 ) -> Report:
-    """Run a mission and return what came of it; motors are off afterwards.
+    """Run a mission and return its report; motors are off afterwards.
 
     ::
 

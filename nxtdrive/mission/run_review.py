@@ -1,4 +1,4 @@
-"""What a person should know about a run besides its journal: hints at what to fix, and in the simulator the truth."""
+"""Review of a run for people, besides its journal: hints at what to fix, and in the simulator the truth."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
-"""A search that ends so has looked all round, when the target was never seen before."""
+"""A search that ends for one of these reasons has looked all round, if the target was never seen before."""
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPPED_TWICE = 2
-"""A target before which the robot was stopped so often may be nearer than its size says."""
+"""A target in front of which the robot was stopped this often may be nearer than its size says."""
 
 SCALE_TOLERANCE = 0.25
-"""A person is told when driving showed that distances by size are wrong by more: a field of view from a data sheet and
+"""A hint says so if driving showed that distances by size are wrong by more: a field of view from a data sheet and
 a height by ruler together may be wrong by less."""
 
 
@@ -78,7 +78,7 @@ class RunReview:
         described = self._mission.calibration
         if not described.brick_id:  # the brick need not be asked
             return
-        with suppress(NXTError):  # a link that is away concerns the mission, and no hint
+        with suppress(NXTError):  # a lost link is the mission's concern, not a hint's
             self._compare(described, brick.info().bluetooth_address)
 
     def _compare(self, described: CalibrationTable, address: str) -> None:

@@ -1,6 +1,6 @@
-"""Fills the ports of a mission: opens its robot and camera.
+"""Implements the ports of a mission: opens its robot and camera.
 
-The behaviour knows only the ports of `behaviors.ports`; here they are filled: a rover as the body, a camera with
+The behaviour uses only the ports of `behaviors.ports`, which are implemented here: a rover as the body, a camera with
 detectors as the eyes, the link's clock as the clock.
 """
 

@@ -13,9 +13,9 @@ from nxtdrive.vision.detectors.marker import FAMILIES
 from nxtdrive.vision.detectors.qr import LONGEST
 
 LONG_SIDE_PX = 640
-"""A larger picture is reduced to this; what fills a good part of it is recognized all the same."""
+"""A larger picture is reduced to this; a code that fills a good part of it is recognized all the same."""
 LEAST_SHARE = 0.15
-"""Least share of the picture that a code, marker or patch fills: a smaller one is only a part of what is shown."""
+"""Least share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
 LEAST_OF_COLOR = 0.8
 """Least share of all that is strongly coloured in the picture: a patch among others is one of many details."""
 PLAIN = 15.0

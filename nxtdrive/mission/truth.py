@@ -25,7 +25,7 @@ LEAST_SHARE = 0.25
 
 
 class Truth(Protocol):
-    """What is really in the room. Only ``sim://`` offers it, and reading it changes nothing."""
+    """The ground truth of the room. Only ``sim://`` offers it, and reading it changes nothing."""
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -56,7 +56,7 @@ def truth_of(brick: Brick) -> Truth | None:
 
 
 class SimulatedRoom:
-    """What is really in the room, in the frame of the robot's start: x forward, y to the right.
+    """The ground truth of the room, in the frame of the robot's start: x forward, y to the right.
 
     Args:
         truth: Of a simulated world; the robot stands at its start now.

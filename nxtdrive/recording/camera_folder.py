@@ -47,7 +47,7 @@ class CameraFolder:
         Args:
             image: BGR.
             time_s: When it was taken, mission time, 0 or more.
-            look: What a look found in it.
+            look: The result of a look at it.
 
         Raises:
             OSError: A file cannot be written.

@@ -1,4 +1,4 @@
-"""The index of a run's camera pictures: when each was taken, and what was found in it.
+"""The index of a run's camera pictures: when each was taken, and the detections in it.
 
 ``camera/index.jsonl`` begins with a line of `Header`; each further line is a `Picture`. docs/journal.md describes both.
 """
@@ -24,7 +24,7 @@ from nxtdrive.vision.detection import Box, Detection, Image
 
 INDEX = "index.jsonl"
 FILE_NAME = r"[0-9]{6,9}\.jpg"
-"""Pattern of the names of pictures, of which none leads out of the folder."""
+"""Pattern of the names of pictures; none leads out of the folder."""
 MAX_SIZE_PX = 20_000
 MAX_TIME_S = 100_000.0
 """More than a day; a video is as long as its pictures say."""
@@ -74,7 +74,7 @@ class Seen(_Line):
 
 
 class Look(_Line):
-    """What a look for a target found in a picture."""
+    """The result of a look for a target in a picture."""
 
     target: str
     sighting: Seen | None = None
@@ -147,7 +147,7 @@ def read_pictures(run_folder: Path) -> CameraPictures | None:
 
 
 def looked(target: str, sighting: Sighting | None, found: Sequence[Detection]) -> Look:
-    """Return what a look found, for the index."""
+    """Return the result of a look, for the index."""
     return Look(target=target, sighting=_seen(sighting) if sighting else None, found=tuple(map(_found, found)))
 
 

@@ -1,4 +1,4 @@
-"""Tables as CSV, in a form that spreadsheets do not take for formulas."""
+"""Tables as CSV, escaped so that spreadsheets compute no formulas."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
-    """Return a header and a line for each row; True and False become 1 and 0, what is missing an empty cell."""
+    """Return a header and a line for each row; True and False become 1 and 0, a missing value an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(columns)

@@ -24,7 +24,7 @@ NEARLY_MM = 1.0
 
 
 class Result(StrEnum):
-    """What a decision led to."""
+    """The outcome of a decision, in a word."""
 
     FAILED = "failed_again"
     REACHED = "reached"
@@ -98,7 +98,7 @@ class Decision:
 
     @property
     def weighed(self) -> bool:
-        """Whether the evidence has what could have been done."""
+        """Whether the evidence has the alternatives."""
         return any(self.known.get(name) for name in WEIGHED)
 
 

@@ -31,9 +31,9 @@ class Explained:
 
     Attributes:
         decision: As the journal has it.
-        candidates: What could have been done as the run's policy weighs it; empty if it does not weigh.
+        candidates: The alternatives as the run's policy weighs them; empty if it does not weigh.
         replay: What the other policy would have chosen with its evidence.
-        what_if: What each candidate would have cost, as ``nxtdrive what-if`` left it; None without that.
+        what_if: The cost of each candidate by ``nxtdrive what-if``; None if that was not run.
     """
 
     decision: Decision
@@ -73,9 +73,9 @@ class _WhatIf(BaseModel, strict=True):
 
 
 def what_ifs(folder: Path) -> dict[int, Mapping[str, Any]]:
-    """Return what ``nxtdrive what-if`` left in a run's folder, by the number of the decision, from 1.
+    """Return the results of ``nxtdrive what-if`` in a run's folder, by the number of the decision, from 1.
 
-    Nothing where it left nothing, or something else has its file's name.
+    Returns none if there is no such file, or another one has its name.
     """
     try:
         told = parse_object(read_text(folder / WHAT_IF, MAX_BYTES)).get("decisions")

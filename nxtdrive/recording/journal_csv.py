@@ -25,7 +25,7 @@ COLUMNS = (
 
 
 def journal_csv(records: Iterable[Record]) -> str:
-    """Return the records as CSV; the last column has what has no column of its own, as JSON."""
+    """Return the records as CSV; the last column has all values without a column of their own, as JSON."""
     return csv_text(COLUMNS, map(_row, records))
 
 

@@ -1,4 +1,4 @@
-"""What of a run gets a number on its map, with the words of the printed lines."""
+"""The events of a run that get a number on its map, with the words of the printed lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nxtdrive.recording.progress_lines import ProgressLines
 MOST = 16
 """Numbers on a map, at most."""
 QUIET = ("search", "verify", "gave_up", "distrusted")
-"""States into which a transition gets no number: there is one for what led to it."""
+"""States into which a transition gets no number: the event that led to it has one."""
 SAME_PLACE_MM = 300.0
 """Where there are more events than numbers, equal ones no farther apart than this share one."""
 
@@ -119,9 +119,9 @@ def _kind(record: Record) -> str:
 def numbering(events: Sequence[MapEvent], most: int = MOST) -> Numbering:
     """Choose which events get numbers.
 
-    Up to `most` events all do. Of more, equal ones within `SAME_PLACE_MM` share a number; if these are still too many,
-    the first of each kind comes first, then the second of each, and so on: of several that come equally early in their
-    kind arrivals, targets left and outages, then the earliest.
+    Up to `most` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
+    still too many, the first of each kind comes first, then the second of each, and so on. Ties go to arrivals,
+    targets left and outages, then to the earliest.
     """
     groups = [EventGroup([event]) for event in events] if len(events) <= most else _grouped(events)
     seen: Counter[tuple[str, ...]] = Counter()

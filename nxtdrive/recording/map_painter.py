@@ -1,4 +1,4 @@
-"""Paints what a run's map shows, and says in the legend what it painted and nothing else."""
+"""Paints the map of a run, with a legend of exactly what was painted."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class MapPainter:
                 sheet.marker(mark.marker, view.at(on_page((event.pose.x_mm, event.pose.y_mm))), size, mark.color)
 
     def keys(self, area: Area) -> Iterator[Key]:
-        """Yield the legend of what is in an area."""
+        """Yield the legend for an area."""
         yield Key("start, and where the robot faced", lambda sheet, at: _paint_start(sheet, (at[0], at[1] + 4), 7.0))
         if len(self._scene.poses) > 1:
             yield Key("the robot at the end", ring_sample(10.0, INK, 1.5))
@@ -142,7 +142,7 @@ class MapPainter:
 
 
 def middle(points: Sequence[Point]) -> Point:
-    """Return where a target is taken to be."""
+    """Return the estimated place of a target."""
     xs, ys = (sorted(point[i] for point in points[-LAST:]) for i in (0, 1))
     return xs[len(xs) // 2], ys[len(ys) // 2]
 

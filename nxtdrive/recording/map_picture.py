@@ -25,7 +25,7 @@ AXES = Axes("to the right of the start, m", "ahead of the start, m", up=True)
 MARGIN_MM, SMALLEST_MM = 250.0, 1600.0
 """Around everything that is shown; and the map's least width and height."""
 ROOM_MM = 1500.0
-"""Of the true room what is nearer than this to what the robot saw is on the map."""
+"""Parts of the true room nearer than this to something the robot saw are on the map."""
 SHOWN_REST = 6
 """Kinds of events without a number that are listed."""
 START_MARK = [START.ahead(length_mm) for length_mm in (0.0, 80.0, 160.0, 240.0)]
@@ -106,7 +106,7 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
 
 
 def number_notes(shown: Numbering, color_of: Callable[[MapEvent], Color]) -> Iterator[Note]:
-    """Yield what the numbers on a map mean, and what has none."""
+    """Yield the meaning of the numbers on a map, and the events without one."""
     for number, group in enumerate(shown.numbered, start=1):
         head, *more = map(_arrowed, group.first.words)
         yield Note(str(number), f"{group.when} · {head}", tuple(more), color_of(group.first))

@@ -1,4 +1,4 @@
-"""What a run's map shows, from its journal: path, obstacles as the sonar found them, sightings, events.
+"""The contents of a run's map, from its journal: path, obstacles as the sonar found them, sightings, events.
 
 Everything is in the frame of the robot's start and as the robot measured it: x forward, y to the right, millimetres.
 """
@@ -75,7 +75,7 @@ class MapScene:
 
 
 def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScene:
-    """Extract from a journal what the map shows; the mission tells how the robot is built."""
+    """Extract the map's contents from a journal; the mission gives the robot's dimensions."""
     robot, camera = (mission.robot, mission.camera) if mission else (RobotTable(), CameraTable())
     scene, reader, here, stood = MapScene(floor=OccupancyGrid(robot)), EventReader(), START, Pose(math.inf)
     for record in records:
@@ -107,7 +107,7 @@ def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) 
 
 
 def sighted_at(record: Record, here: Pose, camera: CameraTable) -> Point | None:
-    """Return where a look located the target; None if it did not see it, or tells only how far away it is at most."""
+    """Return where a look located the target; None if it did not see it, or only bounds its distance."""
     sighting = record.data.get("sighting")
     if not isinstance(sighting, dict) or sighting.get("bound"):
         return None

@@ -1,4 +1,4 @@
-"""How a run's map shows things: told apart by colour, and in grey by shape, width and dashes."""
+"""The styles of a run's map: distinguished by colour, and in grey by shape, width and dashes."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from firmware_protocol.errors import ConfigError
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file; what was written of it before an error, as on a full disk, is removed.
+    """Write a file; after an error, as on a full disk, the incomplete file is removed.
 
     Raises:
         OSError: It cannot be written.
@@ -35,7 +35,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 @contextmanager
 def draft(path: Path, content: bytes) -> Iterator[Path]:
-    """Write a hidden file beside another one, which may exist, to check it and to put it in that one's place.
+    """Write a hidden file beside another one, which may exist, to check it and then replace that one with it.
 
     Args:
         path: The other file. The draft has its suffix, and its permissions if it exists.

@@ -1,4 +1,4 @@
-"""The chances that a profile gave its choices in a mission, and what came of them.
+"""The chances that a profile gave its choices in a mission, and their outcomes.
 
 Definitions: docs/evaluation.md.
 """
@@ -23,9 +23,9 @@ class Prediction:
     Attributes:
         choice: What was chosen.
         reason: Name of the failure before it.
-        chance: As the policy had it.
-        came_true: Whether it did what it was chosen for.
-        situation: What its outcome counts for; empty if the policy does not learn from it.
+        chance: As the policy estimated it.
+        came_true: Whether it achieved its purpose.
+        situation: The situation under which its outcome counts; empty if the policy does not learn from it.
     """
 
     choice: str
@@ -36,7 +36,7 @@ class Prediction:
 
 
 def predictions(records: Sequence[Record], profile: str, mission: Mission) -> list[Prediction]:
-    """Return the predictions of a mission's journal; none for what is no built-in profile or gives no chances."""
+    """Return the predictions of a mission's journal; none if the profile is not built in or gives no chances."""
     if profile not in PROFILES:
         return []
     policy = make_policy(profile, mission)
@@ -53,7 +53,7 @@ def predictions(records: Sequence[Record], profile: str, mission: Mission) -> li
 
 
 def _came_true(decision: Decision) -> bool | None:
-    """Return whether a choice did what it was chosen for; None where the mission ended before it was known."""
+    """Return whether a choice achieved its purpose; None if the mission ended before that was known."""
     outcome, choice = decision.outcome, decision.choice
     if choice is None or outcome.result is Result.OPEN:
         return None

@@ -1,4 +1,4 @@
-"""What `nxtdrive run` prints while a mission runs: when, what the robot does, and why."""
+"""The lines that `nxtdrive run` prints while a mission runs: when, what the robot does, and why."""
 
 from __future__ import annotations
 

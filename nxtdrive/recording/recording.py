@@ -58,7 +58,7 @@ class Recording:
             self._start_s = self._clock.now() - record.time_s
 
     def look(self, frame: Frame, target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:
-        """Keep a frame, with what a look found in it."""
+        """Keep a frame, with the result of a look at it."""
         self._keep(frame, looked(target, sighting, found))
 
     def frame(self, frame: Frame) -> None:
@@ -99,7 +99,7 @@ class Recording:
                 camera.close()
 
     def write_video(self, follow: Follow) -> None:
-        """Write the video from the pictures, if there are any; after `finish`, when the robot stands.
+        """Write the video from the pictures, if there are any; after `finish`, when the robot is at rest.
 
         Args:
             follow: Passes the pictures on, such as to show progress.

@@ -26,7 +26,7 @@ MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summar
 CAMERA = "camera/"
 """Folder of the camera's pictures in a run's folder."""
 WHAT_IF = "what-if.json"
-"""What ``nxtdrive what-if`` found."""
+"""Results of ``nxtdrive what-if``."""
 RESERVE, RESERVED = "summary.reserved", 4096
 """File and bytes that keep room for the summary until the run ends."""
 LONGEST_STEM = 80
@@ -63,7 +63,7 @@ class RunFolder:
         write_file(self.path / MISSION, (mission.model_dump_json(indent=2, exclude=unsaid) + "\n").encode())
 
     def close(self) -> None:
-        """Close the journal; if the folder was removed in the meantime, make it and its files again."""
+        """Close the journal; if the folder was removed in the meantime, recreate it and its files."""
         self._journal.close()
         if not os.path.exists(self.path / JOURNAL):
             self.path.mkdir(parents=True, exist_ok=True)

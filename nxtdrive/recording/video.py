@@ -21,7 +21,8 @@ Image = npt.NDArray[np.uint8]
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
 _SEGMENT = b"\x18\x53\x80\x67"
-"""Begins what a Matroska file has besides its head; eight bytes of its size follow, 56 bits of which count."""
+"""Begins the segment, the rest of a Matroska file after its head; eight bytes of its size follow, 56 bits of which
+count."""
 _MATROSKA, _WEBM = b"\x42\x82\x88matroska", b"\x42\x82\x84webm\xec\x82\x00\x00"
 """The document type of a Matroska file and, of the same length, of a WebM file. Source: RFC 8794 and RFC 9559."""
 _HEAD_BYTES = 64
@@ -86,7 +87,7 @@ class VideoRecorder:
                 self.abandon()  # which makes room for the rest of a run's folder
 
     def abandon(self) -> None:
-        """Remove what was written of the file, unless it is finished."""
+        """Remove the file, unless it is finished."""
         if self._writer is not None:
             self._writer.release()
             self._writer = None
@@ -119,7 +120,7 @@ def _is_whole(path: Path) -> bool:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Have OpenCV print no line for what `VideoRecorder` says once, such as frames that a full disk does not take."""
+    """Keep OpenCV from printing lines for errors that `VideoRecorder` reports once, such as a full disk."""
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     try:
