@@ -11,8 +11,8 @@
 
     report = nxtdrive.run_mission("cat.toml", nxt="usb://", camera="0")
 
-Sensors' classes are in `nxtdrive.sensors`, errors in `nxtdrive.errors`. What is named here is loaded when it is first
-used.
+Sensors' classes are in `nxtdrive.sensors`, errors in `nxtdrive.errors`. The names exported here are loaded on first
+use.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""``python -m nxtdrive`` is ``nxtdrive``, for where scripts are not on the path."""
+"""``python -m nxtdrive`` is ``nxtdrive``, where scripts are not on the path."""
 
 from nxtdrive.cli.main import main
 

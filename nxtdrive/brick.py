@@ -62,7 +62,7 @@ class BrickInfo:
 def open_brick(
     address: str | Address | None = None, *, timeout_s: float | None = None, reconnect: bool = False
 ) -> Brick:
-    """Open a brick, make sure that it answers, and keep it awake.
+    """Open a brick, check that it answers, and keep it awake.
 
     Args:
         address: ``usb://``, ``bt://00:16:53:0A:1B:2C``, ``serial://COM5``, ``tcp://host:port``, ``sim://``, ...
@@ -89,7 +89,7 @@ def open_brick(
 class Brick:
     """A brick behind an open transport. May be used from several threads.
 
-    As a context manager it stops the motors and closes the link at the end of the block, also after an exception and on
+    As a context manager it stops the motors and closes the link at the end of the block, even after an exception and on
     SIGTERM and SIGHUP, unless the program handles these.
 
     There is one object per port: a second call for a port returns the motor or sensor of the first, unless it is for

@@ -1,6 +1,6 @@
 """Fixtures for tests of robot programs; pytest finds this plugin by itself where nxtdrive is installed.
 
-`docs/testing-your-robot.md` explains them. Nothing of driver or simulation is imported before a test asks for it.
+`docs/testing-your-robot.md` explains them. Driver and simulation are not imported before a test uses a fixture.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Leave out what needs a real brick when there is none."""
+    """Skip tests that need a real brick when there is none."""
     if item.get_closest_marker("real_brick") and not item.config.getoption("--nxt"):
         pytest.skip("needs a real brick: --nxt=ADDRESS")
 

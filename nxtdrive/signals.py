@@ -41,7 +41,7 @@ def handling(
         yield
     finally:
         for number, previous in before.items():
-            if signal.getsignal(number) is handler:  # else the program has replaced it meanwhile
+            if signal.getsignal(number) is handler:  # else the program has replaced it in the meantime
                 signal.signal(number, previous)
 
 
@@ -60,7 +60,7 @@ def until_signal() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def held() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT, SIGTERM and SIGHUP back within the block, which must not be cut short.
+    """Hold back SIGINT, SIGTERM and SIGHUP within the block, which must not be interrupted.
 
     The first one is delivered at the end of the block, or when the function that the block gets is called.
     """

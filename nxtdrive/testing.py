@@ -1,4 +1,4 @@
-"""A simulated robot in a world that a test arranges; the pytest fixtures of `nxtdrive.pytest_plugin` are made of it.
+"""A simulated robot in a world that a test arranges; the pytest fixtures of `nxtdrive.pytest_plugin` use it.
 
 ::
 
@@ -39,16 +39,16 @@ _numbers = count(1)
 
 
 class SimWorld:
-    """A simulation of its own, to arrange and to look at. As a context manager it has an address.
+    """A simulation to arrange and to inspect. As a context manager it has an address.
 
     Places are millimetres on the world's map: x to the right, y down; the `empty` world is 4000 x 3000 with the robot
-    at (400, 1500), looking to the right. What is put without y stands in a row with the robot. Angles are degrees
-    clockwise, times seconds. What is told to happen later happens while time passes: while the program waits for the
+    at (400, 1500), looking to the right. Objects put without y get the robot's y. Angles are degrees
+    clockwise, times seconds. Scheduled changes happen while time passes: while the program waits for the
     brick, sleeps on its clock, or the test calls `advance`.
 
     Args:
         world: The name of a bundled world, or the path of a world file.
-        seed: Of everything random.
+        seed: The seed of all randomness.
         firmware: "1.29", "1.05" or "1.32".
         latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
 
@@ -58,7 +58,7 @@ class SimWorld:
     Attributes:
         simulation: The simulation itself.
         truth: Where everything really is; see `sim_backend.world.truth.GroundTruth`.
-        address: Where programs find this brick while the block lasts, each time on a link of its own.
+        address: The brick's address within the block; each opening makes a new link.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class SimWorld:
         links = self._links
 
         class Link(SimTransport):
-            """A link that is remembered, and its successors after a reconnection with it."""
+            """A link that is tracked, as are its successors after a reconnection."""
 
             def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 - those of SimTransport
                 super().__init__(*arguments, **options)
@@ -124,14 +124,14 @@ class SimWorld:
         """Have a picture, box or person of this world stand somewhere, or bring in one of the built-in pictures.
 
         Args:
-            name: Of the thing or picture.
+            name: Of the object or picture.
             x_mm: Where.
-            y_mm: Where; without it in a row with the robot as it stands then.
-            facing_deg: Where its front looks to; without it pictures look at the robot, and boxes stay as they are.
+            y_mm: Where; by default the robot's y at that time.
+            facing_deg: Direction of its front; by default pictures face the robot, and boxes keep theirs.
             after_s: When, from now.
 
         Raises:
-            ConfigError: Nothing is called so.
+            ConfigError: Nothing has this name.
         """
         if not self._knows(name):
             self._add(Picture(name=name, at_mm=(x_mm, self._row_mm(y_mm)), facing_deg=0.0, present=False))
@@ -146,7 +146,7 @@ class SimWorld:
         y_mm: float | None = None,
         size_mm: tuple[float, float] = (210.0, 297.0),
     ) -> Self:
-        """Bring in a picture of one's own, looking at the robot."""
+        """Bring in a picture file, facing the robot."""
         path = Path(file)
         if not path.is_file():
             raise ConfigError(f"there is no picture {path}.")
@@ -165,22 +165,22 @@ class SimWorld:
         facing_deg: float = 0.0,
         mass_kg: float | None = None,
     ) -> Self:
-        """Bring in a box; with a mass the robot can push it, without one it stands fast like a wall."""
+        """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall."""
         at_mm = (x_mm, self._row_mm(y_mm))
         return self._add(
             Box(name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg)
         )
 
     def put_person(self, name: str, *, x_mm: float, y_mm: float | None = None) -> Self:
-        """Bring in a person, who stands there and may be told to `walk`."""
+        """Bring in a standing person, who can `walk`."""
         self._add(Person(name=name, enters_from_mm=(x_mm, self._row_mm(y_mm))))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 
     def hide(self, name: str, *, after_s: float = 0.0, for_s: float | None = None) -> Self:
-        """Take a thing or person away, `after_s` from now, and bring it back to its place `for_s` later.
+        """Take an object or person away, `after_s` from now, and bring it back to its place `for_s` later.
 
         Raises:
-            ConfigError: Nothing is called so.
+            ConfigError: Nothing has this name.
         """
         self._check(name)
         world = self.simulation.world
@@ -216,8 +216,8 @@ class SimWorld:
         Args:
             brick: The open brick of this world.
             mission: A mission, or the path of its file.
-            rendered: Look with the mission's own detectors at frames as the camera makes them. Without it targets are
-                found by geometry, as often as the picture detector finds them and some ten times as fast.
+            rendered: Run the mission's own detectors on rendered frames. By default targets are found by geometry, as
+                often as the picture detector finds them and about ten times as fast.
 
         Raises:
             ConfigError: The file has mistakes, or a picture cannot be used.

@@ -1,4 +1,4 @@
-"""A piece of floor in a frame: scale, grid, ticks, and the way from millimetres to pixels."""
+"""A piece of floor in a frame: scale, grid, ticks, and the conversion from millimetres to pixels."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class FloorView:
             self.sheet.line([(left, y), (right, y)], GRID)
 
     def draw_axes(self) -> None:
-        """Hide what lies outside of the frame; draw frame, ticks and the axes' titles."""
+        """Hide everything outside the frame; draw frame, ticks and the axes' titles."""
         sheet, (left, top, right, bottom) = self.sheet, self.frame
         outside = [(0, 0, sheet.width, top), (0, bottom, sheet.width, sheet.height)]
         for box in (*outside, (0, top, left, bottom), (right, top, sheet.width, bottom)):

@@ -50,7 +50,7 @@ def font(path: str, size_px: int) -> ImageFont.FreeTypeFont:
 
 
 def parts(text: str, size_px: int) -> list[tuple[str, ImageFont.FreeTypeFont]]:
-    """Return a text's parts, each with a font that has its characters; what cannot be shown is escaped."""
+    """Return a text's parts, each with a font that has its characters; characters that cannot be shown are escaped."""
     shown, path = [], BUNDLED
     for character in unicodedata.normalize("NFC", printable(text)):
         if not unicodedata.combining(character):

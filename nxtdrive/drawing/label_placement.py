@@ -25,11 +25,11 @@ def place_boxes(
     """Return a box for each point: near it, inside the frame, overlapping neither another box nor `taken`.
 
     Args:
-        points: What the boxes belong to; those that come first are placed best.
+        points: The points of the boxes; those that come first are placed best.
         sizes: Width and height of each box.
         frame: Where boxes may be.
-        avoid: What boxes should not cover, if there is room elsewhere.
-        taken: What boxes must not overlap.
+        avoid: Points that boxes should not cover, if there is room elsewhere.
+        taken: Boxes that must not be overlapped.
 
     Returns:
         The boxes in order; None where there is no room left in the frame.

@@ -27,7 +27,7 @@ MAP_PX = 860.0
 SECTION_PX = 22
 """Above and below the legend."""
 KEEP_PX = 12.0
-"""Half the width of what must not be covered."""
+"""Half the width of a place that must not be covered."""
 FAR_PX = 55.0
 """A name farther than this from its place is joined to it by a line."""
 WIDE = 1.3
@@ -36,7 +36,7 @@ WIDE = 1.3
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What is on a page.
+    """The contents of a page.
 
     Attributes:
         title: The heading.

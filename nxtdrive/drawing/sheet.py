@@ -146,7 +146,7 @@ def text_width(text: str, size: int) -> float:
 
 
 def wrapped(text: str, size: int, width: float, most: int) -> list[str]:
-    """Break a text into lines no longer than `width`; what does not fit into `most` lines ends with an ellipsis."""
+    """Break a text into lines no longer than `width`; a text of more than `most` lines ends with an ellipsis."""
     lines: list[str] = [""]
     for word in text.split():
         while text_width(word, size) > width:

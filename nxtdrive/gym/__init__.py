@@ -1,4 +1,4 @@
-"""Gymnasium environments of drawn missions: one that decides after failures, one that drives the wheels.
+"""Gymnasium environments of random missions: one that decides after failures, one that drives the wheels.
 
 Needs the extra ``gym``. See docs/gym.md.
 """

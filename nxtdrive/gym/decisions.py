@@ -39,7 +39,7 @@ class _Play:
     """A mission under way.
 
     Args:
-        episode: What is played.
+        episode: Its simulation and robot.
     """
 
     def __init__(self, episode: Episode) -> None:
@@ -60,7 +60,7 @@ class _Play:
         return observed(self.stepped.question, max(0.0, left_s))
 
     def info(self) -> dict[str, Any]:
-        """Return the open decision in full, and what has been reached by the truth."""
+        """Return the open decision in full, and the targets reached by ground truth."""
         question = self.stepped.question
         return episode_info(self.episode) | {"decision": question_values(question) if question else None}
 
@@ -73,16 +73,16 @@ class _Play:
 class DecisionEnv(gymnasium.Env[Observation, np.int64]):
     """Decides what a robot does after each failure of a mission.
 
-    An action is the number of a candidate; 0 is what the profile proposes, and so is a number that no candidate has.
-    The reward is 1 for each target at which the robot stops where a stop counts, less the seconds that passed, each
-    times ``second_costs``. An episode is terminated when the mission ends, and truncated when its time is up.
+    An action is the number of a candidate; 0 is the profile's proposal, which also replaces a number that no candidate
+    has. The reward is 1 for each target at which the robot stops where a stop counts, minus ``second_costs`` for each
+    second that passed. An episode is terminated when the mission ends, and truncated when its time is up.
 
     Args:
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
         profile: The profile that drives and proposes.
         eyes: ``geometric`` or ``camera``.
-        second_costs: What a second costs.
+        second_costs: The cost of a second.
 
     Raises:
         ConfigError: An argument names nothing that exists.
@@ -167,7 +167,7 @@ def candidate_number(action: np.int64, count: int) -> int:
 
 
 def observed(question: Question | None, left_s: float) -> Observation:
-    """Return the observation of a decision; without one all is 0 but the time that is left."""
+    """Return the observation of a decision; without one all is 0 but the remaining time."""
     numbers = np.zeros(len(NUMBERS) + 4, np.float32)
     candidates = np.zeros((CANDIDATES, len(KINDS) + 3), np.float32)
     mask = np.zeros(CANDIDATES, np.int8)

@@ -61,7 +61,7 @@ def _check_kinds(kinds: Sequence[object]) -> None:
 
 
 def episode_info(episode: Episode) -> dict[str, Any]:
-    """Return what an environment's ``info`` says of an episode: what was drawn, and what is reached by the truth."""
+    """Return an environment's ``info`` of an episode: its scenario, and the targets reached by ground truth."""
     scenario, reached = episode.scenario, sorted(episode.reached)
     return {"kind": scenario.kind, "seed": scenario.seed, "seconds": episode.time_s, "reached": reached}
 

@@ -53,7 +53,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
         eyes: ``geometric`` or ``camera``.
-        second_costs: What a second costs.
+        second_costs: The cost of a second.
 
     Raises:
         ConfigError: An argument names nothing that exists.
@@ -137,7 +137,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         episode.robot.body.drive((left + right) / 2 * FASTEST_MM_S, turn_deg_s)
 
     def _observe(self, episode: Episode) -> Observation:
-        """Wait for the next frame and return what the robot's sensors say; during an outage they say nothing."""
+        """Wait for the next frame and return the robot's measurements; during an outage there are none."""
         began_s, robot, names = episode.time_s, episode.robot, self._targets(episode)
         seen: dict[str, Sighting] = {}
         with suppress(Outage):

@@ -48,7 +48,7 @@ class UdevRule:
     """A rule for the brick.
 
     Attributes:
-        file: Where it stands.
+        file: The file that has it.
         group: The group that it gives access to, or an empty string.
         everyone: Whether it gives access to all users.
     """

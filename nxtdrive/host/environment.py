@@ -13,7 +13,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 
 def install_extra(extra: str) -> str:
-    """Return a shell command that installs what an optional part of nxtdrive needs, such as ``tui``."""
+    """Return a shell command that installs the requirements of an optional part of nxtdrive, such as ``tui``."""
     try:
         distribution("nxtdrive")
     except PackageNotFoundError:  # run in a checkout without installation; the name may be another's elsewhere

@@ -30,7 +30,7 @@ class Display:
         """Read the display: (64, 100), row 0 on top, true where a pixel is black.
 
         This includes a message that covers the display. The 800 bytes take 15 reads over USB (about 50 ms) and 7 over
-        Bluetooth, so what a program draws meanwhile may be incomplete.
+        Bluetooth, so a drawing that a program makes in that time may be incomplete.
 
         Raises:
             LinkError: The link is lost or closed, or there was no reply in time.

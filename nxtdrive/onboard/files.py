@@ -96,7 +96,7 @@ class Files:
             LocalProtocolError: The name is not valid.
             BrickError: There is no such file, or no handle is free.
             LinkError: The link failed.
-            RemoteProtocolError: What the brick sent is not the whole file.
+            RemoteProtocolError: The brick did not send the whole file.
         """
         _checked(name)
         with self.alone():
@@ -227,7 +227,7 @@ class Files:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Keep file operations off for a block; a sound or a start would close their handle (fact 21).
+        """Exclude file operations during a block; a sound or a start would close their handle (fact 21).
 
         Raises:
             LocalProtocolError: This thread is in the middle of a file operation.

@@ -1,6 +1,6 @@
-"""Sensors: what is plugged into the input ports.
+"""Sensors on the input ports.
 
-A sensor sets its port up when it is first used, and again after the start or end of a program has reset the port.
+A sensor sets up its port on first use, and again after the start or end of a program has reset the port.
 `docs/sensors.md` lists units, ranges and their sources.
 """
 

@@ -1,6 +1,6 @@
 """Sensors with registers, on the I2C bus.
 
-A register is read in one round trip: the telegram that starts the transaction asks for no reply, and the bus is done
+A register is read in one round trip: the telegram that starts the transaction requests no reply, and the bus is done
 when the one that fetches the bytes arrives. Errors of the first show in the reply to the second.
 """
 
@@ -143,7 +143,7 @@ class I2CSensor(Sensor):
             link.sleep(asked + STEP_S - link.now())
 
     def _wait_for_rest(self) -> int:
-        """Wait until the bus is idle; returns the number of unread bytes."""
+        """Wait until the bus is idle; return the number of unread bytes."""
         link = self.link
         deadline = link.now() + I2C_TIMEOUT_S
         while True:

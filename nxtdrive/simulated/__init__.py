@@ -1,1 +1,1 @@
-"""Missions in drawn scenarios: what they are, and the robot that drives them."""
+"""Missions in random scenarios, and the robot that drives them."""

@@ -1,4 +1,4 @@
-"""A drawn mission that is played: its simulation, its robot, and the targets reached by the truth."""
+"""A mission in a random scenario: its simulation, its robot, and the targets reached by ground truth."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .scenario import Scenario
 
 
 class Episode:
-    """One drawn mission in its simulation.
+    """One mission in its simulation.
 
     Args:
-        scenario: What is played.
+        scenario: The scenario.
         eyes: ``geometric`` or ``camera``.
 
     Attributes:
@@ -51,7 +51,7 @@ class Episode:
             self.reached[target] = self.time_s
 
     def judge(self, record: Record) -> None:
-        """Judge each stop by the truth at its moment; an observer of the journal."""
+        """Judge each stop by the ground truth at that moment; an observer of the journal."""
         if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
             self.arrive(record.target)
 

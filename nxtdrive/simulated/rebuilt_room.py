@@ -1,8 +1,8 @@
-"""A simulated room made from the map of a run, so that a mission on a real robot can be played again in the simulator.
+"""A simulated room made from the map of a run, so that a mission on a real robot can be repeated in the simulator.
 
-What the run tells is all there is: obstacles where the sonar found them, targets where the camera located them, the
-robot as the mission describes it. An obstacle past which a target was seen is low. Unknown floor is free, nobody walks
-about, and targets that were never seen are not there.
+It has only what the run found: obstacles where the sonar found them, targets where the camera located them, the
+robot as the mission describes it. An obstacle past which a target was seen is low. Unknown floor is free, no people
+walk about, and targets that were never seen are missing.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Build the robot of a scenario: the product's body and eyes on a simulation, degraded as the scenario demands.
 
-What drives gets a `Robot` and nothing else; it cannot see the simulation.
+A profile gets a `Robot` and nothing else; it has no access to the simulation.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class SpoiltSensor:
         return self._webcam.floor_ends()
 
     def _mistaken(self) -> tuple[str, ...]:
-        """Draw the look-alikes that are mistaken for the target in this frame, should it show them."""
+        """Draw which look-alikes are mistaken for the target in this frame, if it shows them."""
         sight = self._sight
         if sight.mistake_rates:
             draws = zip(sight.lookalikes, sight.mistake_rates, strict=True)

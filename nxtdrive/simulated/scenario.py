@@ -1,4 +1,4 @@
-"""A drawn test with its mission, checked as a mission file is."""
+"""A random scenario with its mission, checked as a mission file is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim_backend.world.world_file import WorldFile
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One test; see `sim_backend.scenarios.drawn.Drawn`.
+    """One scenario; see `sim_backend.scenarios.drawn.Drawn`.
 
     Attributes:
         kind: Its class.

@@ -1,7 +1,7 @@
 """Transports to a brick, by address scheme.
 
 A new transport is one file with one class (see `base.Transport`), one line in `SCHEMES`, and the cases of
-``tests/contract/``. A package of its own registers an entry point in the group ``nxtdrive.transports`` instead.
+``tests/contract/``. A separate package registers an entry point in the group ``nxtdrive.transports`` instead.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ENTRY_POINTS = "nxtdrive.transports"
 
 
 class TransportClass(Protocol):
-    """What the class behind a scheme provides."""
+    """The interface of the class behind a scheme."""
 
     def open(self, address: Address, timeout_s: float) -> Transport:
         """Open `address` within about `timeout_s`."""

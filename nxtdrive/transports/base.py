@@ -1,7 +1,7 @@
 """The interface of all transports: six methods, two of them the clock.
 
-The clock belongs to the transport because only the transport knows what time means: over a cable it is the wall clock,
-in the simulator it is the number of simulated milliseconds. Code above this package reads no other clock.
+The clock belongs to the transport because it defines time: over a cable that is the wall clock,
+in the simulator the number of simulated milliseconds. Code above this package reads no other clock.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import time
 from typing import Protocol
 
 SURPLUS_LIMIT = 64
-"""Telegrams discarded at once; a peer that sends more does not stop."""
+"""Most telegrams discarded at once; a peer that sends more never stops."""
 
 
 class Transport(Protocol):

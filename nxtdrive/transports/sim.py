@@ -67,7 +67,7 @@ class SimTransport:
         latency_ms: Round trip of the link; USB has 2, Bluetooth 30 to 65.
         realtime: Whether a simulated second takes at least a real one.
         faults: Faults to inject on the link.
-        warn_of_sleep: Whether to warn a program that waits by ``time.sleep``, in which no simulated time passes.
+        warn_of_sleep: Whether to warn a program that waits with ``time.sleep``, during which no simulated time passes.
         address: The address that opened it.
 
     Attributes:
@@ -100,7 +100,7 @@ class SimTransport:
 
     @property
     def simulation(self) -> Any:  # noqa: ANN401 - to judge or repeat a run; a driver does not look at it
-        """What is simulated."""
+        """The simulation."""
         return self._simulation
 
     @classmethod

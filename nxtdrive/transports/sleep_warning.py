@@ -35,7 +35,7 @@ class SleepWarning:
             self._left = _usage()
 
     def enter(self, moving: Callable[[], bool]) -> None:
-        """Note that the program calls the simulation again; `moving` tells whether motors turn."""
+        """Note that the program calls the simulation again; `moving` is whether motors turn."""
         if self._done:
             return
         wall_s, busy_s, waits, preempted = (now - then for now, then in zip(_usage(), self._left, strict=True))

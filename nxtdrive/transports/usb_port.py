@@ -42,12 +42,12 @@ ENDPOINT_OUT, ENDPOINT_IN = 0x01, 0x82
 SEND_TIMEOUT_MS = 1000
 LOOK_EVERY_S = 1.0
 LOOK_MS = 1
-"""How often a surplus packet is looked for, and how long a look takes; USB itself delivers each packet once."""
+"""Interval of checks for surplus packets, and how long a check takes; USB itself delivers each packet once."""
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
 _UNREADABLE = (ValueError, NotImplementedError)
-"""What pyusb raises, besides its own error, for texts of a device that cannot be opened."""
+"""Exceptions of pyusb, besides its own error, for texts of a device that cannot be opened."""
 
 _PLUG_IN = "Plug the brick in and switch it on, then wait a few seconds."
 _HOLDERS = (
@@ -137,7 +137,7 @@ class UsbTransport(WallClock):
         return packet or self._read(max(1, round(timeout_s * 1000)))  # libusb interprets 0 as "no timeout"
 
     def waiting(self) -> bool:
-        """Look for a packet once a second; between the looks return False."""
+        """Check for a packet once a second; between the checks return False."""
         if not self._found and self.now() >= self._looked_at + LOOK_EVERY_S:
             self._looked_at = self.now()
             self._found = self._read(LOOK_MS) or b""
@@ -294,7 +294,7 @@ def _translated(address: str) -> Iterator[None]:
         yield
     except usb.core.NoBackendError as error:
         raise _no_libusb() from error
-    except NotImplementedError as error:  # what pyusb makes of LIBUSB_ERROR_NOT_SUPPORTED
+    except NotImplementedError as error:  # pyusb's translation of LIBUSB_ERROR_NOT_SUPPORTED
         raise LinkError(
             f"{address}: another driver has the brick ({error}).",
             remedy="On Windows put WinUSB in the place of LEGO's driver, with Zadig (zadig.akeo.ie).",
