@@ -61,7 +61,7 @@ class Simulation:
         webcam: The webcam on the robot.
         truth: Ground truth; for tests and reports only.
         seed: As given.
-        generators: Chance besides the world's that `reseed` is to seed.
+        generators: Random generators besides the world's that `reseed` seeds.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Simulation:
         self._supply(battery_mv)
 
     def _sag(self) -> None:
-        """Lower the voltage by what was used and by the current that the motors draw now."""
+        """Lower the voltage by the charge used and by the current that the motors draw now."""
         robot = self._world.file.robot
         used_mv = robot.battery_drain_mv_per_min * self._now_ms / 60_000
         current_a = sum(motor.current_a for motor in self._motors)
@@ -173,7 +173,7 @@ class Simulation:
             until_ms = min(stop_ms, step_ms)
             try:
                 brick.tick(until_ms - now_ms)
-            finally:  # time goes on, should a server outlive a defect of the brick
+            finally:  # time goes on, even if a server survives a defect of the brick
                 self._now_ms = until_ms
             now_ms = until_ms
             if now_ms == step_ms:
@@ -196,7 +196,7 @@ class Simulation:
         return b"" if self.brick.powered_off else self.brick.receive_bluetooth(framed)
 
     def reseed(self, seed: str) -> None:
-        """Seed all chance anew, from this moment on; what was drawn before stays, and so does the noise of pixels."""
+        """Reseed all random generators from this moment on; earlier draws stay, and so does the noise of pixels."""
         for number, random in enumerate((*self._world.generators, *self.generators, self.webcam.generator)):
             random.seed(f"{seed}/{number}")
 

@@ -56,7 +56,7 @@ class Webcam:
         size: As given.
         fps: Frames per second; frame n is delivered at n / fps, and exposed the camera's latency before.
         hfov_deg: Horizontal field of view.
-        look_s: Time that the computer takes for a look.
+        look_s: Computing time of a look.
         next_frame_ms: When the next frame is to be exposed.
         unplugged_ms: Spans (from, to) of simulation time without frames; may be set at any time.
     """
@@ -87,7 +87,7 @@ class Webcam:
         return self.index / self.fps
 
     def expose(self) -> None:
-        """Take the frame that is due; it is rendered only when requested."""
+        """Take the next frame; it is rendered only when requested."""
         self._drop_old()
         index = int((self._now_ms() + self._latency_ms) * self.fps / 1000.0)
         self._expose(index)
@@ -145,7 +145,7 @@ class Webcam:
 
     @property
     def generator(self) -> Random:
-        """The chance of what geometric eyes find."""
+        """The random generator of geometric eyes."""
         return self._sensor.generator
 
     @property

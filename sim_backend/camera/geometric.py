@@ -6,7 +6,7 @@ the real detector gives the probability of a detection. `python -m tools.dev.fit
 detector and prints the law.
 
 Each frame is an independent draw. A real detector that misses a picture from a standstill tends to miss it again in the
-next frame, so the model slightly favours a robot that stops and looks for long.
+next frame, so the model slightly favours a robot that stops and looks for a long time.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ class GeometricSensor:
         optics: Distortion of the lens, and shutter.
 
     Attributes:
-        generator: Its chance.
+        generator: Its random generator.
     """
 
     def __init__(

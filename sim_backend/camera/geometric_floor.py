@@ -1,4 +1,4 @@
-"""Where the floor ends in a frame, by geometry and chance without an image, as the detector of the free floor has it.
+"""Where the floor ends in a frame, by geometry and chance without an image, as the detector of the free floor finds it.
 
 In plan view a column of a level camera's frame is a ray. The floor ends where the lower edge of a panel hides it.
 """
@@ -25,13 +25,13 @@ FARTHEST_MM = 20000.0
 
 @dataclass(frozen=True, slots=True)
 class FloorLaw:
-    """How well the floor is told from what stands on it.
+    """How well the floor is distinguished from objects on it.
 
     Attributes:
         row_sd_px: Standard deviation of the row at which the floor ends, in a frame 320 pixels wide.
         look_like_floor: Textures with the floor's colours: where they stand, the floor seems to go on.
         specks: Probability that the floor seems to end nearer, at a spot of another colour.
-        speck_px: Then it ends so many rows lower, at most.
+        speck_px: Then it ends at most this many rows lower.
     """
 
     row_sd_px: float
@@ -57,7 +57,7 @@ class GeometricFloor:
     def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
         """Return the points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
 
-        What stands on legs hides only the floor behind it, so the floor seems to reach farther than it does.
+        An object on legs hides only the floor behind it, so the floor seems to reach farther than it does.
         """
         rays = (np.arange(COLUMNS) + 0.5) / COLUMNS * camera.width - camera.width / 2
         rays /= camera.focal_px

@@ -1,4 +1,4 @@
-"""What a real camera does to the view of a level pinhole: tilt and roll, lens distortion, and a rolling shutter."""
+"""The differences of a real camera from a level pinhole: tilt and roll, lens distortion, and a rolling shutter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim_backend.camera.projection import ImagePlane, Matrix, Pinhole, orientati
 from sim_backend.camera.textures import Image
 
 SWING_DEG = 8.0
-"""Largest turn of the camera while it reads a frame that is drawn."""
+"""Largest turn of the camera while it reads a frame that is rendered."""
 
 Share = TypeVar("Share", float, Matrix)
 Maps = tuple[NDArray[np.float32], NDArray[np.float32]]

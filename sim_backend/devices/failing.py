@@ -29,7 +29,7 @@ def failing(sensor: AnalogSensor | I2CDevice, fault: FaultNow, random: Random) -
     Args:
         sensor: The sensor; a colour sensor, which talks in its own way, never fails.
         fault: How it fails now.
-        random: Draws what a loose plug loses.
+        random: Draws the requests that a loose plug loses.
     """
     if isinstance(sensor, ColorDevice):
         return sensor

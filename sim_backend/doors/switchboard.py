@@ -12,7 +12,7 @@ WAITING_LIMIT = 64
 """Telegrams and replies in flight at which a program is no longer read, as a busy brick accepts no USB packet."""
 
 CLIENT_LIMIT = 32
-"""Maximum number of connected programs; a further one takes the place of one that has sent nothing, or is refused."""
+"""Maximum number of connected programs; a further one replaces one that has sent nothing, or is refused."""
 
 
 class Link(Protocol):

@@ -1,8 +1,8 @@
-"""USB/IP, the side that has the device: what ``usbip attach`` and the host's kernel ask for. No I/O.
+"""USB/IP, the side that has the device: answers to ``usbip attach`` and the host's kernel. No I/O.
 
-Messages are those of Linux's Documentation/usb/usbip_protocol.rst, version 1.1.1. `UsbIpSession` speaks for one
+Messages are those of Linux's Documentation/usb/usbip_protocol.rst, version 1.1.1. `UsbIpSession` handles one
 connection: first it lists or hands over its one device, then each message is a transfer. The kernel keeps several reads
-under way; each is answered when the device has something to say.
+under way; each is answered when the device has data.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Rooms and disturbances of test missions, drawn from a class and a seed."""
+"""Scenarios: rooms and disturbances of test missions, generated from a class and a seed."""

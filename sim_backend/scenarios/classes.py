@@ -1,7 +1,7 @@
 """Classes of scenarios: class and seed determine the room, its events and everything else.
 
 The robot's own actions trigger the events ("once lena has been in view for 1.2 s and the robot is more than a metre
-away, a person steps in between"), so that every policy faces the same test. Only outages of the link, patrols,
+away, a person steps in between"), so that every profile faces the same test. Only outages of the link, patrols,
 and sensors and wheels that fail are timed.
 
 Source of the classes and their ranges: docs/evaluation.md.
@@ -59,7 +59,7 @@ ALL_CLASSES = tuple(dict.fromkeys((*CLASSES, *REALITY_CLASSES, *HARD_CLASSES)))
 
 
 def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
-    """Draw a room of a class in which the mission can be solved, and what the class specifies beside it.
+    """Draw a room of a class in which the mission can be solved, and the class's other conditions.
 
     Raises:
         KeyError: There is no such class.

@@ -1,4 +1,4 @@
-"""Draw a whole test from a class and a seed: world, mission, robot, faults and limits, as plain values."""
+"""Generate a scenario from a class and a seed: world, mission, robot, faults and limits, as plain values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CRUISE_MM_S = 200.0
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """What a class and a seed determine.
+    """A scenario, as a class and a seed determine it.
 
     Attributes:
         kind: The class.
@@ -42,7 +42,7 @@ class Drawn:
 
 
 def draw(kind: str, seed: int) -> Drawn:
-    """Draw the test of a class and a seed.
+    """Draw the scenario of a class and a seed.
 
     Raises:
         KeyError: There is no such class.

@@ -1,6 +1,6 @@
-"""One effect of reality a class, each in the same room per seed, so that `plain` shows what the effect costs.
+"""One effect of real robots per class, each in the same room for a seed, so that `plain` shows the cost of the effect.
 
-The ranges are those of docs/reality.md, which names their sources. The mission is told of none of this.
+The ranges are those of docs/reality.md, which names their sources. The mission does not get these values.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a scenario specifies beside its room: the link, the view, and what the mission is told of the robot."""
+"""The conditions of a scenario besides its room: the link, the view, and the mission's data of the robot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sim_backend.link import NO_FAULTS, LinkFaults
 from .room_builder import RoomBuilder
 
 TIME_LIMIT_S = 300.0
-"""A mission's usual time limit; a class may have another one, the same for all policies."""
+"""A mission's usual time limit; a class may have another one, the same for all profiles."""
 USB_MS, BLUETOOTH_MS = 2.0, (30.0, 65.0)
 """Round-trip times of the two links, the second as a range; see `nxtdrive.transports.sim`."""
 
@@ -56,7 +56,7 @@ class Sight:
 
 @dataclass(frozen=True, slots=True)
 class Extras:
-    """What a class specifies outside the world file.
+    """The conditions of a class outside the world file.
 
     Attributes:
         faults: Faults of the link.
@@ -76,4 +76,4 @@ class Extras:
 NO_EXTRAS = Extras()
 
 Draw = Callable[[Random], tuple[RoomBuilder, Extras]]
-"""Draws the room of a class, and what it specifies beside it."""
+"""Draws the room of a class, and its other conditions."""

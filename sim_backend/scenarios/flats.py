@@ -23,7 +23,7 @@ APART_MM = 900.0
 TARGET_KEPT_MM = 500.0
 """Furniture keeps this distance from a target."""
 PLACES = 20
-"""Number of places that are tried for a piece of furniture."""
+"""Number of places to try for a piece of furniture."""
 FURNITURE_MM = {"sofa": (700.0, 1500.0), "table": (500.0, 900.0), "cupboard": (350.0, 900.0), "crate": (250.0, 400.0)}
 """Depth and width of the furniture."""
 
@@ -67,7 +67,7 @@ class Flat:
     Attributes:
         builder: Has its walls.
         rooms: The rooms with a door.
-        corridor: What the doors lead to.
+        corridor: Where the doors lead.
     """
 
     builder: RoomBuilder

@@ -155,7 +155,7 @@ class Path:
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """A room and what stands in it.
+    """A room with its obstacles.
 
     Attributes:
         size_mm: Extent of the floor, from (0, 0).
@@ -203,7 +203,7 @@ class FloorPlan:
         return ~hidden
 
     def reachable(self, start: Point, goals: Sequence[Goal], radius_mm: float) -> bool:
-        """Return whether `path` finds a way to each of the goals, much faster than by searching them."""
+        """Return whether `path` would find a path to each of the goals, much faster than by calling it."""
         grid = _Grid(self, radius_mm, 0.0)
         first = grid.nearest_free(start)
         if first is None:
@@ -221,7 +221,7 @@ class FloorPlan:
         eye_height_mm: float = EYE_HEIGHT_MM,
         inflation_mm: float = 0.0,
     ) -> Path | None:
-        """Return a robot's shortest path to where a stop in front of the picture counts.
+        """Return a robot's shortest path to a place where a stop in front of the picture counts.
 
         Args:
             start: Centre of the robot.

@@ -1,7 +1,7 @@
-"""The hard suite: what ordinary flats, people, light and robots ask of a profile.
+"""The hard suite: flats, people, light and robots as they ordinarily are.
 
-The docstring of each class says what it asks. In scenarios of odd seeds the robot is not what the mission believes:
-camera, wheels and track differ from the numbers in the mission's file.
+The docstring of each class says what it requires of a profile. In scenarios of odd seeds the robot differs from its
+description: camera, wheels and track deviate from the numbers in the mission's file.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from .rooms import ROOMS, furnished
 THREE = ("lena", "rilakkuma", "fox")
 SIX = (*THREE, "landscape", "logo", "sunset")
 RIDES = 50
-"""Number of ways that are tried for a target's vehicle; if none is clear of the others, it stands."""
+"""Number of paths to try for a target's vehicle; if none is clear of the others, it stands still."""
 MISMEASURED = {"hfov_deg": 4.0, "diameter_percent": 3.0, "track_percent": 4.0, "yaw_deg": 3.0}
 """Standard deviations of a robot's numbers from those of its mission. A guess: a ruler's errors, and those of the data
 sheets of webcams."""
 
 
 def mismeasure(builder: RoomBuilder) -> None:
-    """Let the robot differ from what its mission believes; what the class has set stays."""
+    """Let the robot differ from the mission's description; values that the class has set stay."""
     random = builder.random
     camera = builder.tables.setdefault("camera", {})
     camera.setdefault("hfov_deg", round(60.0 + _spread(random, MISMEASURED["hfov_deg"]), 1))

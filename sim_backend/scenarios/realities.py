@@ -1,4 +1,4 @@
-"""Robots that are not what the mission believes: clutter before the targets, wrong measures, sensors that die."""
+"""Robots that differ from the mission's description: clutter before targets, wrong dimensions, sensors that die."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .room_builder import LOW_BOX_MM, RoomBuilder
 from .rooms import ROOMS, furnished
 
 NARROW_HFOV_DEG = 51.0
-"""Field of view of a camera that the mission believes to have 60 degrees: it sees everything 17 % too near."""
+"""Field of view of a camera that has 60 degrees in the mission: it sees everything 17 % too near."""
 WRONG_PERCENT = (3.0, 8.0)
 """Errors of a wheel's diameter and of the track, measured with a ruler. A guess."""
 SLOW_LINK_MS = 300.0

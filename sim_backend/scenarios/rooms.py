@@ -1,4 +1,4 @@
-"""Rooms that differ by what stands in them."""
+"""Rooms that differ in their furniture."""
 
 from __future__ import annotations
 

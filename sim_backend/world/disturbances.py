@@ -1,4 +1,4 @@
-"""What events do to the robot itself: sensors that fail, wheels that slip, hands that lift it."""
+"""Effects of events on the robot itself: sensors that fail, wheels that slip, hands that lift it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Disturbances:
     _running: dict[str, tuple[Event, int | None]] = field(default_factory=dict)
 
     def begin(self, event: Event, stays_ms: int | None, now_ms: int) -> None:
-        """Begin what a sensor's, wheel's or the robot's event describes."""
+        """Begin the disturbance of a sensor's, wheel's or the robot's event."""
         if event.sensor is not None and event.fault is not None:
             self.faults[event.sensor] = event.fault
         elif event.wheel is not None:
@@ -47,7 +47,7 @@ class Disturbances:
         self.robot.slip_wheels(share if wheel != "right" else None, share if wheel != "left" else None)
 
     def advance(self, now_ms: int) -> None:
-        """End what has lasted long enough."""
+        """End disturbances that have lasted long enough."""
         for name, (event, ends_ms) in list(self._running.items()):
             if ends_ms is not None and now_ms >= ends_ms:
                 del self._running[name]

@@ -17,7 +17,7 @@ POST_WIDTH_MM, POST_TEXTURE = 40.0, "wood"
 BOX_FRICTION = 0.4
 """Coefficient of friction between a box and the floor."""
 CLEARANCE_MM = 50.0
-"""What moves by itself stops at this distance from the robot and waits."""
+"""Moving objects stop at this distance from the robot and wait."""
 
 
 class WorldObject(Protocol):

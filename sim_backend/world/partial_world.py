@@ -16,7 +16,7 @@ PLACEHOLDERS: dict[str, dict[str, Any]] = {
     "floor": {"size_mm": [FARTHEST_MM, FARTHEST_MM]},
     "robot": {"start_mm": [FARTHEST_MM / 2, FARTHEST_MM / 2]},
 }
-"""What takes the place of a table that a world cannot do without; nothing is too far out or too near then."""
+"""Substitutes for mandatory tables; with them nothing is too far out or too near."""
 
 
 @dataclass(slots=True)
@@ -26,7 +26,7 @@ class PartialWorld:
     Attributes:
         world: The rest.
         lost: Names in the tables that were left out, by the list they were in.
-        kept: Indices in the file of what is left of each list.
+        kept: Indices in the file of the remaining entries of each list.
         placeholders: Tables that are not the file's.
     """
 
@@ -52,7 +52,7 @@ class PartialWorld:
 
 
 def valid_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> PartialWorld | None:
-    """Return what can be checked further of tables with problems, or None."""
+    """Return the part of tables with problems that can be checked further, or None."""
     rest = deepcopy(dict(tables))
     bad: dict[str, set[int]] = {}
     for problem in problems:

@@ -118,7 +118,7 @@ class RobotBody:
             self.body.space.reindex_shapes_for_body(self.body)
 
     def lift(self, to_mm: Point, heading_deg: float | None, now_ms: int, duration_ms: int) -> None:
-        """Lift the robot and begin to carry it in a straight line; its wheels turn freely meanwhile."""
+        """Lift the robot and begin to carry it in a straight line, its wheels turning freely."""
         target = (*to_mm, self.heading_deg if heading_deg is None else heading_deg)
         self._carried = ((self.x_mm, self.y_mm, self.heading_deg), target, now_ms, max(1, duration_ms))
         self.lifted, self._shape.filter = True, IN_THE_AIR

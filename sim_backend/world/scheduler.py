@@ -1,6 +1,6 @@
 """Schedule a world's events: decide when each one's conditions hold.
 
-Conditions are checked every `INTERVAL_MS`. The scheduler decides *when*; the `EventContext` knows where objects are and
+Conditions are checked every `INTERVAL_MS`. The scheduler decides *when*; the `EventContext` has the objects' places and
 moves them.
 """
 
@@ -26,7 +26,7 @@ class EventContext(Protocol):
         """Return the distance between the centers of the robot and an object."""
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
-        """Carry the event out."""
+        """Perform the event."""
 
     def is_over(self, event: Event) -> bool:
         """Return whether the event's effect has ended; an instantaneous move is over at once."""

@@ -48,14 +48,14 @@ class World:
         seed: As given.
         now_ms: Time since the start; a multiple of `STEP_MS`.
         robot: The robot's body.
-        disturbances: What events do to the robot itself.
+        disturbances: Effects of events on the robot itself.
         boxes: By name.
         pictures: By name.
         people: By name.
         scheduler: The events.
         ultrasonic: The ultrasonic sensor.
         surroundings: What light, sound, temperature and compass sensors measure.
-        generators: All chance of the world.
+        generators: All random generators of the world.
         contact_count: How often the robot has come into contact with something.
     """
 
@@ -226,7 +226,7 @@ class World:
         self._panels, self._stirred = None, True
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
-        """Carry the event out."""
+        """Perform the event."""
         if not event.subject:
             self.disturbances.begin(event, stays_ms, self.now_ms)
             return

@@ -74,7 +74,7 @@ class Computer(Table):
     """The computer that looks for the targets.
 
     Attributes:
-        look_s: Time that each look takes; the robot drives on meanwhile.
+        look_s: Computing time of each look, while the robot drives on.
     """
 
     look_s: Annotated[float, Field(ge=0, le=5)] = 0.0
