@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     require_extra()
     from nxtdrive.tools.web.access import Pin
 
-    serve = _serve_class if args.classroom else _serve_robot
+    serve = _serve_classroom if args.classroom else _serve_robot
     serve(args, Pin() if args.lan else None)
     print_line("ended; motors off")
     return DONE
@@ -131,16 +131,16 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
         raise robot.failure
 
 
-def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
+def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the pages of a class.
 
     Raises:
         ConfigError: The class's file has mistakes.
     """
     from nxtdrive.mission import setup
-    from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_class
+    from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_classroom
     from nxtdrive.tools.web.classroom.classroom import Classroom
-    from nxtdrive.tools.web.classroom.config import read_classroom, simulated_class
+    from nxtdrive.tools.web.classroom.config import read_classroom, simulated_classroom
 
     if args.camera or args.nxt != (os.environ.get("NXT") or DEFAULT_ADDRESS):
         raise ConfigError(
@@ -148,7 +148,7 @@ def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
             remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
     if (count := whole_number(args.classroom)) is not None:
-        config = simulated_class(count, existing(args.folder), args.out)
+        config = simulated_classroom(count, existing(args.folder), args.out)
     else:
         config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
     classroom = Classroom(config, setup.load(args.mission))
@@ -157,7 +157,7 @@ def _serve_class(args: argparse.Namespace, pin: Pin | None) -> None:
         closing(classroom),
         suppress(KeyboardInterrupt),
     ):
-        serve_class(ClassroomServer(classroom, pin), listener, lambda: _announce(listener.getsockname()[1], pin))
+        serve_classroom(ClassroomServer(classroom, pin), listener, lambda: _announce(listener.getsockname()[1], pin))
 
 
 def _announce(port: int, pin: Pin | None) -> None:

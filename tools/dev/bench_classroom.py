@@ -15,9 +15,9 @@ from urllib.parse import quote
 
 from nxtdrive.mission import setup
 
-from ..web.classroom.app import ClassroomServer, serve_class
+from ..web.classroom.app import ClassroomServer, serve_classroom
 from ..web.classroom.classroom import Classroom
-from ..web.classroom.config import simulated_class
+from ..web.classroom.config import simulated_classroom
 from .bench import Figure
 
 ROBOTS = 12
@@ -102,9 +102,9 @@ def _running(robots: int) -> Iterator[tuple[Classroom, str]]:
     """Serve a class in this process; yields it and the address of its WebSockets."""
     with tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as listener:
         folder, ready = Path(name), threading.Event()
-        classroom = Classroom(simulated_class(robots, folder, folder / "runs"), setup.load(None))
+        classroom = Classroom(simulated_classroom(robots, folder, folder / "runs"), setup.load(None))
         server = ClassroomServer(classroom)
-        threading.Thread(target=serve_class, args=(server, listener, ready.set), daemon=True).start()
+        threading.Thread(target=serve_classroom, args=(server, listener, ready.set), daemon=True).start()
         ready.wait()
         with closing(classroom):
             yield classroom, f"ws://127.0.0.1:{listener.getsockname()[1]}"

@@ -37,7 +37,7 @@ class SameSite:
     computer; the origin, which browsers send with every WebSocket, must be the same host.
 
     Args:
-        app: What is guarded.
+        app: The guarded application.
         lan: Whether the address at which a request arrived, and this computer's names, are allowed beside loopback.
     """
 
@@ -86,7 +86,7 @@ class Pin:
         return max(0.0, self._closed_until_s - self._now())
 
     def enter(self, digits: str) -> str | None:
-        """Return a new session's secret, or None for a wrong PIN and while none is accepted."""
+        """Return a new session's secret, or None for a wrong PIN and while no PIN is accepted."""
         if self.wait_s:
             return None
         if not secrets.compare_digest(digits.encode(), self.digits.encode()):
@@ -126,7 +126,7 @@ class PinGate:
     """Lets only browsers pass whose user has entered the PIN.
 
     Args:
-        app: What is guarded.
+        app: The guarded application.
         pin: The PIN and its sessions.
     """
 
@@ -150,7 +150,7 @@ class PinGate:
 
 
 def _host_of(origin: str) -> str:
-    """Return the host, with its port, of an origin; an empty text for what is none."""
+    """Return the host, with its port, of an origin; an empty text if it has none."""
     try:
         return urlsplit(origin).netloc
     except ValueError:

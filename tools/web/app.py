@@ -110,7 +110,7 @@ class Server:
 
     Attributes:
         robot: The robot; a `Robot` can also be driven by hand, and missions be started.
-        hub: What it tells.
+        hub: Sends its messages.
         missions: The missions that can be started.
         runs: The runs that can be replayed.
         address: The brick's, for the page.
@@ -137,7 +137,7 @@ class Server:
         return guarded(self.routes(), self.pin)
 
     def routes(self) -> list[BaseRoute]:
-        """Return the routes of the page, without what guards them."""
+        """Return the routes of the page, unguarded."""
         photographs = Photographs(self.missions.folder, lambda: self.robot.picture())  # noqa: PLW0108 - it is replaced
         return [
             WebSocketRoute("/ws", self._connect),
@@ -185,10 +185,10 @@ class Server:
         self._arbiter.give(client.name)
 
     def _obey(self, client: Client, message: Message) -> Work | None:
-        """Do what a client asks, or return what of it takes longer.
+        """Execute a client's message, or return the part that takes longer.
 
         Raises:
-            ValueError: It cannot be done; the text says why.
+            ValueError: It failed; the text says why.
         """
         robot = self.robot
         match message:
@@ -285,7 +285,7 @@ def _admit(_request: Request) -> Response:
 
 
 def _left(_request: Request, _error: Exception) -> Response:
-    """Answer a client that has left in the middle of its request, which nobody reads."""
+    """Answer a client that has left in the middle of its request; the answer goes unread."""
     return Response(status_code=400)
 
 
@@ -310,7 +310,7 @@ def serve(server: Server, robot: Robot, listener: socket.socket, ready: Callable
 
 @contextlib.contextmanager
 def serving(server: Server, listener: socket.socket) -> Iterator[None]:
-    """Serve the page in a thread of its own until the end of the block, where clients get what is waiting for them.
+    """Serve the page in a thread of its own until the end of the block; then clients get their pending messages.
 
     Args:
         server: What to serve.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .messages import StartCalibration
 
 NOTHING: dict[str, Any] = {"values": [], "misfit_px": None, "views": 0, "remark": ""}
-"""What clients see of a calibration that has found nothing yet."""
+"""The state of a calibration without results yet, as clients see it."""
 
 
 class ShownCalibration:
@@ -39,11 +39,11 @@ class ShownCalibration:
     Args:
         wanted: What is to be calibrated, and how.
         before: The robot file so far.
-        show: Called with what has changed for the clients.
+        show: Called with changes for the clients.
 
     Attributes:
         over: Whether it has ended.
-        outcome: What it found; None before its end, or if that was refused.
+        outcome: Its result; None before its end, or if that was refused.
     """
 
     kind, drives = "calibration", True
@@ -58,7 +58,7 @@ class ShownCalibration:
         self._question, self._answer = 0, 0.0
 
     def end(self) -> None:
-        """Break it off; any thread."""
+        """Abort it; any thread."""
         self._pause.end()
         with self._answered:
             self._answered.notify_all()
@@ -71,7 +71,7 @@ class ShownCalibration:
                 self._answered.notify_all()
 
     def perform(self, robot: OpenRobot) -> None:
-        """Calibrate; the robot is at rest afterwards, and the clients know what was found or what went wrong."""
+        """Calibrate; the robot is at rest afterwards, and the result or the error has been sent to the clients."""
         self._show({"running": True, "lines": [], "problem": "", "saved": False, **NOTHING})
         problem, link = "", robot.brick.link
         link.before_request = self._pause.check
@@ -132,7 +132,7 @@ class Calibrations:
     """The calibrations of one robot, and its robot file.
 
     Args:
-        hub: Told everything.
+        hub: Gets all messages.
         file: The robot file; it need not exist.
         used: Called with the file when it has been written; missions use it from then on.
     """
@@ -168,7 +168,7 @@ class Calibrations:
             self._latest.answer(question, value)
 
     def save(self) -> None:
-        """Write what was found last to the robot file.
+        """Write the last result to the robot file.
 
         Raises:
             ValueError: There is nothing to save, or it cannot be written.
@@ -185,7 +185,7 @@ class Calibrations:
         self._show({"saved": True, "known": self._known()})
 
     def _known(self) -> str:
-        """Say what the robot file has."""
+        """Describe the robot file's contents."""
         if not os.path.lexists(self._file):
             return "there is none yet; the default values are used"
         try:

@@ -35,7 +35,7 @@ def decided(
     Args:
         decision: As the journal has it.
         candidates: As the run's policy weighs them.
-        what_if: What each candidate would have cost, as ``nxtdrive what-if`` left it.
+        what_if: The cost of each candidate, by ``nxtdrive what-if``.
     """
     choice, weighed = decision.choice, list(candidates)
     chosen = next((i for i, each in enumerate(weighed) if choice and same(each.choice, choice)), None)
@@ -54,7 +54,7 @@ def decided(
 
 
 def _with_costs(values: dict[str, Any], what_if: Mapping[str, Any]) -> dict[str, Any]:
-    """Add what each candidate would have cost; what the policy does not weigh comes last."""
+    """Add the cost of each candidate; candidates that the policy does not weigh come last."""
     known = list(what_if["candidates"])
     # two candidates may have the same words; there, too, the chosen one comes first
     for each in sorted(values["candidates"], key=lambda each: each is not values["candidates"][values["chosen"] or 0]):
@@ -80,7 +80,7 @@ def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str,
 
 
 def candidate(each: OperatorChoice) -> dict[str, Any]:
-    """Return a candidate as plain values: what it takes, its chance, and the seconds that a success costs."""
+    """Return a candidate as plain values: its duration, its chance, and the expected seconds for a success."""
     values: dict[str, Any] = {"text": each.choice.words(), "why": each.choice.why}
     if option := each.option:
         seconds, expected_s = _seconds(option.seconds), _seconds(option.expected_s)

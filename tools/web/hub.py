@@ -1,4 +1,4 @@
-"""From the robot's thread to the clients: the latest of everything, without the robot ever waiting for a client."""
+"""Messages from the robot's thread to the clients: always the latest, without the robot ever waiting for a client."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 FRAME, GRID, BELIEF = 1, 2, 3
-"""First byte of a binary message: what its image shows."""
+"""First byte of a binary message: the kind of its image."""
 _HEADER = struct.Struct("<BxxxId")
 
 BACKLOG = 20_000
@@ -21,7 +21,7 @@ BEHIND = 2_000
 """A client that is this many events behind is too slow and is closed; its page connects again and catches up."""
 
 FLUSH_S = 0.02
-"""How often it is looked whether all events have been sent."""
+"""Interval of checks whether all events have been sent."""
 
 
 def image_message(kind: int, number: int, time_s: float, encoded: bytes) -> bytes:
@@ -30,7 +30,7 @@ def image_message(kind: int, number: int, time_s: float, encoded: bytes) -> byte
 
 
 class Client:
-    """What one client has not been sent yet.
+    """The pending messages of one client.
 
     Args:
         loop: The event loop that sends it.
@@ -48,7 +48,7 @@ class Client:
         self._sending = 0
 
     def put(self, key: object, message: str | bytes) -> None:
-        """Replace what is waiting under `key`; any thread."""
+        """Replace the message waiting under `key`; any thread."""
         with self._lock:
             self._latest[key] = message
         self._wake()
@@ -69,7 +69,7 @@ class Client:
     async def next(self) -> list[str | bytes]:
         """Wait for messages to send: events first, in order, then the latest of everything else.
 
-        What was returned before counts as sent.
+        Messages returned before count as sent.
         """
         self._sending = 0
         await self._news.wait()
@@ -128,15 +128,15 @@ class Hub:
             self._clients.discard(client)
 
     def show(self, kind: str, values: Mapping[str, Any]) -> None:
-        """Send a value of which only the latest counts."""
+        """Send a value that replaces the one before."""
         self._put(kind, as_message(kind, values))
 
     def show_image(self, kind: int, number: int, time_s: float, encoded: bytes) -> None:
-        """Send an image of which only the latest counts."""
+        """Send an image that replaces the one before."""
         self._put(kind, image_message(kind, number, time_s, encoded))
 
     def publish(self, kind: str, values: Mapping[str, Any]) -> None:
-        """Send an event that every client gets, also those that connect later."""
+        """Send an event to every client, including those that connect later."""
         message = as_message(kind, values)
         with self._lock:
             self._events.append(message)

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 
 class LiveRun:
-    """A run with a page; takes the place of the page's robot.
+    """A run with a page; replaces the page's robot.
 
     Args:
-        mission: What is done.
+        mission: The mission.
         listener: A bound socket, where the page is served.
         confirm: Whether clients confirm each recovery.
         file: The mission's file, for hints; None for the built-in one.
@@ -55,7 +55,7 @@ class LiveRun:
         return run
 
     def pursue(self, run: MissionRun, folder: str) -> Report:
-        """Run the mission and serve the page meanwhile; at the end clients get what is waiting for them.
+        """Run the mission while serving the page; at the end clients get their pending messages.
 
         Args:
             run: As `assemble` returned it.

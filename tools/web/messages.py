@@ -1,4 +1,4 @@
-"""What a page may say to the server: JSON objects with a ``type``; docs/web-protocol.md describes both directions."""
+"""Messages from a page to the server: JSON objects with a ``type``; docs/web-protocol.md describes both directions."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class StopMission(_Message):
 
 
 class PauseMission(_Message):
-    """Let the robot stand, in the running mission, until `ResumeMission`."""
+    """Pause the running mission, the robot at rest, until `ResumeMission`."""
 
     type: Literal["pause"]
 
@@ -108,7 +108,7 @@ class Answer(_Message):
 
     Attributes:
         question: Its number.
-        choice: Index of the candidate; 0 is what the policy proposes.
+        choice: Index of the candidate; 0 is the policy's proposal.
     """
 
     type: Literal["answer"]
@@ -126,7 +126,7 @@ class Choose(_Message):
     """Take a candidate of the open decision.
 
     Attributes:
-        number: Its number in the answer to `Evidence`; 0 is what the policy proposes.
+        number: Its number in the answer to `Evidence`; 0 is the policy's proposal.
     """
 
     type: Literal["choose"]
@@ -169,7 +169,7 @@ class AnswerCalibration(_Message):
 
 
 class SaveCalibration(_Message):
-    """Write what was calibrated last to the robot file; missions use it from then on."""
+    """Write the last calibration's result to the robot file; missions use it from then on."""
 
     type: Literal["save_calibration"]
 

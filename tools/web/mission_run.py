@@ -30,7 +30,7 @@ from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
 LOOK_S = 0.2
-"""How often a wait for an answer looks for signals, which an unlimited wait ignores on Windows."""
+"""How often a wait for an answer checks for signals, which an unlimited wait ignores on Windows."""
 MAP_EVERY_S = 1.0
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
@@ -43,7 +43,7 @@ class WebOperator:
 
     Args:
         hub: Where the question goes.
-        pause: Says whether the mission is to end.
+        pause: Has the request to end the mission.
     """
 
     def __init__(self, hub: Hub, pause: Pause) -> None:
@@ -105,7 +105,7 @@ class WebOperator:
             self._answered.notify_all()
 
     def wake(self) -> None:
-        """Look at once whether the mission is to end; any thread."""
+        """Check now whether the mission is to end; any thread."""
         with self._answered:
             self._answered.notify_all()
 
@@ -114,8 +114,8 @@ class ShownMission:
     """Shows a mission to the clients, who may pause it, end it and answer its questions.
 
     Args:
-        mission: What is done.
-        hub: Told every record.
+        mission: The mission.
+        hub: Gets every record.
         confirm: Whether clients confirm each recovery.
         file: The mission's file, for hints; None for the built-in one.
 
@@ -144,7 +144,7 @@ class ShownMission:
         """Assemble the mission.
 
         Args:
-            robot: What does it.
+            robot: The robot.
             observers: Further observers.
             say_hint: Also called with each hint.
 
@@ -168,7 +168,7 @@ class ShownMission:
         self.operator.wake()
 
     def pause(self) -> None:
-        """Let the robot stand until `resume`; the time of a simulated robot stands still, too. Any thread."""
+        """Pause, the robot at rest, until `resume`; the time of a simulated robot stands still, too. Any thread."""
         self._pause.request()
         self._hub.show("paused", {"paused": True})
 
@@ -223,7 +223,7 @@ class ShownMission:
             self._show_map(record)
 
     def _show_map(self, record: Record) -> None:
-        """Send what the robot knows of the floor, and where it takes the target to be."""
+        """Send the robot's map, and its estimate of the target's place."""
         if not (isinstance(self._profile, AdaptiveProfile) and self._hub.watched):
             return
         world = self._profile.world

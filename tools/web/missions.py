@@ -94,7 +94,7 @@ class Missions:
 
         Raises:
             Conflict: The file has changed or is gone, or a new one exists already.
-            ValueError: The name is none for a mission file, or what it names is no file of a mission's size.
+            ValueError: The name is not that of a mission file, or the file is larger than a mission's.
             OSError: It cannot be written.
         """
         if not NAME.fullmatch(name):

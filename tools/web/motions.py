@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nxtdrive.motion.rover import Rover
 
 CHECK_S = 0.02
-"""How often a motion looks whether it is to be broken off."""
+"""How often a motion checks whether to abort."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class ShortMotion:
         self._ended, self._done = threading.Event(), threading.Event()
 
     def end(self) -> None:
-        """Break it off; any thread."""
+        """Abort it; any thread."""
         self._ended.set()
 
     def wait(self, timeout_s: float) -> bool:

@@ -1,4 +1,4 @@
-"""A page's WebSocket: sends what the hub tells, and obeys what the page says."""
+"""A page's WebSocket: sends the hub's messages, and obeys the page's."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from .hub import Client, Hub
 
 Work = Callable[[], object]
-"""What is left to do of a message, in a thread."""
+"""The rest of a message's work, for a thread."""
 
 MAX_CLIENTS = 50
 TRY_LATER = 1013
@@ -37,8 +37,8 @@ async def converse(
         hub: Whose messages it gets.
         name: Of the client.
         hello: Returns the first message; called in a thread.
-        obey: Does what a message asks, or returns what of it reads files, which is done in a thread while the page's
-            next messages are obeyed: a stop never waits. A ValueError says why it cannot be done.
+        obey: Executes a message, or returns the part that reads files, which is done in a thread while the page's
+            next messages are obeyed: a stop never waits. A ValueError says why it failed.
         left: Called at the end.
     """
     await page.accept()

@@ -37,7 +37,7 @@ class NewTarget(BaseModel):
     Attributes:
         text: The mission's text; empty for a new mission.
         name: Of the target.
-        height_mm: Real height of what is in the box.
+        height_mm: Real height of the box's content.
         picture: Number of the picture.
         box: Left, top, width, height in pixels.
     """
@@ -82,7 +82,7 @@ class Photographs:
         return number, _png(image)
 
     def add(self, target: NewTarget) -> dict[str, str]:
-        """Save what is in the box beside the missions; returns its file and the mission's text with the target.
+        """Save the box's content beside the missions; return its file and the mission's text with the target.
 
         Raises:
             ValueError: The box or the text cannot be used; the message says why.
@@ -111,7 +111,7 @@ class Photographs:
 
 
 def cut_out(image: Image, box: Box) -> Image:
-    """Return what is in the box, if the picture detector finds it again in the image.
+    """Return the box's content, if the picture detector finds it again in the image.
 
     Raises:
         ValueError: It does not; the message says why.

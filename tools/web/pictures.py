@@ -17,9 +17,9 @@ from .hub import FRAME, Hub
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
 
-CLASS_FPS, SMALL_FPS = 10, 2
-"""Pictures a second of a simulated robot of a class, without a mission: where its own page is open, and
-where only the class's page is."""
+CLASSROOM_FPS, SMALL_FPS = 10, 2
+"""Pictures a second of a simulated robot of a classroom, without a mission: while its own page is open, and while only
+the classroom's page is."""
 
 
 class PictureFeed:
@@ -45,11 +45,11 @@ class PictureFeed:
         self._observer = observer
 
     def wants(self, number: int) -> bool:
-        """Return whether anyone needs the frame of a number."""
+        """Return whether the frame with a number is needed."""
         if self._observer is not None:
             return number % (self.fps // VIDEO_FPS) == 0
         if self._hub.watched:
-            return number % (self.fps // CLASS_FPS) == 0
+            return number % (self.fps // CLASSROOM_FPS) == 0
         return self._hub.small_pictures and number % (self.fps // SMALL_FPS) == 0
 
     def frame(self, frame: Frame) -> None:

@@ -1,4 +1,4 @@
-"""Everything that the page needs to replay a run, as plain values; the same for the server and for an exported page."""
+"""The data for the replay of a run, as plain values; the same for the server and for an exported page."""
 
 from __future__ import annotations
 

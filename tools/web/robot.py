@@ -1,4 +1,4 @@
-"""The robot's thread: it alone uses the brick, drives by hand or runs a mission, and tells the hub."""
+"""The robot's thread: it alone uses the brick, drives by hand or runs a mission, and sends messages to the hub."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from nxtdrive.vision.detection import Image
 
 Task = ShownMission | ShownCalibration | ShortMotion
-"""What the robot's thread does besides driving by hand."""
+"""Tasks of the robot's thread besides driving by hand."""
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 """Highest speeds of driving by hand; the speed limit takes a share of them."""
 SLICE_S = 0.005
-"""A simulated robot sleeps in slices of this time, so that a message of the driver is heard at once."""
+"""A simulated robot sleeps in slices of this time, so that a message of the driver is handled at once."""
 RETRY_S = 0.5
 BEEP = (880, 600)
 """Hertz and milliseconds."""
@@ -45,7 +45,7 @@ class Robot:
     """One robot with its camera, in a thread of its own.
 
     Attributes:
-        controls: What the driver wants.
+        controls: The driver's commands.
         endings: How often it was stopped or its mission was ended.
         failure: The defect that ended the thread, if one did.
 
@@ -53,7 +53,7 @@ class Robot:
         address: The brick's.
         camera: As for ``nxtdrive run``; None for the default.
         mission: How the robot is built when it is driven by hand.
-        hub: Told everything.
+        hub: Gets all messages.
         runs: Where the folders of missions go.
     """
 
@@ -178,7 +178,7 @@ class Robot:
             shown.end()
 
     def pause_mission(self) -> None:
-        """Let the robot stand, in the running mission, until `resume_mission`; any thread.
+        """Pause the running mission, the robot at rest, until `resume_mission`; any thread.
 
         Raises:
             ValueError: No mission is running.
@@ -214,7 +214,7 @@ class Robot:
 
     @property
     def state(self) -> Mapping[str, object]:
-        """What clients were told last of the robot that no mission drives; empty before it is open."""
+        """The last state sent to clients while no mission drove the robot; empty before it is open."""
         return self._state
 
     def picture(self) -> Image | None:
@@ -278,7 +278,7 @@ class Robot:
             self.controls.let_go()
 
     def _hand_rover(self, brick: Brick) -> Rover:
-        """Return the rover of driving by hand; it keeps its pose until something else drives or it is built anew."""
+        """Return the rover for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
         if self._rover is None or self._rover[0] is not self._mission:
             self._rover = (self._mission, setup.build_rover(brick, self._mission))
         return self._rover[1]
@@ -313,7 +313,7 @@ class Robot:
 
     def _perform(self, task: Task, robot: OpenRobot) -> None:
         if self.controls.stopped or self._closing.is_set():
-            task.end()  # what came before this moment did not find it
+            task.end()  # requests before this moment did not find it
         if isinstance(task, ShortMotion):
             if task.drives:
                 self._hub.show("state", {**self._state, "doing": "driving"})

@@ -7,7 +7,7 @@ from behaviors.robot_description import CameraTable, RobotTable
 
 
 def robot_shape(mission: Mission | None) -> dict[str, float]:
-    """Return what a mission believes of its robot's sonar and lens, by common builds if it is not known."""
+    """Return the places of sonar and lens by a mission's description, or by common builds if it has none."""
     robot, camera = (mission.robot, mission.camera) if mission else (RobotTable(), CameraTable())
     return {
         "sonar_forward_mm": robot.sonar_forward_mm,

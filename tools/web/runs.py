@@ -20,7 +20,7 @@ from nxtdrive.recording.run_reader import read_run
 from .replay_data import replay_data
 
 FILES = (MAP, JOURNAL, SUMMARY)
-"""What of a run may be fetched as it is, besides its pictures."""
+"""Files of a run that may be downloaded, besides its pictures."""
 
 MAX_SUMMARY_BYTES = 1_000_000
 
@@ -31,7 +31,7 @@ class _Target(BaseModel):
 
 
 class _Summary(BaseModel):
-    """What the list shows of a summary."""
+    """The part of a summary that the list shows."""
 
     mission: str = ""
     ending: str
@@ -60,7 +60,7 @@ class Runs:
         return [self._line(name) for name in self.names()]
 
     def replay(self, name: str) -> dict[str, Any]:
-        """Return everything that the page needs to replay a run.
+        """Return the data for the replay of a run.
 
         Raises:
             KeyError: There is no such run.
@@ -99,7 +99,7 @@ class Runs:
 
 
 def _changed_s(path: Path) -> float:
-    """Return when a file was changed; 0 for one that has been removed meanwhile."""
+    """Return when a file was changed; 0 for one that has been removed."""
     try:
         return path.stat().st_mtime
     except OSError:
@@ -107,7 +107,7 @@ def _changed_s(path: Path) -> float:
 
 
 def _ended(path: Path) -> dict[str, Any] | None:
-    """Return what the summary of a run says; None without one that can be read."""
+    """Return the summary of a run; None without one that can be read."""
     try:
         return _Summary.model_validate(parse_object(read_text(path / SUMMARY, MAX_SUMMARY_BYTES))).model_dump()
     except (InputFileError, ValidationError, ValueError):
@@ -115,7 +115,7 @@ def _ended(path: Path) -> dict[str, Any] | None:
 
 
 def _unfinished(path: Path) -> dict[str, Any]:
-    """Return what the journal says of a run without a summary: it is running, was killed, or is damaged."""
+    """Return the state of a run without a summary, by its journal: it is running, was killed, or is damaged."""
     try:
         run = read_run(path)
     except (ConfigError, OSError):

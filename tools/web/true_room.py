@@ -1,4 +1,4 @@
-"""The simulation's true room, as a layer of the map: for people who watch; nothing that drives the robot reads it."""
+"""The simulation's true room, as a layer of the map: for people who watch; never read by code that drives the robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class TrueRoom:
 
     Args:
         brick: Its odometry begins now.
-        hub: Told while there are clients.
+        hub: Gets messages while there are clients.
     """
 
     def __init__(self, brick: Brick, hub: Hub) -> None:

@@ -1,4 +1,4 @@
-"""The web server of a class: its page, and the page of each robot under ``/robot/NAME/``."""
+"""The web server of a classroom: its page, and the page of each robot under ``/robot/NAME/``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PAGE = STATIC / "classroom.html"
 
 @dataclass
 class ClassroomServer:
-    """The pages of a class.
+    """The pages of a classroom.
 
     Attributes:
         classroom: The robots.
@@ -116,7 +116,7 @@ def _attached(name: str) -> dict[str, str]:
     return {"content-disposition": f'attachment; filename="{name}"'}
 
 
-def serve_class(server: ClassroomServer, listener: socket.socket, ready: Callable[[], None]) -> None:
+def serve_classroom(server: ClassroomServer, listener: socket.socket, ready: Callable[[], None]) -> None:
     """Open the robots and serve their pages until a signal comes.
 
     Args:

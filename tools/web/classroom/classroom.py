@@ -1,4 +1,4 @@
-"""All robots of a class: opened, started, stopped and watched together, each in threads of its own."""
+"""All robots of a classroom: opened, started, stopped and watched together, each in its own threads."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ TILE_QUALITY = 70
 
 
 class Classroom:
-    """The robots of a class.
+    """The robots of a classroom.
 
     Args:
-        config: Who they are.
+        config: Their descriptions.
         built: How a robot is built when it is driven by hand.
 
     Attributes:
         config: As given.
-        hub: What the class's page is told.
+        hub: Sends messages to the classroom's page.
         missions: The missions that can be handed out.
         stations: The robots, in order.
     """
@@ -73,10 +73,10 @@ class Classroom:
         self._visible.pop(client, None)
 
     def obey(self, client: Client, message: ClassMessage) -> Work | None:
-        """Do what a client asks, or return what of it takes longer.
+        """Execute a client's message, or return the part that takes longer.
 
         Raises:
-            ValueError: Something of it cannot be done; the text says what and why. The rest is done.
+            ValueError: Some of it failed; the text says what and why. The rest is done.
         """
         match message:
             case StopAll():
@@ -104,7 +104,7 @@ class Classroom:
         return None
 
     def _each(self, names: Iterable[str], action: Callable[[Station], None]) -> None:
-        """Do the same with some robots; one that cannot does not keep the others from it."""
+        """Do the same with some robots; a failure of one does not affect the others."""
         refused = []
         for name in dict.fromkeys(names):
             try:

@@ -1,4 +1,4 @@
-"""Read ``classroom.toml``: the robots of a class, their bricks and cameras, and where runs and missions are."""
+"""Read ``classroom.toml``: the robots of a classroom, their bricks and cameras, and where runs and missions are."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sim_backend.world.loading import load_world
 from ..missions import Missions
 
 MOST = 30
-"""Robots of a class."""
+"""Most robots of a classroom."""
 DEFAULT_WORLD = "arena"
 COLOURS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8a6d00", "#c2185b", "#4a5568", "#5d4037")
 """Colours of robots for which none is given, in order."""
@@ -100,7 +100,7 @@ class ClassroomFile(_Table):
 
 @dataclass(frozen=True, slots=True)
 class RobotEntry:
-    """One robot of a class.
+    """One robot of a classroom.
 
     Attributes:
         name: Of the robot, and of the folder of its runs.
@@ -108,7 +108,7 @@ class RobotEntry:
         address: Of its brick.
         camera: As for ``nxtdrive run``, or "geometric"; None for the first webcam.
         mission: The mission file that is proposed for it; empty for the built-in one.
-        stand_in: Address of the simulated robot that takes its place; None if none does.
+        stand_in: Address of the simulated robot that replaces it; None if none does.
     """
 
     name: str
@@ -121,7 +121,7 @@ class RobotEntry:
 
 @dataclass(frozen=True, slots=True)
 class ClassroomConfig:
-    """A class.
+    """A classroom.
 
     Attributes:
         name: Title of the page.
@@ -136,8 +136,8 @@ class ClassroomConfig:
     missions: Path
 
 
-def simulated_class(number: int, missions: Path, runs: Path) -> ClassroomConfig:
-    """Return a class of simulated robots in the default world.
+def simulated_classroom(number: int, missions: Path, runs: Path) -> ClassroomConfig:
+    """Return a classroom of simulated robots in the default world.
 
     Raises:
         ConfigError: There are too few or too many of them.
@@ -148,7 +148,7 @@ def simulated_class(number: int, missions: Path, runs: Path) -> ClassroomConfig:
 
 
 def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
-    """Read a class from a TOML file; its relative paths begin at the file's folder.
+    """Read a classroom from a TOML file; its relative paths begin at the file's folder.
 
     Args:
         path: The file.
@@ -172,7 +172,7 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
 
 
 def _sentence(problem: Problem) -> str:
-    """Return a problem as a sentence; of a pattern also what it asks for."""
+    """Return a problem as a sentence; for a pattern also what it requires."""
     if problem.kind != "string_pattern_mismatch":
         return problem.sentence
     where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.location).lstrip(".")

@@ -1,4 +1,4 @@
-"""What the page of a class may say to the server; docs/web-protocol.md describes both directions."""
+"""Messages from the page of a classroom to the server; docs/web-protocol.md describes both directions."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Beep(_Message):
 
 
 class ReturnToBrick(_Message):
-    """Let a brick take its place again, which a simulated robot has taken.
+    """Reopen a brick that a simulated robot has replaced.
 
     Attributes:
         robot: Its name.
@@ -94,7 +94,7 @@ def read_message(text: str | bytes) -> ClassMessage:
     """Read a client's message.
 
     Raises:
-        ValueError: It is none; the text says why.
+        ValueError: It is invalid; the text says why.
     """
     return read(ADAPTER, text)
 

@@ -1,4 +1,4 @@
-"""The results of a class, as a table, as CSV, and all runs as one ZIP file."""
+"""The results of a classroom, as a table, as CSV, and all runs as one ZIP file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def results_csv(rows: list[dict[str, Any]]) -> str:
 def write_zip(config: ClassroomConfig, file: IO[bytes]) -> None:
     """Write the runs of all robots as a ZIP file: ``runs/ROBOT/RUN/...``.
 
-    Files that vanish meanwhile are left out, and what symbolic links point to.
+    Files that vanish in the meantime are left out, and so are targets of symbolic links.
     """
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as archive:
         for robot in config.robots:

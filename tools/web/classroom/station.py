@@ -1,4 +1,4 @@
-"""One robot of a class: opened in a thread of its own, opened again after a failure, replaced while it is lost."""
+"""One robot of a classroom: opened in its own thread, reopened after a failure, replaced while it is lost."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ CLOSE_S = 6.0
 
 
 class StationHub(Hub):
-    """A robot's hub that remembers what its tile shows.
+    """A robot's hub that remembers the contents of its tile.
 
     Attributes:
-        doing: What the robot does.
+        doing: What the robot is doing.
         battery_mv: Its battery; None before it was read.
         lost: Why the brick cannot be reached, or empty.
         running: Name of the running mission, or empty.
@@ -47,7 +47,7 @@ class StationHub(Hub):
         self.runs = 0
 
     def show(self, kind: str, values: Mapping[str, Any]) -> None:
-        """Send a value of which only the latest counts."""
+        """Send a value that replaces the one before."""
         if kind == "state":
             self.doing, self.battery_mv = values["doing"], values["battery_mv"] or self.battery_mv
         elif kind == "link":
@@ -84,15 +84,15 @@ def result(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class Station:
-    """A robot of the class and its page.
+    """A robot of the classroom and its page.
 
-    Its robot is opened, and opened again when it cannot be or when a defect ended it. If the class says so, a simulated
-    robot takes the place of a brick that cannot be opened or is lost, until `return_to_brick`.
+    The robot is opened, and opened again if that fails or a defect ended it. If the classroom's file says so, a
+    simulated robot replaces a brick that cannot be opened or is lost, until `return_to_brick`.
 
     Args:
-        entry: What the class says of it.
+        entry: Its description.
         built: How the robot is built when it is driven by hand.
-        missions: The missions of the class.
+        missions: The missions of the classroom.
         runs: Where the folders of its missions go.
         retry_s: A robot that cannot be opened is tried again after this time.
         fall_back_after_s: A brick that is lost for longer is replaced, unless a mission runs, which waits for it.
@@ -100,10 +100,10 @@ class Station:
 
     Attributes:
         entry: As given.
-        hub: What its page is told.
+        hub: Sends messages to its page.
         server: Its page.
-        trouble: Why it is not open, or why a simulated robot takes its place; empty if all is well.
-        stands_in: Whether a simulated robot takes the place of the brick.
+        trouble: Why it is not open, or why a simulated robot replaces it; empty if all is well.
+        stands_in: Whether a simulated robot replaces the brick.
         is_open: Whether the robot is open.
     """
 
@@ -154,13 +154,13 @@ class Station:
         self._news.set()
 
     def close(self, timeout_s: float = CLOSE_S) -> None:
-        """Close the robot; a brick that is being opened and does not answer is waited for no longer than a time."""
+        """Close the robot; wait only for a limited time for a brick that is being opened and does not answer."""
         self.begin_closing()
         if self._thread.is_alive():
             self._thread.join(timeout_s)
 
     def stop(self) -> None:
-        """Stop the robot, also one that is lost or not open yet, until `release`; any thread."""
+        """Stop the robot, even if it is lost or not open yet, until `release`; any thread."""
         with self._lock:
             self._robot.stop()
 
@@ -206,7 +206,7 @@ class Station:
         self._robot.beep()
 
     def return_to_brick(self) -> None:
-        """Let the brick take its place again, if it can be opened; any thread.
+        """Return to the brick, if it can be opened; any thread.
 
         Raises:
             ValueError: It cannot now; the text says why.
@@ -223,7 +223,7 @@ class Station:
         return self._robot.picture() if self.is_open else None
 
     def tile(self) -> dict[str, Any]:
-        """Return what the class's page shows of it."""
+        """Return its tile on the classroom's page."""
         hub = self.hub
         return {
             "name": self.entry.name,
@@ -251,7 +251,7 @@ class Station:
                 self._closing.wait(self._retry_s)
 
     def _serve_once(self) -> bool:
-        """Open the robot or the one that takes its place, and wait for its end; returns whether to try again at once.
+        """Open the robot or its replacement, and wait for its end; return whether to try again at once.
 
         Raises:
             Exception: A defect ended the robot.
@@ -272,7 +272,7 @@ class Station:
         """Wait until the robot ends, the brick is lost for too long, or the brick is wanted back.
 
         Returns:
-            Whether another robot takes its place at once.
+            Whether another robot replaces it at once.
 
         Raises:
             Exception: A defect ended the robot.
@@ -293,7 +293,7 @@ class Station:
         return False
 
     def _falls_back(self, reason: str) -> bool:
-        """Note why the brick cannot be used; returns whether a simulated robot takes its place from now on."""
+        """Note why the brick cannot be used; return whether a simulated robot replaces it from now on."""
         falls_back = self.entry.stand_in is not None and not self.stands_in
         if falls_back or not self.stands_in:
             self.trouble = reason

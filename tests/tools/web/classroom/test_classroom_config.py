@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.tools.web.classroom.config import MOST, ClassroomConfig, read_classroom, simulated_class
+from nxtdrive.tools.web.classroom.config import MOST, ClassroomConfig, read_classroom, simulated_classroom
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "classroom.toml"
 
@@ -19,7 +19,7 @@ def _read(folder: Path, text: str) -> ClassroomConfig:
 
 
 def test_a_number_makes_a_class_of_simulated_robots_each_with_a_seed_of_its_own(tmp_path):
-    robots = simulated_class(12, tmp_path, tmp_path / "runs").robots
+    robots = simulated_classroom(12, tmp_path, tmp_path / "runs").robots
     assert [robot.name for robot in robots] == [f"Robot {number}" for number in range(1, 13)]
     assert len({str(robot.address) for robot in robots}) == 12
     assert {(robot.address.scheme, robot.address.options["pace"]) for robot in robots} == {("sim", "realtime")}
@@ -28,7 +28,7 @@ def test_a_number_makes_a_class_of_simulated_robots_each_with_a_seed_of_its_own(
 @pytest.mark.parametrize("number", [0, -1, MOST + 1])
 def test_a_class_from_a_number_has_limits(tmp_path, number):
     with pytest.raises(ConfigError, match=f"1 to {MOST}"):
-        simulated_class(number, tmp_path, tmp_path)
+        simulated_classroom(number, tmp_path, tmp_path)
 
 
 def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
