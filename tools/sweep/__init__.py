@@ -1,1 +1,1 @@
-"""The evaluation suite: run policies on the same scenarios and judge them by the simulation's ground truth."""
+"""The evaluation suite: run profiles and baselines on the same scenarios and judge them by the ground truth."""

@@ -103,7 +103,7 @@ class Baseline(ABC):
         return self._outages.run(ThesisSearchSkill(self.context, target).call).reason
 
     def arrive(self, target: str) -> Reason:
-        """Approach as the thesis does, anew after an outage; return WITHIN_REACH or the reason for the failure."""
+        """Approach as the thesis does, again after an outage; return WITHIN_REACH or the reason for the failure."""
         self.enter("arrive", Event.TARGET_SEEN, Reason.SIGHTED)
         return self._outages.run(lambda: self._approach(target))
 

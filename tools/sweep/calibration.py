@@ -1,4 +1,4 @@
-"""How true the chances are that profiles give their choices: reliability, and the expected calibration error.
+"""Calibration of the chances that profiles give their choices: reliability, and the expected calibration error.
 
 Definitions: docs/evaluation.md.
 """
@@ -61,7 +61,7 @@ def calibration_error(lines: Sequence[Line]) -> Estimate:
 
 
 def _error(values: NDArray[np.float64]) -> float:
-    """Return the mean distance of the bins from the truth, each with the weight of its predictions."""
+    """Return the mean calibration error of the bins, weighted by their predictions."""
     return sum(each.number * abs(each.predicted - each.came_true) for each in reliability(values)) / len(values)
 
 

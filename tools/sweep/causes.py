@@ -49,7 +49,7 @@ class Judgement:
     Attributes:
         cause: Why the attempt failed.
         choice: What was chosen.
-        regret_s: What it cost beyond the best choice, seconds; None where that is not defined.
+        regret_s: Its cost beyond the best choice, seconds; None where that is not defined.
     """
 
     cause: Cause
@@ -93,7 +93,7 @@ def recognition_s(trace: EpisodeTrace) -> list[float]:
 def longest_run(trace: EpisodeTrace) -> int:
     """Return the length of the longest run of recoveries for one target at one place after the same kind of failure.
 
-    Whatever was chosen counts, except to leave the target, which ends a run.
+    Every choice counts, except leaving the target, which ends a run.
     """
     longest = run = 0
     first: JudgedRecord | None = None
@@ -133,7 +133,7 @@ def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
 
 
 def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
-    """Return when a disturbance first hindered the robot on its way to the target; None if it never did.
+    """Return when a disturbance first hindered the robot on its path to the target; None if it never did.
 
     A person first has to walk there, and a disturbance does not count while the robot pursues the other target.
     """
@@ -189,7 +189,7 @@ def _without(plan: FloorPlan, names: frozenset[str]) -> FloorPlan:
 
 
 def _remaining_s(trace: EpisodeTrace, here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:
-    """Return how much longer the straight path from here stays blocked; infinity if until the end."""
+    """Return how much longer the straight path from here stays blocked; infinity if to the end."""
     for sample in trace.samples:
         if sample.time_s > here.time_s and not blocking & set(_in_the_way(here.pose[:2], sample, goal)):
             return sample.time_s - here.time_s

@@ -30,7 +30,7 @@ CONNECT_S = 5.0
 WITHOUT_WORKERS_S = 30.0
 """How long a cluster may be without any worker before the sweep ends."""
 GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
-"""A scheduler speaks first: the size of this field in bytes, and a limit far above the greeting's length in it."""
+"""A scheduler sends first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
 ROOMS = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".json", ".py", ".toml", ".png")
@@ -213,7 +213,7 @@ def _expect_greeting(address: str) -> None:
         raise AddressError(f"{address!r} is no address of a Dask scheduler.", remedy="Write tcp://host:8786.")
     with socket.create_connection((host.strip("[]"), number), CONNECT_S) as connection:
         if scheme == "tls":
-            return  # there the client speaks first
+            return  # there the client sends first
         with connection.makefile("rb") as stream:
             size = stream.read(GREETING_SIZE)
         if len(size) < GREETING_SIZE or int.from_bytes(size, "little") > LONGEST_GREETING:

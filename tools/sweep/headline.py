@@ -1,4 +1,4 @@
-"""The headline figures of a sweep: what each policy achieves, and what it achieves beyond another one, with intervals.
+"""The headline figures of a sweep: those of each policy, and differences between policies, with intervals.
 
 Differences are paired by scenario and resampled by scenario. Definitions: docs/evaluation.md.
 """

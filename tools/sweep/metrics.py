@@ -105,7 +105,7 @@ def spans(trace: EpisodeTrace, target: str) -> list[list[TruthSample]]:
 def _longest(begin: TruthSample, end: TruthSample, target: str) -> Path | None:
     """Return the shortest path to where the picture was at the end, or at first if that is longer.
 
-    Where there was none at the beginning, as when a person stands in the only door, it is that of the end.
+    If there was none at the beginning, as when a person stands in the only door, it is that of the end.
     """
     paths = [path for sample in (begin, end) if (path := _path(begin, sample, target)) is not None]
     later = replace(begin, scene=end.scene)

@@ -1,7 +1,7 @@
 """Drive the same robot by the simulation's ground truth, as an upper bound for all policies.
 
-Only the oracle may read the truth. It uses no camera: it knows where the pictures are, plans on the true map around
-the obstacles of the moment, and drives by its true pose.
+Only the oracle may read the truth. It uses no camera: it has the true places of the pictures, plans on the true map
+around the obstacles of the moment, and drives by its true pose.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ AIM_DEG = 2.0
 BACK_OFF_MM = 120.0
 """How far it backs away from an obstacle that stopped it."""
 PATIENCE_S, LOOK_S = 60.0, 1.0
-"""Total time without a path before it gives a target up, and the planning period meanwhile."""
+"""Total time without a path before it gives a target up, and the planning period in that time."""
 
 
 class Oracle(Baseline):

@@ -1,6 +1,6 @@
-"""Know the true map and the true pose, but look for the pictures: what a search costs when nothing has to be mapped.
+"""Use the true map and the true pose, but look for the pictures: the cost of searching without mapping.
 
-It stands between the oracle, which need not search, and a profile, which must map the floor as well. The truth tells
+It is between the oracle, which need not search, and a profile, which must map the floor as well. The truth shows
 whether a sighting is genuine, so look-alikes and wrong distances cost it nothing.
 """
 
@@ -26,16 +26,16 @@ SPACING_MM = 400.0
 FACINGS_DEG = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 """Directions in which a picture may face."""
 RANGE_MM, SLANT_DEG = 1900.0, 50.0
-"""A look round shows a picture 200 mm high up to this distance and seen up to so far aside. Source: docs/vision.md
+"""A look round shows a picture 200 mm high up to this distance and up to this slant. Source: docs/vision.md
 section 1.2."""
 WHOLE_TURN_DEG = 380.0
-"""With an overlap, since what is seen needs several frames to be confirmed."""
+"""With an overlap, since a sighting needs several frames to be confirmed."""
 LOOK_ROUND_S = 10.0
-"""What a look round takes."""
+"""Duration of a look round."""
 GENUINE_DEG = 15.0
 """A sighting within this angle of the true target's bearing is one of the target."""
 TURNS = 9
-"""It returns to a target so many times."""
+"""It returns to a target at most this often."""
 LEG_MM = 1500.0
 """It plans again after this distance: the map is known."""
 THERE_MM = 150.0
@@ -122,7 +122,7 @@ class OracleEyes(Oracle):
 
 
 class LookoutPlaces:
-    """Places to look from, and which of the pictures that there might be each of them shows.
+    """Places to look from, and which of the possible pictures each of them shows.
 
     Args:
         floor: Walls and furniture.
@@ -144,7 +144,7 @@ class LookoutPlaces:
         self._untried = np.ones(len(self._places), dtype=np.bool_)
 
     def forget(self) -> None:
-        """Begin a search: every picture that there might be is unseen."""
+        """Begin a search: every possible picture is unseen."""
         self._unseen[:] = self._untried[:] = True
 
     def looked(self, place: Point) -> None:
@@ -163,7 +163,7 @@ class LookoutPlaces:
             x, y = self._places[i].tolist()
             path = self._floor.path(here, _spot((x, y)), self._radius_mm, inflation_mm=INFLATION_MM)
             if path is None:
-                self._shown[i] = False  # there is no way to it
+                self._shown[i] = False  # there is no path to it
             elif (worth := news[i] / (LOOK_ROUND_S + path.length_mm / speed_mm_s)) > most:
                 best, most = path, worth
         return best

@@ -38,7 +38,7 @@ class Task:
         seed: Seed of the scenario.
         policy: Name of the policy that drives.
         eyes: ``geometric`` or ``camera``.
-        robot: What the missions believe of their robot, where they do not say so themselves.
+        robot: Description of the robot for the missions, where they have none themselves.
     """
 
     index: int

@@ -29,7 +29,7 @@ STYLES = (
     ("#8a6d00", ":", "v"),
     ("#222222", (0, (6, 2, 1, 2, 1, 2)), "P"),
 )
-"""Colour, dashes and marker of each policy: told apart by colour-blind readers (Okabe and Ito 2008), and in grey."""
+"""Colour, dashes and marker of each policy, distinct for colour-blind readers (Okabe and Ito 2008) and in grey."""
 MARK_EVERY_S = 50
 ROW_INCHES, LEAST_INCHES = 0.48, 5.2
 
@@ -71,7 +71,7 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
 
 
 def title(lines: Sequence[Line]) -> str:
-    """Return what a plot is about: how many missions of how many classes, on which seeds."""
+    """Return the title of a plot: how many missions of how many classes, on which seeds."""
     seeds, classes = sorted({int(line["seed"]) for line in lines}), by(lines, "class")
     span = f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
     kinds = f"class {next(iter(classes))}" if len(classes) == 1 else f"{len(classes)} classes"

@@ -1,4 +1,4 @@
-"""List the policies to compare, by name.
+"""List what a sweep compares, by name: profiles, baselines and oracles, all called policies here.
 
 A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function that
 takes a robot and returns the mission's report. It is judged by the journal that it writes.

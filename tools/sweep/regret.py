@@ -1,7 +1,7 @@
 """Regret of decisions, without the bias that comes from choosing the best of noisy means.
 
-The cheapest of several noisy means is too cheap ("winner's curse"). So one half of the futures chooses the best
-candidate, and the other half says what it and the chosen one cost; then the halves change places, and the two
+The cheapest of several noisy means is too cheap ("winner's curse"). So one half of the futures selects the best
+candidate, and the other half gives the costs of it and of the chosen one; then the halves are swapped, and the two
 differences are averaged. Even futures are one half, odd ones the other.
 """
 
@@ -21,10 +21,10 @@ NEARLY_S = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Regret:
-    """What a decision cost beyond the best candidate.
+    """The cost of a decision beyond the best candidate.
 
     Attributes:
-        seconds: Corrected for the bias; below 0 where what looked best in one half was worse in the other.
+        seconds: Corrected for the bias; below 0 if the best one in one half was worse in the other.
         biased_s: The difference of the means to the lowest mean: never below 0, and too large.
         best: Number of the candidate with the lowest mean.
         interval: The mean difference to the best candidate over the futures, with its bootstrap interval.

@@ -20,7 +20,7 @@ from .metrics import TargetResult
 from .performance import FAILED, Line
 
 BEGIN = b'{"episode_index": '
-"""How each line begins, also one that an interruption cut short."""
+"""How each line begins, even one that an interruption cut short."""
 ANOTHER = "Name another one with --out."
 
 Key = tuple[str, int, str, str]

@@ -75,7 +75,7 @@ def plan(
     eyes: str,
     robot: RobotFile = UNCHANGED,
 ) -> list[Task]:
-    """Return the tasks of a sweep: every policy in every scenario, with a robot of which the missions believe this."""
+    """Return the tasks of a sweep: every policy in every scenario, with this description of the robot."""
     cases = product(kinds, seeds, policies)
     return [Task(index, kind, seed, policy, eyes, robot) for index, (kind, seed, policy) in enumerate(cases)]
 
@@ -84,7 +84,7 @@ def plan(
 def workers(number: int) -> Iterator[Executor]:
     """Provide an executor with that many processes; with one, it is this process.
 
-    An exception ends the processes at once, in the midst of what they do.
+    An exception ends the processes at once, in the middle of their work.
     """
     if number == 1:
         yield InProcess()

@@ -1,4 +1,4 @@
-"""The summary of a sweep as a file: figures with intervals, and what is needed to compare or repeat them."""
+"""The summary of a sweep as a file: figures with intervals, and the data needed to compare or repeat them."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _plain(figures: dict[str, Estimate]) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
-    """Replace what JSON does not know; a figure without values is null."""
+    """Replace numbers that JSON lacks; a figure without values is null."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):

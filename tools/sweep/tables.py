@@ -54,7 +54,7 @@ POLICY_COLUMNS = [
     "to goal s p50 / p90",
 ]
 FRAME = 3
-"""Characters that a column has besides its text: a border and two spaces."""
+"""Characters of a column besides its text: a border and two spaces."""
 MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
 """Headline figures of a table of their own."""
 RECOVERY_COLUMNS = [

@@ -123,7 +123,7 @@ def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyl
 
 
 def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Key]:
-    """Yield the legend: what occurs and nothing else."""
+    """Yield the legend of exactly what occurs."""
     yield Key("start, and where the robot faced", lambda sheet, at: _paint_start(sheet, at, 8.0, 0.0))
     for style in dict.fromkeys(style for style, _ in _pieces(trace)):
         yield Key(style.text, line_sample(style.color, style.width, style.dash))
@@ -169,7 +169,7 @@ def _path_style(trace: EpisodeTrace, target: str) -> LineStyle:
 
 
 def _contacts(trace: EpisodeTrace) -> list[TruthSample]:
-    """Return the samples at which the robot touched something anew."""
+    """Return the samples at which a new contact began."""
     pairs = zip(trace.samples, trace.samples[1:], strict=False)
     return [other for one, other in pairs if other.contacts > one.contacts]
 

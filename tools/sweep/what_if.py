@@ -1,8 +1,8 @@
-"""What every other candidate of a decision would have led to: the same mission, forced from that decision on.
+"""The outcomes of the other candidates of a decision: the same mission, with another choice forced at that decision.
 
 A mission is repeated from its start with its own seed, which leads to the same decision bit by bit. There a candidate
-is forced, and all chance is seeded anew: each seed is one future, and all candidates face the same futures. Afterwards
-the profile chooses again. A run of a real robot is played in a room made from its map. Method and figures:
+is forced, and all randomness is reseeded: each seed is one future, and all candidates face the same futures. Afterwards
+the profile chooses again. A run of a real robot is repeated in a room made from its map. Method and figures:
 docs/evaluation.md.
 """
 
@@ -73,7 +73,7 @@ class RecordedRun:
 
 @dataclass(frozen=True, slots=True)
 class RebuiltRun:
-    """A run of a real robot, to be played in a room made from its map.
+    """A run of a real robot, to be repeated in a room made from its map.
 
     Attributes:
         path: Its folder.
@@ -91,7 +91,7 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
     """Read a run.
 
     Raises:
-        ConfigError: It cannot be played again, or is no run.
+        ConfigError: It cannot be repeated, or is not a run.
     """
     past = read_run(path)
     try:
@@ -122,7 +122,7 @@ class Branch:
         source: The mission.
         decision: Number of the decision, from 0; -1 where none is forced.
         candidate: Number of the candidate, as `behaviors.operator.question` orders them; 0 is the profile's own.
-        future: Seeds what chance decides afterwards; None to leave it as it was.
+        future: Seed of all randomness afterwards; None to leave it as it was.
     """
 
     source: Source
@@ -136,9 +136,9 @@ class Decision:
     """A decision that a mission came to.
 
     Attributes:
-        target: What was pursued.
+        target: The target being pursued.
         reason: Name of the failure.
-        candidates: What could be done, in words; the profile proposed the first one.
+        candidates: The candidates, in words; the profile proposed the first one.
         time_s: Mission time.
         chose: What was chosen, as the journal names it.
     """
@@ -278,7 +278,7 @@ def branches(source: Source, base: Rollout, futures: int, only: Collection[int] 
 def costs(
     todo: list[Branch], executor: Executor, watch: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[Branch, float]]:
-    """Play branches; yield each with what it cost, in order.
+    """Play branches; yield each with its cost, in order.
 
     Args:
         todo: The branches.
