@@ -51,10 +51,10 @@ UNITS: dict[int, str] = {SensorMode.PERCENT: " %", SensorMode.CELSIUS: " °C", S
 
 @dataclass(frozen=True, slots=True)
 class Digital:
-    """A digital sensor that has said what it is.
+    """A digital sensor that has identified itself.
 
     Attributes:
-        name: What it is, for people.
+        name: Its name, for people.
         sensor: The driver's object for it; None if the driver has no class for it.
     """
 
@@ -256,7 +256,7 @@ def watch(
         sensors: As for `look`.
         every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
         recognized: As for `look`.
-        on_loss: Called once with the error, in words, when the brick does not answer any more. There are no snapshots
+        on_loss: Called once with the error, in words, when the brick no longer answers. There are no snapshots
             then until it answers again.
     """
     due, lost = brick.now(), False

@@ -1,11 +1,11 @@
-"""Estimates camera and wheels together, from what the camera saw of the marker sheet while the wheels turned.
+"""Estimates camera and wheels together, from the camera's views of the marker sheet while the wheels turned.
 
-One model predicts where each corner of a marker appears in each frame: the counts give the robot's path for a diameter,
-a mismatch and a track; the path at the time of exposure, which the latency gives, and the camera's mounting give the
-view. The parameters are those that fit the corners best. The sheet's size is the only length that is known; where it
-hangs is estimated as well. What makes them separate: full turns on the spot give track over diameter, turns at two
-distances the field of view and the lens's place, a straight drive the diameter and its direction in the frame the
-yaw, the axis of turning tilt and roll, turns to both sides the latency.
+One model predicts where each corner of a marker appears in each frame: counts, diameter, mismatch and track give the
+robot's path; the pose at the time of exposure, which the latency gives, and the camera's mounting give the
+view. The parameters are those that fit the corners best. The sheet's size is the only length that is known; its
+place is estimated as well. Different motions separate the parameters: full turns on the spot give track over diameter,
+turns at two distances the field of view and the lens's place, a straight drive the diameter and, by its direction in
+the frame, the yaw, the axis of turning tilt and roll, turns to both sides the latency.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ SLIP_EVERY_DEG, SLIP_DEG = 300.0, 0.05
 """Length of a stretch of motion, as the sum of both wheels' turns, and the standard deviation of the turn by slipping
 during one."""
 CERTAIN = 1e-6
-"""Standard deviation of what is not to be estimated."""
+"""Standard deviation of a parameter that is not to be estimated."""
 NEAREST_MM = 30.0
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What was estimated.
+    """The estimate.
 
     Attributes:
         values: By the name of the parameter.
@@ -94,7 +94,7 @@ class Corners:
         counts = np.asarray(track.counts, np.float64)
         self._slips, self._counts = _slips(counts), smoothed(counts)
         self._width, self._height = track.size
-        # what is wrong with the pose in a frame is wrong with all its corners
+        # an error of the pose in a frame affects all its corners
         self.per_view = sum(len(view.seen.on_sheet_mm) for view in views) / len(views)
         per_view = [len(view.seen.on_sheet_mm) for view in views]
         self._times = np.repeat([view.time_s for view in views], per_view)
@@ -103,7 +103,7 @@ class Corners:
 
     @property
     def slips(self) -> int:
-        """Number of parameters that say how the wheels slipped."""
+        """Number of parameters for the slip of the wheels."""
         return int(self._slips.shape[1])
 
     def residuals(self, values: Array) -> Array:
@@ -156,8 +156,8 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
 
     Args:
         track: What was recorded.
-        robot: How the robot is believed to be built; the first guess.
-        camera: How its camera is believed to be mounted.
+        robot: The robot's description so far; the first guess.
+        camera: Its camera's description so far.
         settled_s: Until then there are only small turns; they are fitted first, since after a full turn by a wrong
             track the sheet would be expected elsewhere.
     """
@@ -208,8 +208,8 @@ def _fit(corners: Corners, start: Array, prior_sd: Array, scales: Array) -> Fit:
 def _slips(counts: Array) -> Array:
     """Return how each slip, of expected size 1, turns the robot between two counts, in degrees, (counts - 1, slips).
 
-    Wheels slip a little and at random, and odometry does not notice. One parameter for each stretch of motion keeps
-    that from being taken for something else.
+    Wheels slip a little and at random, unnoticed by odometry. One parameter for each stretch of motion keeps that from
+    being attributed to other parameters.
     """
     turned_deg = np.abs(np.diff(counts[:, 1:], axis=0)).sum(axis=1)
     stretch = np.floor(np.cumsum(turned_deg) / SLIP_EVERY_DEG).astype(int)

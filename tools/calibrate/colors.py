@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FRAMES, FRAME_S = 20, 3.0
 MIDDLE = 0.06
-"""The patch in the middle of the frame that is taken for the colour, as a share of the frame's width."""
+"""Width of the patch in the middle of the frame from which the colour is learned, as a share of the frame's width."""
 LEAST_SATURATION_PERCENT, MOST_SPREAD_DEG = 20.0, 12.0
 """Paler patches have no hue to go by; more varied ones are not of one colour."""
 FARTHEST_DEG = 60.0
@@ -41,14 +41,14 @@ OTHER_SHARE = 0.5
 def calibrate_color(
     brick: Brick, camera: Camera, before: RobotFile, today: datetime.date, color: str | None = None
 ) -> Outcome:
-    """Learn the colour of what is in the middle of the camera's picture; the robot stands still.
+    """Learn the colour in the middle of the camera's picture; the robot stands still.
 
     Args:
         brick: The brick.
         camera: Its camera.
-        before: What is believed so far.
+        before: The robot file so far.
         today: The date for the file.
-        color: The colour's name, by which missions call it; by default the one that it resembles most.
+        color: The colour's name in missions; by default the one that it resembles most.
 
     Raises:
         CalibrationRefused: It has no strong colour, is of another one, or cannot be told from its surroundings.
@@ -121,7 +121,7 @@ def _middle(image: Image) -> np.ndarray:
 
 
 def _is_found(image: Image, name: str, shade: ColorTable) -> bool:
-    """Return whether a detector finds what is in the middle, and nothing else that is nearly as large."""
+    """Return whether a detector finds the patch in the middle, and nothing else that is nearly as large."""
     found = ColorDetector(name, **shade.model_dump()).detect(image)
     height, width = image.shape[:2]
     return bool(

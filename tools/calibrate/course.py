@@ -1,4 +1,4 @@
-"""The course before the marker sheet: drives it, and records what wheels, camera and sonar say."""
+"""The course before the marker sheet: drives it, and records wheels, camera and sonar."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SLOW_DEG_S, FULL_TURN_DEG_S = 20.0, 25.0
 CREEP_MM_S = 100.0
 SAMPLE_S = 0.02
 SAMPLES = 3
-"""Readings of the wheels between two frames, and the time between them: faster changes than that are not known."""
+"""Readings of the wheels between two frames, and the time between them: faster changes are not observed."""
 FRAME_S = 3.0
 MIDDLE, EDGE = 0.1, 0.38
 """How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
@@ -39,16 +39,16 @@ FRAMES_TO_LEAVE = 4
 """Frames in a row with fewer markers mean that the sheet leaves the view; in one frame the detector may miss some."""
 APPROACHES = 2
 AWAY_DEG = 150.0
-"""After a turn by this, as far as is known yet, the sheet has left the frame and comes back from the other side."""
+"""After a turn by this, by the dimensions so far, the sheet has left the frame and comes back from the other side."""
 FARTHEST_MM, BACK_MM = 800.0, 100.0
 """Longest drive towards the sheet, and how far behind its start the robot then drives back."""
 REST_S = 0.6
 TRIAL_MM = 120.0
-"""How far the robot drives to tell forward from back."""
+"""How far the robot drives to distinguish forward from back."""
 
 
 class CalibrationRefused(NXTError):
-    """What was measured is not good enough to be used."""
+    """The measurement is not good enough to be used."""
 
 
 class Course:
@@ -183,7 +183,7 @@ class Course:
         Args:
             speed_mm_s: Negative: back.
             done: Says of a view of the sheet whether that is far enough.
-            most_mm: Longest way.
+            most_mm: Longest distance.
 
         Returns:
             How far it drove.

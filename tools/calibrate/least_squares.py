@@ -1,4 +1,4 @@
-"""Nonlinear least squares: the best parameters and how sure they are."""
+"""Nonlinear least squares: the best parameters and their uncertainty."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
 
     Args:
         residuals: Computes the residuals of the measurements for parameters, all in the same unit.
-        start: First guess, which is also the expectation where the measurements say nothing.
+        start: First guess, which is also the expectation where the measurements give no information.
         prior_sd: How uncertain the first guess is; infinite where only the measurements count.
         scales: A small change of each parameter, for derivatives.
         alike: Number of residuals that share one error and count as one measurement.

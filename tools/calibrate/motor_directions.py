@@ -1,4 +1,4 @@
-"""Finds which way the motors drive, and the least power at which they turn, by what the camera and the counts say."""
+"""Finds which way the motors drive, and the least power at which they turn, by the camera and the counts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEAST_SHARE = 0.02
 """The sheet moves at least this share of the frame's width then."""
 POWERS = range(2, 41, 2)
 TRY_S, TURNS_DEG = 0.3, 3
-"""How long each power is tried, and from which turn on the motor counts as turning."""
+"""How long each power is tried, and the turn from which on the motor counts as turning."""
 
 Column = Callable[[], float]
 """Returns where the middle of the sheet is, as a share of the frame's width, positive right of its middle."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 STRAIGHT_MM, TURNS = 1000.0, 5
 RULER_MM, RULER_DEG, RADIUS_MM = 2.0, 3.0, 5.0
-"""How well people measure ways, turns and the robot's radius: standard errors."""
+"""Standard errors of distances, turns and the robot's radius as people measure them."""
 RADIUS_QUESTION = (
     "How many millimetres is the farthest point of the robot from the middle between its wheels (0: as it was)?"
 )
@@ -57,7 +57,7 @@ def calibrate_by_ruler(
     ready: Callable[[str], None],
     ask: Callable[[str], float],
 ) -> Outcome:
-    """Drive and turn, ask how far, and return the robot file that follows.
+    """Drive and turn, ask how far, and return the resulting robot file.
 
     Args:
         brick: The brick.
@@ -67,7 +67,7 @@ def calibrate_by_ruler(
         ask: Asks for a number.
 
     Raises:
-        CalibrationRefused: What was measured cannot be, or something stopped the robot.
+        CalibrationRefused: The measurement is impossible, or something stopped the robot.
     """
     robot, identity = before.robot, identified(brick, before)
     values = _measure(brick, robot, ready, ask)

@@ -33,9 +33,9 @@ class Line:
 
     Attributes:
         key: Its name in the robot file, with its table.
-        before: What was believed.
-        after: What was measured.
-        standard_error: How uncertain that is; None where it is certain.
+        before: The value before.
+        after: The measured value.
+        standard_error: Its uncertainty; None where it is certain.
     """
 
     key: str
@@ -46,7 +46,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a calibration found.
+    """The result of a calibration.
 
     Attributes:
         file: The new robot file.
@@ -85,7 +85,7 @@ def calibrate(
         sheet_height_mm: The middle of the sheet above the floor.
 
     Raises:
-        CalibrationRefused: What was measured cannot be used; it says what to do.
+        CalibrationRefused: The measurement cannot be used; the error says what to do.
     """
     robot, new = before.robot, _Values(today)
     new.tables["calibration"] |= identified(brick, before)
@@ -158,7 +158,7 @@ class _Values:
 def _add(
     new: _Values, what: Collection[str], found: Estimate, heard: SonarEstimate | None, sheet_height_mm: float
 ) -> None:
-    """Add what was found before the sheet."""
+    """Add the values found in front of the sheet."""
     errors = found.standard_errors
     if "camera" in what:
         values = rounded(found.values, CAMERA_KEYS)

@@ -1,4 +1,4 @@
-"""The marker sheet: what is on it, how it is printed, and where it is found in a frame."""
+"""The marker sheet: its contents, how it is printed, and where it is found in a frame."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ STRAIGHT_DEG = 8.0
 """Echoes count only when the robot faces the wall this well: then the whole beam hits it at about the same distance."""
 FEWEST = 20
 ASLANT_DEG = 35.0
-"""Farther aside the echo may be of another wall."""
+"""At larger angles the echo may be of another wall."""
 BEYOND_DEG = 4.0
 """The beam's edge is known when there are enough echoes from beyond it, by this at least."""
 HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
@@ -30,7 +30,7 @@ UNEVEN_DEG = 3.0
 
 @dataclass(frozen=True, slots=True)
 class SonarEstimate:
-    """What was estimated.
+    """The estimate.
 
     Attributes:
         forward_mm: The sonar in front of the axle.
@@ -78,8 +78,8 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate | No
 def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> tuple[float, float] | None:
     """Return the whole angle of the beam and its standard error.
 
-    A beam whose edge still meets the wall upright measures the same when the robot turns; beyond, its edge is what is
-    nearest to the wall, and the range grows.
+    While part of the beam meets the wall at a right angle, the range stays the same as the robot turns; beyond, the
+    edge of the beam is nearest to the wall, and the range grows.
     """
     used = off_deg < ASLANT_DEG
     off_deg, upright_mm, ranges = off_deg[used], upright_mm[used], ranges[used]

@@ -1,4 +1,4 @@
-"""What was recorded while the robot moved before the marker sheet."""
+"""The recording of the robot's motion in front of the marker sheet."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Track:
     def steady(self, latency_s: float) -> Track:
         """Return the same with only those views that were exposed while the wheels turned steadily.
 
-        Counts are whole degrees. Only while they change does their mean over a short time tell more than that.
+        Counts are whole degrees. Only while they change is their mean over a short time more precise.
         """
         counts = np.asarray(self.counts, np.float64)
         exposed_s = np.array([view.time_s for view in self.views]) - latency_s
@@ -66,7 +66,7 @@ class Track:
         return replace(self, views=views)
 
     def until(self, time_s: float) -> Track:
-        """Return what was recorded up to a time."""
+        """Return the recording up to a time."""
         return Track(
             self.size,
             [each for each in self.counts if each[0] <= time_s],
@@ -80,7 +80,7 @@ def poses(counts: Array, mm_per_deg: tuple[float, float], track_mm: float, slipp
 
     Args:
         counts: Time, left and right count in degrees, one row each.
-        mm_per_deg: Way of the left and the right wheel per degree.
+        mm_per_deg: Distance of the left and the right wheel per degree.
         track_mm: Distance between the wheels.
         slipped: By how much more the robot turned between two counts than these say, radians, positive right.
 
@@ -100,7 +100,7 @@ def smoothed(counts: Array) -> Array:
     """Return counts averaged over a short time, at the same times."""
     times = counts[:, 0]
     early, late = np.maximum(times - SMOOTH_S / 2, times[0]), np.minimum(times + SMOOTH_S / 2, times[-1])
-    # the same time before and after, so that steady motion stays what it is
+    # the same time before and after, so that steady motion stays unchanged
     half = np.maximum(np.minimum(times - early, late - times), 1e-6)
     columns = [times]
     for column in (1, 2):

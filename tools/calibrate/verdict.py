@@ -1,4 +1,4 @@
-"""Whether what was estimated can be used, and the robot file that it makes."""
+"""Checks an estimate, and makes a robot file of it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _objections(found: Estimate, width_px: int) -> Iterator[str]:
 
 
 def rounded(values: Mapping[str, float], keys: tuple[str, ...]) -> dict[str, float]:
-    """Return the values of some keys, with as many digits as make sense."""
+    """Return the values of some keys, with their significant digits."""
     return {key: round(values[key], DIGITS.get(key, 1)) + 0.0 for key in keys}
 
 
@@ -145,6 +145,6 @@ def write_robot_file(path: Path, file: RobotFile) -> None:
 
 
 def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:
-    """Return what is believed, by the names of the estimated values."""
+    """Return the robot file's values, by the names of the estimated ones."""
     values = {**camera.model_dump(), **robot.model_dump()}
     return {key: float(values[key]) for key in (*CAMERA_KEYS, *WHEEL_KEYS)}

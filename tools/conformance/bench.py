@@ -110,7 +110,7 @@ class Bench:
         return b"".join(replies).hex()
 
     def control(self, line: str) -> str:
-        """Carry out a control line; an exception of the simulated brick passes.
+        """Execute a control line; an exception of the simulated brick passes.
 
         Raises:
             NotSupportedOnBench: The line is unknown, or its arguments are wrong.

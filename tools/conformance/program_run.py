@@ -1,9 +1,9 @@
-"""Run a program on a brick and note every 20 ms what can be seen of it from outside.
+"""Run a program on a brick and record every 20 ms what can be observed of it from outside.
 
 The brick is anything that answers telegrams in hex and the control lines of docs/firmware.md section 0.1, so that a
-firmware and the simulated brick can be watched in the same way. What happens meanwhile, such as a pressed button or a
-message, is written in comments of the program's source: ``// at 100: !button 8``; ``// file NAME: HEX`` is a file that
-is there before.
+firmware and the simulated brick can be observed in the same way. Events during the run, such as a pressed button or a
+message, are comments in the program's source: ``// at 100: !button 8``; ``// file NAME: HEX`` is a file that exists
+before.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Event = tuple[int, str]
 
 @dataclass(frozen=True)
 class Run:
-    """What was seen of a program.
+    """The observation of a program.
 
     Attributes:
         samples: Time in ms since the start, and what has changed since the sample before: ``status`` and ``ui`` (flags)

@@ -34,7 +34,7 @@ PRIVATE_FIELDS: dict[AnyCommand, tuple[str, ...]] = {
     direct.GetBluetoothContactName: ("name",),
     direct.GetBluetoothConnectionName: ("name",),
 }
-"""Fields of replies that tell whose brick it is, or what it was connected with."""
+"""Fields of replies that identify the brick, or devices it was connected with."""
 PRIVATE_VARIABLES = re.compile(
     r"Display\.Normal|Comm(?!\.(BluecoreVersion|Bt|DeviceCnt|DeviceStatus|DeviceClass|Hs|Usb))"
 )
@@ -97,7 +97,7 @@ class TransportPartner:
 
 
 class Privacy:
-    """Blanks and masks what tells whose brick it is.
+    """Blanks and masks data that identify the brick.
 
     Args:
         device: Of this brick; its name and address are blanked wherever they appear.
@@ -155,7 +155,7 @@ def converse(
         partner: The other end.
         lines: What to send and when to wait.
         scenario: Name of the conversation.
-        about: What it is about, in words.
+        about: Its subject, in words.
         privacy: Blanks private bytes; None keeps them.
 
     Raises:

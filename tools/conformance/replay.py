@@ -49,7 +49,7 @@ def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
 
 
 def _repeat(step: Step, bench: Bench, handles: Handles) -> Difference | None:
-    """Carry out a step and compare its result; a step that fails differs, too."""
+    """Execute a step and compare its result; a step that fails differs, too."""
     try:
         return compare(step, _perform(step, bench, handles))
     except NotSupportedOnBench as reason:
@@ -62,7 +62,7 @@ def _repeat(step: Step, bench: Bench, handles: Handles) -> Difference | None:
 
 
 def _perform(step: Step, bench: Bench, handles: Handles) -> str:
-    """Carry out a step and return the reply."""
+    """Execute a step and return the reply."""
     if not step.request:
         return bench.control(handles.translate_line(step.control))
     request = bytes.fromhex(step.request)

@@ -1,4 +1,4 @@
-"""Read what to send to a brick for a recording: telegrams in hex, commands by name, waits and notes.
+"""Read the script of a recording: telegrams in hex, commands by name, waits and notes.
 
 A line is a telegram (``000b``), a command as `nxtdrive send` takes it (``PlayTone frequency_hz=440 duration_ms=100``),
 or ``!tick N``, which waits for N milliseconds. Lines that begin with ``#`` are the note of the next one.

@@ -1,4 +1,4 @@
-"""Measure a class of simulated robots: CPU time, and whether each robot keeps up with real time."""
+"""Measure a classroom of simulated robots: CPU time, and whether each robot keeps up with real time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .bench import Figure
 
 ROBOTS = 12
 SECONDS = 20.0
-"""How long each state of the class is measured."""
+"""How long each state of the classroom is measured."""
 SETTLE_S = 3.0
 CORE_PERCENT, REAL_TIME = 100.0, 0.98
 """Goals: within one core, for threads of Python share one; each robot's simulated seconds per second."""
@@ -45,7 +45,7 @@ asyncio.run(main(sys.argv[1:]))
 def measure_classroom(
     *, robots: int = ROBOTS, seconds: float = SECONDS, settle_s: float = SETTLE_S
 ) -> Iterable[Figure]:
-    """Measure a class at rest and with missions on all robots, while its page is open, and at last all their pages."""
+    """Measure a classroom at rest and with missions on all robots, with its page open, and then with all pages."""
     with _running(robots) as (classroom, url):
         pages = [f"{url}/robot/{quote(station.entry.name)}/ws" for station in classroom.stations]
         with _watching([f"{url}/ws"]):
@@ -99,7 +99,7 @@ def _measured(name: str, classroom: Classroom, seconds: float, settle_s: float) 
 
 @contextmanager
 def _running(robots: int) -> Iterator[tuple[Classroom, str]]:
-    """Serve a class in this process; yields it and the address of its WebSockets."""
+    """Serve a classroom in this process; yield it and the address of its WebSockets."""
     with tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as listener:
         folder, ready = Path(name), threading.Event()
         classroom = Classroom(simulated_classroom(robots, folder, folder / "runs"), setup.load(None))

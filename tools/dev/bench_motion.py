@@ -2,7 +2,7 @@
 
 Without an address everything is measured in the simulator, whose motors follow the firmware's regulation and have
 inertia, at the latencies of a cable and of a radio. With the address of a real brick, a free motor on port A is
-measured; what needs to know where the robot really is, is left out. See docs/motion.md.
+measured, without the figures that need the true position. See docs/motion.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Calibrate drawn robots in the simulation, and compare their missions with those of robots that are known exactly.
+"""Calibrate random robots in the simulation, and compare their missions with those of exactly known robots.
 
 ::
 
@@ -8,7 +8,7 @@ Every robot differs from the usual one: field of view by up to 15 %, wheels and 
 degrees, tilt by 10, frames up to 0.3 s late. It is calibrated from the usual values; only then are its errors compared
 with the truth. Missions come in pairs, of one robot in one room: as calibrated and exactly known; every fourth also by
 the usual values.
-The results are kept in a file, and a run that was ended goes on where it was.
+The results are kept in a file, and an interrupted run goes on where it was.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ ARMS = ("calibrated", "known", "usual")
 FIRST_SEED = 22_000
 """Seeds of the rooms, which nothing was tuned on."""
 USUAL_EVERY = 4
-"""What robots that are not calibrated do is plain from fewer missions."""
+"""Uncalibrated robots need fewer missions for a clear result."""
 
 Line = dict[str, Any]
 
 
 def draw_robot(number: int) -> RobotFile:
-    """Draw a robot as it really is."""
+    """Draw the true dimensions of a robot."""
     random = Random(f"calibrated-{number}")  # noqa: S311 - repeatable
     return RobotFile(
         robot=RobotTable(
@@ -79,7 +79,7 @@ def draw_robot(number: int) -> RobotFile:
 
 
 def calibrated(number: int) -> Line:
-    """Calibrate a drawn robot; returns the robot file, or why it was refused."""
+    """Calibrate a random robot; return the robot file, or why it was refused."""
     true = draw_robot(number)
     with tempfile.TemporaryDirectory() as folder:
         world = Path(folder) / "world.toml"
@@ -100,7 +100,7 @@ def _world(true: RobotFile) -> str:
 
 
 def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
-    """Perform one mission of a drawn robot."""
+    """Perform one mission of a random robot."""
     true = draw_robot(robot)
     kind = sorted(CLASSES)[number % len(CLASSES)]
     scenario = draw_scenario(kind, FIRST_SEED + number)
@@ -182,7 +182,7 @@ def main() -> None:
 
 
 def _work(lines: list[Line], robots: int, missions: int) -> Iterator[Line]:
-    """Yield what is missing, one after the other; `lines` has what is there already, also of this run."""
+    """Yield the missing results, one after the other; `lines` has the existing ones, including those of this run."""
     known = {line["robot"] for line in lines if "mission" not in line}
     yield from (calibrated(number) for number in range(robots) if number not in known)
     files = {line["robot"]: RobotFile.model_validate(line["file"]) for line in lines if "file" in line}

@@ -49,7 +49,7 @@ FLOORS = ("floor", "carpet")
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What is measured.
+    """A target to measure.
 
     Attributes:
         name: For the table.

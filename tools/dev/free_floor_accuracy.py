@@ -57,7 +57,7 @@ NEAR_PX = 2.5
 ALIKE = 0.5
 """Textures with more than this share of rays that end too far cannot be told apart."""
 TILES = 4
-"""What lies on the floor repeats after so many widths of the floor's texture."""
+"""Rugs and shadows on the floor repeat after this many widths of the floor's texture."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What an assistant may do with a robot: look, short motions with a longest distance, missions, and stop."""
+"""The operations of an assistant on a robot: look, short motions of limited length, missions, and stop."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from nxtdrive.motion.rover import Rover
 
 MAX_MM, MAX_DEG = 1000.0, 360.0
-"""Farthest that one call drives, unless `Assistant` is told otherwise, and turns."""
+"""Longest drive, unless `Assistant` has another limit, and largest turn of one call."""
 PICTURE_S = 1.0
 """A look waits this long for a new picture."""
 END_S = 5.0
-"""`stop` waits this long for what it ends; the robot stands long before."""
+"""`stop` waits this long for the motion or mission to end; the robot stands still long before."""
 POLL_S = 0.02
 MOTION_S = 0.2
-"""How often a motion looks whether the robot's thread still runs."""
+"""How often a motion checks whether the robot's thread still runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +65,12 @@ class Assistant:
         return jpeg(picture)
 
     def drive(self, distance_mm: float) -> ShortMotion:
-        """Begin to drive straight, negative: back; `wait` returns what came of it."""
+        """Begin to drive straight, negative: back; `wait` returns the result."""
         _check_limit("distance_mm", distance_mm, self.max_mm)
         return self._begin(lambda rover: rover.straight(distance_mm, wait=False))
 
     def turn(self, angle_deg: float) -> ShortMotion:
-        """Begin to turn on the spot, positive right; `wait` returns what came of it."""
+        """Begin to turn on the spot, positive right; `wait` returns the result."""
         _check_limit("angle_deg", angle_deg, MAX_DEG)
         return self._begin(lambda rover: rover.turn(angle_deg, wait=False))
 
@@ -106,7 +106,7 @@ class Assistant:
         self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), endings=endings)
 
     def status(self, wait_s: float = 0.0) -> dict[str, Any]:
-        """Return what the robot does, after waiting up to `wait_s` for a mission's end or question."""
+        """Return what the robot is doing, after waiting up to `wait_s` for a mission's end or question."""
         until_s = time.monotonic() + wait_s
         while time.monotonic() < until_s and self.robot.busy and not self._question()["open"]:
             time.sleep(POLL_S)
@@ -123,7 +123,7 @@ class Assistant:
         self.robot.operator.choose(number)
 
     def stop(self) -> bool:
-        """Break off whatever the robot does; returns whether it has ended."""
+        """Abort any motion or mission of the robot; return whether it has ended."""
         self.robot.let_go()
         self.robot.stop_mission()
         until_s = time.monotonic() + END_S
@@ -163,7 +163,7 @@ def _check_limit(name: str, value: float, limit: float) -> None:
 
 
 def _rounded(values: dict[str, Any]) -> dict[str, Any]:
-    """Round measurements to what they are worth."""
+    """Round measurements to their accuracy."""
     pose = {key: round(value, 1) for key, value in values["pose"].items()}
     far = values["range_mm"]
     return {**values, "pose": pose, "range_mm": None if far is None else round(far)}

@@ -1,4 +1,4 @@
-"""What the robot tells about its mission, kept for an assistant that asks now and then."""
+"""The latest messages of the robot about its mission, kept for an assistant that polls."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..web.hub import Hub
 LINES = 40
 """Latest lines of a mission that are kept."""
 RESULT = ("ending", "achieved", "error", "duration_s", "targets", "hints")
-"""What of a summary is passed on."""
+"""The entries of a summary that are passed on."""
 
 
 class MissionStatusHub(Hub):
@@ -32,7 +32,7 @@ class MissionStatusHub(Hub):
             self.lost = values["lost"]
 
     def publish(self, kind: str, values: Mapping[str, Any]) -> None:
-        """Note what belongs to a mission."""
+        """Keep events of a mission."""
         super().publish(kind, values)
         with self._guard:
             if kind == "run":

@@ -36,11 +36,11 @@ MOVES = ToolAnnotations(destructive_hint=False, open_world_hint=False)
 STOPS = ToolAnnotations(destructive_hint=False, idempotent_hint=True, open_world_hint=False)
 LONGEST_WAIT_S = 60.0
 LOOK_S = 0.2
-"""How often the main thread looks for signals, which an unlimited wait ignores on Windows."""
+"""How often the main thread checks for signals, which an unlimited wait ignores on Windows."""
 
 
 def refusing(call: Callable[P, Awaitable[T]]) -> Callable[P, Awaitable[T]]:
-    """Return a tool whose `ValueError` is told to the assistant."""
+    """Return a tool that reports its `ValueError` to the assistant."""
 
     @wraps(call)
     async def tool(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -114,7 +114,7 @@ class Tools:
         return await run_sync(self._assistant.explain, run)
 
     async def _finish(self, motion: ShortMotion) -> dict[str, Any]:
-        """Wait for the end of a motion; a call that is cancelled breaks it off."""
+        """Wait for the end of a motion; cancelling the call aborts it."""
         try:
             return await run_sync(self._assistant.wait, motion, abandon_on_cancel=True)
         except anyio.get_cancelled_exc_class():

@@ -41,7 +41,7 @@ AF_BLUETOOTH, BTPROTO_HCI, HCI_DEVICE_UP = 31, 1, 0x400448C9
 off again after two seconds."""
 
 VENDOR_PACKET = 0xFF
-"""Makes /dev/vhci create an adapter, and tells which one it is."""
+"""Makes /dev/vhci create an adapter, and returns its number."""
 
 GRACE_S = 10.0
 

@@ -1,4 +1,4 @@
-"""A Bluetooth controller as a Linux kernel and bumble's hosts need one: bumble's, and what that lacks.
+"""A Bluetooth controller for a Linux kernel and bumble's hosts: bumble's, with the commands that it lacks.
 
 Opcodes, events and error codes are those of the Bluetooth Core Specification, volume 4, part E.
 """

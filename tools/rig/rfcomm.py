@@ -1,4 +1,4 @@
-"""The simulated brick in the air of an emulated Bluetooth adapter, which a Linux kernel takes for its own.
+"""The simulated brick within reach of an emulated Bluetooth adapter, which a Linux kernel uses as its own.
 
 Two controllers of bumble share a link: the adapter, whose host is the kernel behind ``/dev/vhci``, and the brick's
 radio with the serial port service on channel 1. The kernel's HCI packets come over TCP, each with its type before it,
@@ -32,7 +32,7 @@ CHANNEL = 1
 SERVICE_RECORD = 0x10001
 
 SUPERVISION_S = 1.0
-"""After what time a link without answer is taken for lost. The specification's default is 20 s; tests need not wait so
+"""Time after which a link without an answer counts as lost. The specification's default is 20 s; tests need not wait so
 long."""
 
 

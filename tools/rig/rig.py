@@ -33,7 +33,7 @@ PATIENCE_S = 30.0
 END_S = 10.0
 
 BROKEN = re.compile(r"kernel BUG|Oops|list_del corruption|Kernel panic|general protection fault|soft lockup")
-"""What a kernel says on its console when nothing can be relied on any more."""
+"""Messages on a kernel's console after which it is no longer reliable."""
 
 
 @dataclass(frozen=True)

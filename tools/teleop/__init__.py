@@ -1,1 +1,1 @@
-"""Driving by hand in a terminal: controls with a dead-man switch, a map from what the robot itself knows."""
+"""Driving by hand in a terminal: controls with a dead-man switch, and a map from the robot's own measurements."""

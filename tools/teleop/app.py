@@ -42,17 +42,17 @@ GAMEPAD_EVERY_S = 0.02
 
 
 class Teleop(App[None]):
-    """Drives while it runs; the robot stands when it has ended.
+    """Drives while it runs; the robot stands still when it has ended.
 
     The pilot drives in a thread of its own. The screen shows its latest step and the camera's latest frame when there
     is time for it, so that drawing delays neither driving nor keys.
 
     Args:
         pilot: Drives.
-        controls: What it listens to.
+        controls: The input.
         now: The clock of the controls.
         name: Which brick, for the title.
-        gamepad: Read between the keys, if there shall be one.
+        gamepad: The gamepad, if one is used; read between the keys.
         picture: The camera's, if there is one.
         camera: Why there is none, in words.
         stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
@@ -90,7 +90,7 @@ class Teleop(App[None]):
     ]
 
     class Ended(Message):
-        """The pilot drives no more."""
+        """The pilot has stopped driving."""
 
     def __init__(
         self,
@@ -200,7 +200,7 @@ class Teleop(App[None]):
         self.exit()
 
     def finish(self) -> None:
-        """Stop the driving thread and wait for it; called when the screen is closed, for whatever reason."""
+        """Stop the driving thread and wait for it; called when the screen is closed, for any reason."""
         self._leaving.set()
         if self._driving.is_alive():
             self._driving.join()

@@ -80,7 +80,7 @@ class Controls:
         self.let_go()
 
     def release(self) -> None:
-        """End the emergency stop; keys and sticks used meanwhile do not count."""
+        """End the emergency stop; keys and sticks used during it do not count."""
         self.let_go()
         self.stopped = False
 

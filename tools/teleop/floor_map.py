@@ -1,6 +1,6 @@
-"""A map of what the robot has driven over and heard, drawn with letters.
+"""A map of the robot's path and echoes, drawn with letters.
 
-It knows what a real robot knows: odometry and echoes. Where the wheels slip, the map is wrong.
+It uses only what a real robot has: odometry and echoes. Where the wheels slip, the map is wrong.
 """
 
 from __future__ import annotations

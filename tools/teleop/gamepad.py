@@ -1,7 +1,7 @@
 """A gamepad, read through SDL by pygame; it may be plugged in and out at any time.
 
-SDL's game controllers are used, not its joysticks: SDL knows where the buttons of hundreds of gamepads are, and no user
-should have to guess which one is the emergency stop. What SDL has no layout for is named on the screen and left alone.
+SDL's game controllers are used, not its joysticks: SDL has the button layouts of hundreds of gamepads, and no user
+should have to guess which one is the emergency stop. A device without a layout is named on the screen and not used.
 pygame calls that module, `pygame._sdl2.controller`, experimental; hence the narrow pin of the extra `gamepad`.
 """
 
@@ -34,7 +34,7 @@ _ENVIRONMENT = {
 
 
 class Button(Enum):
-    """What a button means."""
+    """The meaning of a button."""
 
     STOP = auto()
     RELEASE = auto()
@@ -44,7 +44,7 @@ class Button(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What the gamepad says.
+    """The state of the gamepad.
 
     Attributes:
         words: Which gamepad it is, or why there is none.

@@ -23,7 +23,7 @@ STALE_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What one look found; its frame may be older than the latest one."""
+    """The result of one look; its frame may be older than the latest one."""
 
     frame: Frame
     boxes: tuple[tuple[tuple[int, int, int, int], tuple[int, int, int]], ...]
@@ -41,7 +41,7 @@ class Picture:
         self._frame = frame
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, detections: Sequence[Detection]) -> None:
-        """Note what a look has found; see `nxtdrive.vision.eyes.OnLook`."""
+        """Keep the result of a look; see `nxtdrive.vision.eyes.OnLook`."""
         boxes = [(detection.box, UNCONFIRMED) for detection in detections]
         if sighting is not None:
             boxes = [(box, color) for box, color in boxes if box != sighting.box] + [(sighting.box, CONFIRMED)]

@@ -27,11 +27,11 @@ _OBJECTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the user interface shows after a step.
+    """The contents of the user interface after a step.
 
     Attributes:
         time_s: On the link's clock.
-        state: What the robot does, or why it does not move.
+        state: What the robot is doing, or why it does not move.
         speed_mm_s: Wanted.
         turn_deg_s: Wanted, positive right.
         percent: Percentage of the highest speeds.

@@ -1,4 +1,4 @@
-"""From sticks to a course: how far a thumb has moved what, and what that means. No gamepad library in here."""
+"""Converts the deflections of sticks to speed and turn rate, without a gamepad library."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Sticks:
 
     @property
     def aside(self) -> float:
-        """Part of the highest turn rate, -1..1, right positive; of both sticks the one that is moved farther counts."""
+        """Part of the highest turn rate, -1..1, right positive; the stick that is deflected farther counts."""
         return response(_strongest(self.left_x, self.right_x, self.cross_x))
 
 

@@ -9,9 +9,9 @@ from typing import Any, TextIO
 
 
 class LastingStream:
-    """A stream that takes everything and fails at nothing; from its first error on it drops what is written.
+    """A stream that never fails: from its first error on it drops all text.
 
-    A thread of textual's writes to the terminal. Once an error had ended it, the program would wait for it for ever.
+    A thread of textual writes to the terminal. If an error ended it, the program would wait for it forever.
     """
 
     def __init__(self, stream: TextIO) -> None:

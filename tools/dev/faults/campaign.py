@@ -1,4 +1,4 @@
-"""What a campaign is, and how its trials are spread over processes."""
+"""Campaigns, and the distribution of their trials over processes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Violation:
 
 @dataclass
 class Tally:
-    """What came of some trials.
+    """The outcomes of some trials.
 
     Attributes:
         outcomes: How often each permitted outcome occurred, such as "resumed" or "refused with exit code 2".

@@ -1,4 +1,4 @@
-"""Errors by the hundred thousand in one process: none may leave anything behind."""
+"""Errors by the hundred thousand in one process: none may leak memory."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ MOST_MEMORY = 6_000_000_000
 """Address space while files are read, bytes."""
 REFUSALS = (ConfigError, CameraError, AddressError, LocalProtocolError)
 NET = ("nested too deeply. Make it flatter", "not enough memory", "standard output or a file cannot be used")
-"""What `nxtdrive.cli.main` says when it catches what the readers of files should have refused."""
+"""Messages of `nxtdrive.cli.main` for errors that the readers of files should have refused."""
 
 Read = Callable[[Path, Random], str]
 """Reads the file; returns the outcome, or raises one of `REFUSALS`."""

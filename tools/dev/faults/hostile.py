@@ -19,7 +19,7 @@ NAMES = (b"*.*", b"*.rxe", b"a.*", b"a.rxe", b"b.rso", b"c.txt", b"d", b"NVConfi
 """File names, patterns of names, and fields without a closing zero."""
 
 SMALL = {"port": 5, "handle": 18, "size": 64, "box": 21, "remote_box": 21, "property": 5, "buffer": 3, "tx_length": 18}
-"""Fields whose random values are mostly below these limits, so that many telegrams are carried out."""
+"""Fields whose random values are mostly below these limits, so that many telegrams are executed."""
 
 _BUSY = (SetOutputState, SetInputMode, IOMapWrite, IOMapRead, GetOutputState, GetInputValues)
 _COMMANDS = (*COMMANDS.values(), *_BUSY * 5)
