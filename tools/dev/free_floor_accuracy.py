@@ -320,7 +320,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--conditions", default=",".join(CONDITIONS), help="with commas")
     args = parser.parse_args(argv)
     rooms = [make_room(number, args.places, args.seed) for number in range(args.rooms)]
-    print("| condition | rays | says something | median, px | spread, px | right | too far | too near |")
+    print("| condition | rays | with a result | median, px | spread, px | right | too far | too near |")
     print("|---" * 8 + "|")
     remarks: list[str] = []
     for name in (each.strip() for each in args.conditions.split(",")):
