@@ -15,7 +15,7 @@ Each line is answered, in order, by one integer in decimal and LF.
     target NAME    names what a bare ``arrive`` means    1
     status         checks that the brick answers         see `Status`
     why            moves nothing                         see `Why`
-    evidence       moves nothing                         a line of JSON, the only answer that is no integer
+    evidence       moves nothing                         a line of JSON, the only answer that is not an integer
     choose [N]     begins a mission, or takes its         0 another decision, 1 all reached, 2 ended otherwise
                    candidate N
     ============== ===================================== =========================================
@@ -133,7 +133,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class BadLine:
-    """A line that is no request.
+    """A line that is not a request.
 
     Attributes:
         error: What is wrong with it.

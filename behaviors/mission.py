@@ -324,4 +324,4 @@ def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
             adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
         except (ValueError, KeyError) as error:
             del adaptive["chances"]
-            yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is no file of nxtdrive chances: {error}"
+            yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is not from nxtdrive chances: {error}"

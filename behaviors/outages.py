@@ -144,7 +144,7 @@ class OutageSupervisor:
         """Stop the robot and retry the failed part."""
         try:
             self._body.stop()
-            self._body.battery_mv()  # stopping takes no answer, and silence is no failure of it
+            self._body.battery_mv()  # stopping takes no answer, and silence is not a failure of it
             if part == "camera":
                 self._eyes.glance(())
             elif part == "sensor":

@@ -165,7 +165,7 @@ class Clock(Protocol):
 class Outage(Exception):
     """Something that the mission cannot do without has failed; the mission goes on when it works again.
 
-    Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is no outage.
+    Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is not an outage.
 
     Attributes:
         permanent: Whether it will never work again, like a video at its end; then waiting is useless.

@@ -29,7 +29,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     """Read a picture as BGR; one of more than 16 million pixels is reduced.
 
     Raises:
-        InputFileError: The file cannot be read, is no picture, or has more than 64 million pixels.
+        InputFileError: The file cannot be read, is not a picture, or has more than 64 million pixels.
     """
     data = read_bytes(path, MAX_BYTES)
     width, height = _size(path, data)

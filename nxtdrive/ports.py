@@ -25,7 +25,7 @@ def output_port(name: str) -> OutputPort:
     """
     port = _OUTPUTS.get(name.upper()) if isinstance(name, str) else None
     if port is None:
-        raise LocalProtocolError(f"{name!r} is no motor port.", remedy="Motors are plugged into 'A', 'B' or 'C'.")
+        raise LocalProtocolError(f"{name!r} is not a motor port.", remedy="Motors are plugged into 'A', 'B' or 'C'.")
     return port
 
 
@@ -36,7 +36,7 @@ def input_port(number: int) -> InputPort:
         LocalProtocolError: There is no such port.
     """
     if not isinstance(number, int) or isinstance(number, bool) or number not in _INPUTS:
-        raise LocalProtocolError(f"{number!r} is no sensor port.", remedy="Sensors are plugged into 1, 2, 3 or 4.")
+        raise LocalProtocolError(f"{number!r} is not a sensor port.", remedy="Sensors are plugged into 1, 2, 3 or 4.")
     return _INPUTS[number]
 
 

@@ -213,8 +213,9 @@ class OccupancyGrid:
     def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
         """Update with the free floor that a camera sees; another view from the same place says nothing new.
 
-        Floor that an echo of the same moment shows to be free is no obstacle, whatever it looks like there; and where
-        the floor seems to go on beyond an echo, the source of the echo stays on the map however often it is overlooked.
+        Floor that an echo of the same moment shows to be free is not an obstacle, whatever it looks like there; and
+        where the floor seems to go on beyond an echo, the source of the echo stays on the map however often it is
+        overlooked.
 
         Args:
             lens: Pose of the lens, with the robot's heading.

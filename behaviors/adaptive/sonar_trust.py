@@ -15,7 +15,7 @@ class SonarNumbers:
 
     Attributes:
         deaf_s: A sonar that has heard nothing for this time may be dead; in a room there is mostly something in range.
-        stuck_mm: The same echo over a path of this length is no echo; a sonar measures centimetres.
+        stuck_mm: The same echo over a path of this length is not an echo; a sonar measures centimetres.
         stuck_deg: So is the same echo over turns of this much in all.
         lies_deg: A sonar that repeats an echo while the robot turns by this from one heading to another must not stop
             it: a wall is heard at the same distance over twice the beam at most, and a corner over little more.

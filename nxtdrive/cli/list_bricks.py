@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the addresses; what cannot be searched is reported as a note and is no failure."""
+    """Print the addresses; what cannot be searched is reported as a note and is not a failure."""
     places, notes = find_places()
     if args.json:
         write_json({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2)

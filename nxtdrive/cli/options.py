@@ -43,7 +43,7 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
 
 
 def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:
-    """Make a converter for argparse that refuses what is no number from `low` to `high`.
+    """Make a converter for argparse that refuses anything but a number from `low` to `high`.
 
     Args:
         name: What is counted or measured, for the message: ``seconds``.
@@ -71,7 +71,7 @@ def new_file(text: str) -> Path:
     """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address."""
     if not text.isprintable() or "?" in text or text.startswith("-"):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no name for it; use letters, digits, spaces, '.', '_' and, not at the beginning, '-'"
+            f"{text!r} is not a valid name for it; use letters, digits, spaces, '.', '_' and, not at the beginning, '-'"
         )
     return Path(text)
 

@@ -243,5 +243,5 @@ def _seeds(text: str) -> tuple[int, int]:
     low, high = whole_number(first), whole_number(last or first)
     if low is None or high is None or not low <= high < low + MAX_SEEDS:
         limit = f"at most {MAX_SEEDS:,} seeds"
-        raise argparse.ArgumentTypeError(f"{text!r} is no range of {limit}; write 100-119, or 7 for one")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a range of {limit}; write 100-119, or 7 for one")
     return low, high

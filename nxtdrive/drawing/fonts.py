@@ -21,7 +21,7 @@ from firmware_protocol.printable import printable
 
 BUNDLED = str(Path(__file__).with_name("fonts") / "DejaVuSans.ttf")
 MISSING = "\U0010ffff"
-"""No font has this: it is no character."""
+"""No font has this: it is not a character."""
 SYSTEM_FONTS = (
     "DejaVuSans.ttf",
     "msyh.ttc",

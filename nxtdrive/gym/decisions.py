@@ -157,7 +157,7 @@ def candidate_number(action: np.int64, count: int) -> int:
     """Return the number of the candidate that an action takes; 0 for a number that none of `count` has.
 
     Raises:
-        InvalidAction: It is no number.
+        InvalidAction: It is not a number.
     """
     try:
         number = int(action)

@@ -21,7 +21,7 @@ HEIGHTS_PX = (120, 70)
 """Apparent heights at which a front is shown to a detector; every detector finds its target at one of these."""
 GRAY = 128
 LEAST_SHARE = 0.25
-"""A detection that covers less of a front is of a detail: a red sleeve on a portrait is no red box."""
+"""A detection that covers less of a front is of a detail: a red sleeve on a portrait is not a red box."""
 
 
 class Truth(Protocol):

@@ -39,7 +39,7 @@ def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveS
     """Check sizes and settings of a rover.
 
     Raises:
-        LocalProtocolError: One is no number, not positive, or faster than the wheels can turn.
+        LocalProtocolError: One is not a number, not positive, or faster than the wheels can turn.
     """
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if in_range(name, value, -math.inf, math.inf) <= 0:

@@ -45,7 +45,7 @@ class Odometry:
     """Integrates the rotation of two wheels; may be used from several threads.
 
     Starting and stopping a program zeroes the counters (docs/firmware.md section 1, fact 4), and so does switching the
-    brick off; such a jump is no motion.
+    brick off; such a jump is not motion.
 
     Args:
         mm_per_deg: Distance per degree of the wheels, negative if the motors are mounted the other way round.

@@ -261,7 +261,7 @@ def _checked(name: str) -> str:
     printable = name.isascii() and name.isprintable()
     if not 0 < len(name) <= NAME_LIMIT or not printable or set(name) & set("*?/\\"):
         raise LocalProtocolError(
-            f"{name!r} is no name for a file on the brick.",
+            f"{name!r} is not a valid name for a file on the brick.",
             remedy=f"Names have 1 to {NAME_LIMIT} ASCII characters, the dot included, but none of * ? / \\.",
         )
     return name

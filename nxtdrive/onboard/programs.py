@@ -64,7 +64,7 @@ class Programs:
         """
         if not name.lower().endswith(PROGRAMS):
             raise LocalProtocolError(
-                f"{name!r} is no program, and the brick would hang.",
+                f"{name!r} is not a program, and the brick would hang.",
                 remedy=f"Programs end in {', '.join(PROGRAMS)}; `brick.speaker.play` plays sounds.",
             )
         if not self._files.exists(name):

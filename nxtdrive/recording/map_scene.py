@@ -22,7 +22,7 @@ from nxtdrive.recording.map_events import EventReader, MapEvent
 Line = tuple[float, float, float, float]
 """Both ends of a line on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
 FARTHEST_MM = 1e6
-"""Numbers beyond this are no places."""
+"""Numbers beyond this are not places."""
 FOOTPRINT_STEP_MM = 60.0
 """After each such stretch the floor under the robot is marked free."""
 START = Pose(0.0, 0.0, 0.0)

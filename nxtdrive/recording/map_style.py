@@ -52,7 +52,7 @@ PATHS = {
     "arrive": LineStyle("path: drive to a target", ARRIVE, 4.5),
     "retreat": LineStyle("path: back off", FAILED, 2.5, (2, 3)),
 }
-"""The path in each state that is no recovery."""
+"""The path in each state that is not a recovery."""
 OTHER_PATH = LineStyle("path: other", INK, 1.2)
 TRUE_ROOM = LineStyle("true room (simulated)", ROOM, 3.5)
 MOVED = LineStyle("moved or new in it at the end", ROOM, 3.5, (7, 5))

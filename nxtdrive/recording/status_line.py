@@ -20,7 +20,7 @@ REDRAWS_PER_S = 8
 
 
 class StatusLine:
-    """Shows the latest values; prints nothing when standard error is no terminal.
+    """Shows the latest values; prints nothing when standard error is not a terminal.
 
     It sends no requests to the robot, so a run is the same with and without it.
 

@@ -140,7 +140,7 @@ def _between(cell: Point, look: _Look) -> bool:
 
 
 def _obstacles(scene: MapScene, targets: Sequence[Point]) -> set[Point]:
-    """Return the cells with an obstacle that is no target and not where the robot was."""
+    """Return the cells with an obstacle that is not a target and not where the robot was."""
     path = [(pose.x_mm, pose.y_mm) for pose, _ in scene.poses]
     return {
         cell

@@ -40,7 +40,7 @@ class Transport(Protocol):
     def receive(self, timeout_s: float) -> bytes | None:
         """Return the next whole telegram, or None after `timeout_s` without one.
 
-        Part of a telegram is kept for the next call. A timeout is no error here: only the dialogue knows whether a
+        Part of a telegram is kept for the next call. A timeout is not an error here: only the dialogue knows whether a
         reply was expected.
 
         Raises:

@@ -59,7 +59,7 @@ class NxtServerTransport(WallClock):
                 )
             if kind not in LINK_LIMITS:
                 remedy = "If the server sends lengths before telegrams, use tcp://host:port."
-                raise RemoteProtocolError("this is no nxt-server", kind, remedy=remedy)
+                raise RemoteProtocolError("this is not an nxt-server", kind, remedy=remedy)
         except BaseException:
             connection.close()
             raise

@@ -12,7 +12,7 @@ MOST_PIXELS = 3840 * 2160
 
 
 def as_frame(image: cv2.typing.MatLike | None) -> Image | None:
-    """Return a frame in BGR with 8 bits, of at most `MOST_PIXELS`; None if it is no picture.
+    """Return a frame in BGR with 8 bits, of at most `MOST_PIXELS`; None if it is not a picture.
 
     Args:
         image: Grey, BGR, or BGR with transparency; with 8 bits or, as of thermal and scientific cameras, 16.

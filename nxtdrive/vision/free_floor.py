@@ -94,7 +94,7 @@ class FreeFloorDetector:
     def ends(self, image: Image) -> NDArray[np.float64]:
         """Return the pixels, (n, 2) columns and rows of the frame, at which the floor ends; lowest where it does first.
 
-        Columns whose lowest pixels are no floor, and those that look like floor up to the upper edge, are left out.
+        Columns whose lowest pixels are not floor, and those that look like floor up to the upper edge, are left out.
         """
         scale = image.shape[1] / N.width_px
         small = _reduced(image)

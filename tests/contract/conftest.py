@@ -46,7 +46,7 @@ class Fault(Enum):
     GARBAGE = auto()  # as many bytes, none of them right
     HALF = auto()  # streams only: half of it, then silence
     PIECES = auto()  # streams only: byte by byte
-    NONSENSE = auto()  # streams only: bytes that are no frames, in front of the reply
+    NONSENSE = auto()  # streams only: bytes that are not frames, in front of the reply
     UNPLUG = auto()
 
 

@@ -175,7 +175,7 @@ def test_where_python_has_no_bluetooth_the_serial_port_is_the_way(monkeypatch, p
     ("answer", "error", "said"),
     [
         (b"", LinkLost, "the other end closed the connection. Is the server still running?"),
-        (b"\x02\x00", RemoteProtocolError, "this is no nxt-server"),
+        (b"\x02\x00", RemoteProtocolError, "this is not an nxt-server"),
     ],
 )
 def test_another_server_is_not_taken_for_an_nxt_server(answer, error, said):

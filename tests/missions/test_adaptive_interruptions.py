@@ -53,7 +53,7 @@ class Visit:
 
 
 def _insisting_on(state: str) -> Ask | None:
-    """An operator who chooses one recovery whenever it is possible; None for the states that are no recovery."""
+    """An operator who chooses one recovery whenever it is possible; None for the states that are not recoveries."""
     if state not in RECOVERIES:
         return None
     wanted = RECOVERIES[state]

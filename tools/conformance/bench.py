@@ -338,7 +338,7 @@ def _count(text: str) -> int:
     """Read a number of passes, bytes or files.
 
     Raises:
-        ValueError: It is no number, or so large that it would take minutes.
+        ValueError: It is not a number, or so large that it would take minutes.
     """
     count = int(text)
     if count > MOST:

@@ -118,7 +118,7 @@ def _wait_ms(words: str, place: str) -> int:
         wait_ms = int(arguments[0])
         if 0 < wait_ms <= MOST:
             return wait_ms
-    raise ConfigError(f"{place}: {words!r} is no wait.", remedy=f"Write {_TICK} N, N from 1 to {MOST}.")
+    raise ConfigError(f"{place}: {words!r} is not a valid wait.", remedy=f"Write {_TICK} N, N from 1 to {MOST}.")
 
 
 def _objection(telegram: bytes) -> str:

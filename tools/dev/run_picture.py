@@ -37,7 +37,7 @@ def main() -> None:
         plan = Image.open(args.folder / MAP).convert("RGB")
         frames = telling_frames(args.folder)
     except (ConfigError, OSError) as error:
-        parser.error(f"{args.folder} is no run with a map: {error}")
+        parser.error(f"{args.folder} is not a run with a map: {error}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
     write_file(args.out, encoded(above(plan, frames), args.out))
     print(args.out)

@@ -210,7 +210,7 @@ def _expect_greeting(address: str) -> None:
     host, _, port = place.rpartition(":")
     number = whole_number(port)
     if scheme not in ("", "tcp", "tls") or not host or number is None or number > 0xFFFF:
-        raise AddressError(f"{address!r} is no address of a Dask scheduler.", remedy="Write tcp://host:8786.")
+        raise AddressError(f"{address!r} is not an address of a Dask scheduler.", remedy="Write tcp://host:8786.")
     with socket.create_connection((host.strip("[]"), number), CONNECT_S) as connection:
         if scheme == "tls":
             return  # there the client sends first

@@ -10,7 +10,7 @@ from behaviors.ports import Pose
 CELL_MM = (100, 50)
 """Height and width of a character; terminals draw them twice as high as wide."""
 FARTHEST_ECHO_MM = 1500.0
-"""Beyond, the sonar's cone is wider than a robot, and an echo is no place on a map."""
+"""Beyond, the sonar's cone is wider than a robot, and an echo is not a place on a map."""
 
 PATH, ECHO, TARGET = "·", "#", "T"
 ARROWS = "↑↗→↘↓↙←↖"

@@ -39,7 +39,7 @@ class BoundedHTTP(H11Protocol):
 
 
 def without_traceback(record: logging.LogRecord) -> bool:
-    """Leave the traceback out of a log message about text of a client that is no UTF-8: it is no defect."""
+    """Leave the traceback out of a log message about text of a client that is not UTF-8: it is not a defect."""
     if record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError):
         record.exc_info = None
     return True

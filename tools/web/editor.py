@@ -85,7 +85,7 @@ class Editor:
     def _open(self, request: Request) -> Response:
         try:
             text, version = self._missions.read(request.path_params["name"])
-        except (KeyError, ValueError):  # the latter when it has just been replaced by what is no mission
+        except (KeyError, ValueError):  # the latter when it has just been replaced by what is not a mission
             return PlainTextResponse("There is no such mission.\n", 404)
         return JSONResponse({"text": text, "version": version})
 

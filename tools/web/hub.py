@@ -92,7 +92,7 @@ class Hub:
     """Distributes messages to clients; all methods may be called from any thread.
 
     Attributes:
-        small_pictures: Whether a page that is no client shows the camera's picture, small and slow.
+        small_pictures: Whether a page that is not a client shows the camera's picture, small and slow.
     """
 
     def __init__(self) -> None:

@@ -98,7 +98,7 @@ class Missions:
             OSError: It cannot be written.
         """
         if not NAME.fullmatch(name):
-            raise ValueError(f"{name!r} is no name for a mission file. Use letters and digits, and .toml at the end.")
+            raise ValueError(f"{name!r} is not a valid mission file name. Use letters and digits, and end it in .toml.")
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
             if (_version(read_bytes(path, MAX_BYTES)) if path.exists() else "") != version:

@@ -156,7 +156,7 @@ def _with_name(text: str, name: str, table: str) -> str:
     """Return a mission's text with a name at the end of its targets, to which a table can be added.
 
     Raises:
-        ValueError: The text is no TOML, has no list of targets, or has the table already.
+        ValueError: The text is not TOML, has no list of targets, or has the table already.
     """
     mission = parse_toml(text).get("mission")
     if not (isinstance(mission, dict) and isinstance(mission.get("targets"), list)):

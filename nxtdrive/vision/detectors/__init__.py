@@ -54,7 +54,7 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     remaining = DetectorSpec(kind, values, folder)
     height_mm = remaining.take("height_mm", float, A4_HEIGHT_MM)
     if not 1 <= height_mm <= 10_000:
-        raise ConfigError(f"height_mm = {height_mm:g} is no height of a target.", remedy="An A4 sheet is 297 mm high.")
+        raise ConfigError(f"height_mm = {height_mm:g} is not a valid height.", remedy="An A4 sheet is 297 mm high.")
     detector = (
         import_module(DETECTORS[kind]).from_spec(remaining)
         if kind in DETECTORS

@@ -32,7 +32,7 @@ def _number(value: Any) -> float:  # noqa: ANN401 - also numpy's numbers
     except (TypeError, OverflowError):
         number = math.nan
     if math.isnan(number):
-        raise ValueError("it is no number")
+        raise ValueError("it is not a number")
     return number
 
 
@@ -45,7 +45,7 @@ def _convex(quad: Quad) -> Quad:
     sides = [(u - last_u, v - last_v) for (last_u, last_v), (u, v) in pairwise((*quad, quad[0]))]
     turns = [a * d - b * c for (a, b), (c, d) in pairwise((*sides, sides[0]))]
     if min(turns) < LEAST_TURN and max(turns) > -LEAST_TURN:
-        raise ValueError("its corners are no convex quadrilateral")
+        raise ValueError("its corners are not a convex quadrilateral")
     return quad
 
 

@@ -37,12 +37,12 @@ class OnnxDetector:
         min_score: Least score of a detection, 0 to 1.
 
     Raises:
-        ConfigError: The file is no detector that can be run, or has no such label.
+        ConfigError: The file is not a detector that can be run, or has no such label.
     """
 
     def __init__(self, path: Path, label: str, options: Options | None = None, *, min_score: float = MIN_SCORE) -> None:
         if not 0 < min_score < 1:
-            raise ConfigError(f"min_score = {min_score:g} is no score.", remedy="It lies between 0 and 1.")
+            raise ConfigError(f"min_score = {min_score:g} is not a valid score.", remedy="It lies between 0 and 1.")
         self._model = _loaded(path, options or Options())
         self._number = number_of(label, self._model.labels, path)
         self._min_score = min_score

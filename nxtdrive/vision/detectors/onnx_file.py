@@ -61,7 +61,7 @@ def read_onnx(path: Path) -> OnnxFile:
     """Read a file's inputs, outputs and metadata.
 
     Raises:
-        ConfigError: It cannot be read, is too large, or is no ONNX model.
+        ConfigError: It cannot be read, is too large, or is not an ONNX model.
     """
     try:
         content = read_bytes(path, MAX_BYTES)
@@ -151,7 +151,7 @@ class _Reader:
             elif wire in (FIXED32, FIXED64):
                 at += 4 if wire == FIXED32 else 8
             else:
-                raise ValueError("it is no protocol buffer")
+                raise ValueError("it is not a protocol buffer")
 
 
 def _varint(message: memoryview, at: int) -> tuple[int, int]:

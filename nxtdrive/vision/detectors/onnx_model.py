@@ -68,7 +68,7 @@ class OnnxModel:
         options: What it does not say.
 
     Raises:
-        ConfigError: It is no detector that can be run.
+        ConfigError: It is not a detector that can be run.
 
     Attributes:
         labels: Its labels; empty if nothing names them.

@@ -99,7 +99,7 @@ class _OpenCv:
         try:
             self._net = cv2.dnn.readNetFromONNX(str(path))
             self._names = list(self._net.getUnconnectedOutLayersNames())
-        except Exception as error:  # besides its own, those of names that are no text
+        except Exception as error:  # besides its own, those of names that are not text
             raise _cannot("load", path, self.title, error, self._remedy) from error
 
     def run(self, inputs: Arrays) -> Arrays:
@@ -107,7 +107,7 @@ class _OpenCv:
             for name, value in inputs.items():
                 self._net.setInput(value.astype(np.float32), name)
             return dict(zip(self._names, self._net.forward(self._names), strict=True))
-        except Exception as error:  # besides its own, those of names that are no text
+        except Exception as error:  # besides its own, those of names that are not text
             raise _cannot("run", self._path, self.title, error, self._remedy) from error
 
 

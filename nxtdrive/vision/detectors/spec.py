@@ -48,7 +48,7 @@ class DetectorSpec:
         """Remove and return the text `name`, or None if it is missing.
 
         Raises:
-            ConfigError: The option is no text.
+            ConfigError: The option is not text.
         """
         if self._values.get(name) is None:
             self._values.pop(name, None)

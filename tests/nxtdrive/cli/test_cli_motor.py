@@ -42,4 +42,4 @@ def test_a_negative_angle_may_be_written_as_any_number(capsys):
 
 def test_a_port_without_a_motor_is_refused(capsys):
     assert main(["motor", "stop", "D", "--nxt", "sim://"]) == USAGE
-    assert "no motor port" in capsys.readouterr().err
+    assert "not a motor port" in capsys.readouterr().err

@@ -127,10 +127,10 @@ def test_its_files_lie_beside_the_mission(installed):
         ([((1, 2, 3, 4), 0.5)], "returns no detections (0: "),
         ([Detection((1, 2, 0, 4), 0.5)], "(0.box.2: "),
         ([Detection((1, 2, math.nan, 4), 0.5)], "(0.box.2: "),
-        ([Detection((1, 2, 10**400, 4), 0.5)], "(0.box.2: Value error, it is no number)"),
+        ([Detection((1, 2, 10**400, 4), 0.5)], "(0.box.2: Value error, it is not a number)"),
         ([Detection((1, 2, 3, 4), 0.5), Detection((1, 2, 3, 4), 50)], "(1.score: "),
-        ([Detection((1, 2, 3, 4), 0.5, (CORNERS[0],) * 4)], "no convex quadrilateral"),
-        ([Detection((1, 2, 3, 4), 0.5, (*CORNERS[:2], *CORNERS[:1:-1]))], "no convex quadrilateral"),
+        ([Detection((1, 2, 3, 4), 0.5, (CORNERS[0],) * 4)], "not a convex quadrilateral"),
+        ([Detection((1, 2, 3, 4), 0.5, (*CORNERS[:2], *CORNERS[:1:-1]))], "not a convex quadrilateral"),
     ],
 )
 def test_what_is_no_detection_is_refused_with_a_sentence(installed, answer, text):

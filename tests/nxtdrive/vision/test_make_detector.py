@@ -61,7 +61,7 @@ def test_a_cascade_beside_the_mission_file_is_found(tmp_path):
             {"detector": "color", "color": "red", "height_mm": "tall"},
             "height_mm of the color detector must be a number",
         ),
-        ({"detector": "color", "color": "red", "height_mm": 0}, "height_mm = 0 is no height"),
+        ({"detector": "color", "color": "red", "height_mm": 0}, "height_mm = 0 is not a valid height"),
         ({"detector": "onnx", "label": "cup"}, "onnx detector needs model"),
         ({"detector": "onnx", "model": "a.onnx"}, "onnx detector needs label"),
         ({"detector": "onnx", "model": "a.onnx", "label": "cup"}, r"a\.onnx: cannot be read"),

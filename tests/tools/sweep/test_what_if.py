@@ -97,7 +97,7 @@ def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
     out = tmp_path / "other.jsonl"
     out.write_text(text)
     assert main(["what-if", "open:100", "--out", str(out), "--workers", "1"]) == 2
-    assert "is no file of nxtdrive what-if" in capsys.readouterr().err
+    assert "is not from nxtdrive what-if" in capsys.readouterr().err
     assert out.read_text() == text
 
 
