@@ -45,7 +45,7 @@ def find_profile(name: str) -> ProfileClass:
 
 
 def _imported(name: str) -> object:
-    """Import a class from a module, also from one in the current folder, as ``python -m`` does."""
+    """Import a class from a module, even one in the current folder, as ``python -m`` does."""
     module, _, attribute = name.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:

@@ -113,7 +113,7 @@ def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noq
 
 @contextlib.contextmanager
 def guarded_output() -> Iterator[None]:
-    """Escape what is written to standard output and error meanwhile, and spell what their encoding lacks.
+    """Escape text written to standard output and error in the block, and spell what their encoding lacks.
 
     This is a net for text that was not escaped where it was printed: it keeps line feeds and tabs. What `make_console`
     makes writes past it and escapes by itself. When an error leaves the block the net stays, for the traceback.

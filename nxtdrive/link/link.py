@@ -255,7 +255,7 @@ class Link:
 
     @property
     def reconnecting(self) -> bool:
-        """Whether a lost link is reopened automatically, also while the program makes no requests; may be set.
+        """Whether a lost link is reopened automatically, even while the program makes no requests; may be set.
 
         A loss is noticed within about 2 s, by a probe. In the simulator this needs a program that sleeps on the link's
         clock.
@@ -307,7 +307,7 @@ class Link:
         self.motions.end_all()
         with self._lock.exclusive():
             self.transport.close()
-        self.motions.end_all()  # another thread may have begun one meanwhile, and wait for its end
+        self.motions.end_all()  # another thread may have begun one since, and wait for its end
 
     @property
     def acts_for_program(self) -> bool:

@@ -97,7 +97,7 @@ class PriorityLock:
                 self.queue.pop(0).called.set()
 
     def _withdraw(self, place: _Place) -> bool:
-        """Leave the queue; returns False if the thread was called meanwhile and holds the lock."""
+        """Leave the queue; return False if the thread has been called since and holds the lock."""
         with self._mutex:
             if place not in self.queue:
                 return False

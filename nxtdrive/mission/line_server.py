@@ -170,7 +170,7 @@ class LineServer:
         self._listener.close()
 
     def _attend(self, client: _Client) -> None:
-        """Answer the waiting lines, also those of a client that has left; its motions end before they begin."""
+        """Answer the waiting lines, including those of a client that has left; its motions end before they begin."""
         while not self._stopped() and (request := client.requests.take()) is not None:
             if self._served is None and isinstance(request, Request):
                 self._served, client.session = client, self._new_session()

@@ -1,4 +1,4 @@
-"""Turns one wheel, or two together, by an exact angle under control of the PC, also over slow links.
+"""Turns one wheel, or two together, by an exact angle under control of the PC, even over slow links.
 
 At the firmware's own tacho limit a motor coasts past its target (docs/firmware.md section 1, fact 12), so the PC
 decides when to brake. It accounts for latency: a reading is older than its arrival, and a command acts later than it
@@ -131,7 +131,7 @@ class PositionMove:
             The reason of `guard`, or DONE, STALLED, CANCELLED, or TIMEOUT after too much time or too many corrections.
 
         Raises:
-            LinkError: The brick cannot be reached; it was told to brake if possible, else the lease runs out.
+            LinkError: The brick cannot be reached; the motors were braked if possible, else the lease runs out.
         """
         try:
             return (yield from self._run(angle_deg))

@@ -54,7 +54,7 @@ class VelocityMove:
             DONE, or braked: STALLED, CANCELLED.
 
         Raises:
-            LinkError: The brick cannot be reached; it was told to brake if possible, else the lease runs out.
+            LinkError: The brick cannot be reached; the motors were braked if possible, else the lease runs out.
         """
         try:
             return (yield from self._turn(speed_deg_s, regulated, until_s))

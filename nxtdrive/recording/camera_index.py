@@ -126,7 +126,7 @@ class CameraPictures:
 
 
 def read_pictures(run_folder: Path) -> CameraPictures | None:
-    """Read the index of a run's pictures, also of a run that was killed; lines that are damaged are left out.
+    """Read the index of a run's pictures, even of a run that was killed; lines that are damaged are left out.
 
     Args:
         run_folder: The run's folder.

@@ -96,7 +96,7 @@ def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
 
 
 def _mission(path: Path) -> Mission | None:
-    """Read a mission; None also for one of a version with other keys."""
+    """Read a mission; None for one of a version with other keys, too."""
     try:
         return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)))
     except ValueError:

@@ -50,7 +50,7 @@ class StatusLine:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Free the terminal for other output meanwhile."""
+        """Free the terminal for other output during the block."""
         self._live.stop()
         try:
             yield

@@ -14,7 +14,7 @@ from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 
 BEGIN = b'{"run": '
-"""How each line begins, also one that an interruption cut short."""
+"""How each line begins, even one that an interruption cut short."""
 
 
 class _Model(BaseModel):

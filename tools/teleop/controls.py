@@ -85,7 +85,7 @@ class Controls:
         self.stopped = False
 
     def faster(self, step_percent: int = STEP_PERCENT) -> None:
-        """Change the speed, also of a held key or stick."""
+        """Change the speed, even of a held key or stick."""
         self.percent = min(100, max(SLOWEST_PERCENT, self.percent + step_percent))
 
     def wanted(self, now_s: float) -> tuple[float, float]:

@@ -85,7 +85,7 @@ class Missions:
         return found
 
     def save(self, name: str, text: str, version: str) -> str:
-        """Write a mission file, as a whole or not at all, also with mistakes; returns its new version.
+        """Write a mission file, as a whole or not at all, even with mistakes; return its new version.
 
         Args:
             name: Of the file.

@@ -82,7 +82,7 @@ class Robot:
         """Start the thread and wait for brick and camera.
 
         Args:
-            on_end: Called by the thread when it ends, also by a defect, which is in `failure` then.
+            on_end: Called by the thread when it ends, even by a defect, which is in `failure` then.
 
         Raises:
             NXTError: One of them cannot be opened.
@@ -93,7 +93,7 @@ class Robot:
             raise error
 
     def close(self) -> None:
-        """End a running mission, stop the motors, close brick and camera; also before it is open."""
+        """End a running mission, stop the motors, close brick and camera; allowed before it is open."""
         self._closing.set()
         self.stop_mission()
         self._news.set()
