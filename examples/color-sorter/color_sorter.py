@@ -8,13 +8,13 @@ from collections import Counter
 from nxtdrive import Brick, open_brick
 
 BOXES_DEG = {"RED": -90, "YELLOW": -30, "GREEN": 30, "BLUE": 90}
-"""Where the chute stands for each colour; what has another colour goes straight down."""
+"""Angle of the chute for each colour; a brick of another colour goes straight down."""
 OTHERS_DEG = 0
 SPEED_DEG_S = 300
 NOTHING = ("BLACK",)
 """What the sensor sees of the slide itself."""
 SURE = 3
-"""As often in a row a colour must be seen: between two colours the sensor sees a mixture."""
+"""A colour must be seen this often in a row: between two colours the sensor sees a mixture."""
 
 
 def next_color(brick: Brick) -> str | None:

@@ -12,7 +12,7 @@ HOST, PORT = "127.0.0.1", 7001
 
 
 def decide(decision: dict) -> int:
-    """Return the number of the candidate to take; this rule takes the least seconds for a success."""
+    """Return the number of the candidate to take; this rule takes the one with the fewest seconds for a success."""
     return min(decision["candidates"], key=lambda each: each.get("expected_s") or 1000.0)["number"]
 
 

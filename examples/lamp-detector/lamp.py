@@ -47,5 +47,5 @@ class LampDetector:
 
 
 def from_spec(spec: DetectorSpec) -> LampDetector:
-    """Make the detector from a target's keys; keys that are not taken here are told as mistakes."""
+    """Make the detector from a target's keys; keys that are not taken here are reported as mistakes."""
     return LampDetector(spec.take("least_brightness", int, 220), spec.take("least_px", int, 4))

@@ -1,4 +1,4 @@
-"""A profile for busy floors: what is in the way gets twenty seconds to leave, twice, before the robot goes round."""
+"""A profile for busy floors: an obstacle gets twenty seconds to leave, twice, before the robot goes round."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WAIT_S, WAITS = 20.0, 2
 
 @dataclass(frozen=True)
 class PatientPolicy:
-    """Waits for what is in the way; for everything else it chooses as the adaptive policy does."""
+    """Waits for an obstacle to leave; in all other cases it chooses as the adaptive policy does."""
 
     otherwise: AdaptivePolicy
 
@@ -27,7 +27,7 @@ class PatientPolicy:
         return self.otherwise.select(evidence)
 
     def options(self, evidence: Evidence) -> Sequence[Candidate]:
-        """Return what could be done, for a person who confirms choices and for explain-run."""
+        """Return the candidates, for a person who confirms choices and for explain-run."""
         return self.otherwise.options(evidence)
 
 

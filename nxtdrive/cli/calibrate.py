@@ -29,7 +29,7 @@ Measure how the robot is built, and write it to a robot file: the camera's field
 of view, place, angles and latency; the wheels' diameter, mismatch and track; the
 sonar's place; the motors' directions; how a colour looks. The robot
 drives in front of a sheet of markers: print it with --sheet, hang it on a wall with its middle as high as the lens, and
-put the robot one metre before it, with a metre of free floor all round. sim:// has
+put the robot one metre in front of it, with a metre of free floor all round. sim:// has
 such a room. Values that are too uncertain are refused, and the file stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
@@ -47,9 +47,9 @@ SIMULATED_ROOMS = {False: "calibration", True: "colors"}
 DEFAULT_FILE = Path("robot.toml")
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
-    "Is it one metre before the sheet, with free floor all round?"
+    "Is it one metre in front of the sheet, with free floor all round?"
 )
-BY_RULER = "The robot will drive one metre ahead and turn on the spot. Is the floor before it free?"
+BY_RULER = "The robot will drive one metre ahead and turn on the spot. Is the floor ahead free?"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

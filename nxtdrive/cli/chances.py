@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nxtdrive.recording.predictions import Prediction
 
 DESCRIPTION = """\
-Count how often the choices of the adaptive profile succeeded in runs of yours, or in
+Count how often the choices of the adaptive profile succeeded in your runs, or in
 the missions of a sweep, beside the chances that it gave them. With --out, keep the
 counts in a file; a mission with chances = "FILE" in its table [adaptive] uses them
 beside those that come with nxtdrive. docs/adaptive.md explains both."""

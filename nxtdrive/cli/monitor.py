@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from nxtdrive.tools.monitor import History, Plot, Snapshot
 
 DESCRIPTION = """\
-Show motors, input ports, battery and link of a brick until Ctrl-C, also when the
-link is lost meanwhile and comes back. Digital sensors, such as the ultrasonic
+Show motors, input ports, battery and link of a brick until Ctrl-C, even if the
+link is lost and comes back. Digital sensors, such as the ultrasonic
 one, identify themselves; touch, light, sound and color sensors do not: --sensor
-names one, sets its port up and shows its measurements. While a program runs on
+names one, sets up its port and shows its measurements. While a program runs on
 the brick, other ports are only read as it has set them up. In a terminal, the
 readings of the last minute are plotted between their lowest and highest."""
 EXAMPLES = """\

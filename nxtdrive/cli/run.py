@@ -75,13 +75,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--console",
         choices=sorted(GREETINGS),
         default="progress",
-        help="what is printed meanwhile: 'progress', with the time and the reason of what the robot does (default), "
+        help="what to print during the run: 'progress', what the robot does, when and why (default), "
         "or 'thesis', the lines of the thesis's agent, word for word",
     )
     parser.add_argument(
         "--web",
         action="store_true",
-        help="show the run in the browser while it lasts; a simulated robot keeps to real time then, unless its "
+        help="show the run live in the browser; a simulated robot then runs in real time, unless its "
         "address names a pace. Needs the extra nxtdrive[web]",
     )
     add_port_argument(parser, "TCP port of --web")

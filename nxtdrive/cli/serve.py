@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Serve the robot to an agent of your own, such as one in AgentSpeak: each line is a
 request ("arrive lena"), each reply a small integer. docs/agentspeak.md lists the verbs.
-With "choose" it only decides, and the profile does the rest.
+With "choose" the agent only decides, and the profile does the rest.
 One client at a time; when it leaves, the motors stop. A simulated brick runs in
 real time here; with sim://?pace=fast time passes only while a command runs."""
 EXAMPLES = """\

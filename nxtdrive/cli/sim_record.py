@@ -33,7 +33,7 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-writes",
         action="store_true",
-        help="send also what deletes, writes or formats, renames the brick, changes its settings or is not known",
+        help="also send commands that delete, write or format, rename the brick, change its settings or are unknown",
     )
     parser.add_argument(
         "--with-identity",

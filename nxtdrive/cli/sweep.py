@@ -77,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot",
         metavar="FILE",
         type=Path,
-        help="robot file that the missions believe; the robots stay those of their classes",
+        help="robot file for the missions; the simulated robots stay those of their classes",
     )
     add_worker_arguments(parser, 1, "1")
     parser.add_argument(

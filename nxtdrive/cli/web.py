@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--classroom",
         metavar="FILE",
-        help="a page for the robots of this file, each with a page of its own; a number in place of the file makes as "
+        help="a page for the robots of this file, each with its own page, too; a number instead of a file makes that "
         "many simulated robots",
     )
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_port_argument(parser, "TCP port")
     parser.add_argument(
-        "--lan", action="store_true", help="let phones and other computers of the network in, who need the printed PIN"
+        "--lan", action="store_true", help="let phones and other computers on the network in, with the printed PIN"
     )
 
 

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Repeat a simulated mission up to each decision, take every candidate there, and say
 what each would have cost: the mean seconds to the targets that were still open. Each
-candidate is played in several futures, which differ in their random events. A run of
-a real robot is played in a simulated room made from its map. The regret of a decision
-is what its choice cost beyond the best candidate; docs/evaluation.md explains how it
-is estimated without bias."""
+candidate is tried in several futures, which differ in their random events. A run of
+a real robot is repeated in a simulated room made from its map. The regret of a decision
+is the cost of its choice beyond that of the best candidate; docs/evaluation.md explains
+how it is estimated without bias."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
   nxtdrive what-if flat:7:adaptive --decision 3 --futures 10

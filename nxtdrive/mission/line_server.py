@@ -140,7 +140,7 @@ class LineServer:
         self._moving = self._crowded = False
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
-        brick.link.before_request = self._look_up
+        brick.link.before_request = self._interrupt_if_needed
 
     @property
     def address(self) -> tuple[str, int]:
@@ -195,7 +195,7 @@ class LineServer:
             self._say(f"client {client.name} was sent away: {self._served.name} is being served")
         return failure_reply(request.verb, ErrorReply.BUSY)
 
-    def _look_up(self) -> None:
+    def _interrupt_if_needed(self) -> None:
         """Interrupt the running command, once; called by the brick before each request and sleep."""
         if not self._moving:
             return

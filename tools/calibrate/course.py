@@ -127,7 +127,7 @@ class Course:
             raise CalibrationRefused(
                 "the camera sees no marker of the sheet.",
                 remedy="Print it (nxtdrive calibrate --sheet sheet.pdf), hang it at the lens's height and put the "
-                "robot one metre before it.",
+                "robot one metre in front of it.",
             )
         return seen
 

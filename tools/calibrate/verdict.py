@@ -33,8 +33,8 @@ UNSURE = {
 """Standard errors beyond these are of no use."""
 DIGITS = {"latency_s": 4, "wheel_diameter_mm": 2, "wheel_mismatch_percent": 2, "hfov_deg": 2}
 REMEDY = (
-    "Hang the sheet flat and upright in good light, put the robot one metre before it with free floor all round, "
-    "and start again."
+    "Hang the sheet flat and upright in good light, put the robot one metre in front of it with free floor all "
+    "round, and start again."
 )
 
 

@@ -1,4 +1,4 @@
-"""Exercise 2: drive forward and stop 300 mm before whatever stands ahead. Each test puts it somewhere else.
+"""Exercise 2: drive forward and stop 300 mm short of the obstacle ahead. Each test puts it somewhere else.
 
 rover.range_mm()             how far it is, in mm; None when nothing is heard
 rover.drive(100, 0)          drives on at 100 mm a second; call it again and again
