@@ -79,22 +79,22 @@ def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
         BlockerHypothesis(N.lingering_s, weights[1]),
         BlockerHypothesis(math.inf, weights[2]),
     ]
-    left = [kind.weight * kind.survival(blocker.age_s) for kind in prior]
-    return tuple(BlockerHypothesis(kind.stays_s, weight / sum(left)) for kind, weight in zip(prior, left, strict=True))
+    left = [each.weight * each.survival(blocker.age_s) for each in prior]
+    return tuple(BlockerHypothesis(each.stays_s, weight / sum(left)) for each, weight in zip(prior, left, strict=True))
 
 
-def cost_s(things: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
+def cost_s(mixture: Sequence[BlockerHypothesis], wait_s: float, round_s: float) -> float:
     """Return the mean cost of waiting up to `wait_s` and then going round; without a detour, waiting once more."""
     if math.isinf(round_s):
         round_s = N.longest_s
-    return sum(kind.weight * kind.cost_s(wait_s, round_s) for kind in things)
+    return sum(each.weight * each.cost_s(wait_s, round_s) for each in mixture)
 
 
-def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
+def best_wait_s(mixture: Sequence[BlockerHypothesis], round_s: float) -> float:
     """Return how long to wait before going round.
 
     Args:
-        things: What it may be.
+        mixture: The hypotheses about what it may be.
         round_s: What going round costs; infinite without a detour.
 
     Returns:
@@ -105,12 +105,12 @@ def best_wait_s(things: Sequence[BlockerHypothesis], round_s: float) -> float:
     if math.isinf(round_s):
         return N.longest_s
     waits = [min(N.longest_s, share * round_s) for share in WAITS]
-    sound = [wait_s for wait_s in waits if all(_bounded(kind, wait_s, round_s) for kind in things)]
-    return min(sound, key=lambda wait_s: cost_s(things, wait_s, round_s))
+    sound = [wait_s for wait_s in waits if all(_bounded(each, wait_s, round_s) for each in mixture)]
+    return min(sound, key=lambda wait_s: cost_s(mixture, wait_s, round_s))
 
 
-def _bounded(kind: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
-    if kind.weight < N.negligible:
+def _bounded(hypothesis: BlockerHypothesis, wait_s: float, round_s: float) -> bool:
+    if hypothesis.weight < N.negligible:
         return True
     bound = max(N.bound, 1.0 + round_s / N.longest_s)  # the cap on a single wait may cost more than twice
-    return kind.cost_s(wait_s, round_s) <= bound * kind.clairvoyant_s(round_s) + 1e-9
+    return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.clairvoyant_s(round_s) + 1e-9

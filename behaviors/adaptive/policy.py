@@ -99,15 +99,15 @@ class AdaptivePolicy:
             why = f"going round takes {round_s:.0f} s, and waiting is not expected to pay"
             chance, situation = self.chances.of(DETOUR, evidence)
             past = Candidate(Choice(DETOUR, why, route=detour.route), round_s, chance, situation=situation)
-        things = hypotheses(blocker)
-        wait_s = best_wait_s(things, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
+        mixture = hypotheses(blocker)
+        wait_s = best_wait_s(mixture, round_s) if self.fixed_wait_s is None else self.fixed_wait_s
         if wait_s >= N.shortest_wait_s:
             other = f"going round takes {round_s:.0f} s" if detour else "there is no path around it"
-            leaves = sum(kind.weight * (1.0 - kind.survival(wait_s)) for kind in things)
+            leaves = sum(each.weight * (1.0 - each.survival(wait_s)) for each in mixture)
             chance, situation = self.chances.of(WAIT, evidence, leaves)
             choice = Choice(WAIT, f"it may leave; {other}", wait_s=wait_s)
             otherwise_s, then_s = past.expected_s if past else None, self._look_beyond_s(evidence)
-            yield Candidate(choice, cost_s(things, wait_s, 0.0), chance, otherwise_s, then_s, situation)
+            yield Candidate(choice, cost_s(mixture, wait_s, 0.0), chance, otherwise_s, then_s, situation)
         if past:
             yield past
 

@@ -37,7 +37,7 @@ def measure_compass() -> Iterable[Figure]:
         error = turned_error_deg(compass=compass, iron=iron)
         yield Figure(f"{TURNS} turns of 360 deg that lose {LOST_PERCENT:g} %, {name}: error", error, "deg")
     for name, compass, iron in (("wheels", False, True), ("compass", True, False), ("compass near iron", True, True)):
-        yield from _figures(f"{LEGS} ways and turns in {len(ROOMS)} rooms, {name}", walked_errors(compass, iron))
+        yield from _figures(f"{LEGS} legs and turns in {len(ROOMS)} rooms, {name}", walked_errors(compass, iron))
     steady = walked_errors(compass=True, iron=True, slip=False)
     yield from _figures("the same with wheels that do not slip, compass near iron", steady)
 

@@ -41,31 +41,31 @@ def _wait_s(round_s: float, age_s: float = 0.0, *, moving: bool) -> float:
     return best_wait_s(hypotheses(Blocker(500.0, age_s, moving, hides=True)), round_s)
 
 
-@given(things=mixtures(), round_s=ROUNDS_S)
-def test_no_kind_of_thing_costs_more_than_twice_what_a_clairvoyant_needs(things, round_s):
+@given(mixture=mixtures(), round_s=ROUNDS_S)
+def test_no_kind_of_thing_costs_more_than_twice_what_a_clairvoyant_needs(mixture, round_s):
     """Beyond `LONGEST_S` the cap on a single wait may break the bound: going round is then paid after too short a
     wait, which costs at most (wait + round) / wait times the clairvoyant's."""
-    wait_s = best_wait_s(things, round_s)
+    wait_s = best_wait_s(mixture, round_s)
     bound = max(DWELL.bound, 1.0 + round_s / DWELL.longest_s)
-    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in things if kind.weight >= DWELL.negligible)
+    assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= DWELL.negligible)
 
 
 @given(blocker=BLOCKERS, round_s=st.floats(0.1, DWELL.longest_s))
 def test_the_bound_holds_for_what_blockers_may_be_at_any_age(blocker, round_s):
-    things = hypotheses(blocker)
-    assert sum(kind.weight for kind in things) == pytest.approx(1.0)
-    wait_s = best_wait_s(things, round_s)
+    mixture = hypotheses(blocker)
+    assert sum(kind.weight for kind in mixture) == pytest.approx(1.0)
+    wait_s = best_wait_s(mixture, round_s)
     assert all(
-        _ratio(kind, wait_s, round_s) <= DWELL.bound + SLACK for kind in things if kind.weight >= DWELL.negligible
+        _ratio(kind, wait_s, round_s) <= DWELL.bound + SLACK for kind in mixture if kind.weight >= DWELL.negligible
     )
 
 
 @given(round_s=st.floats(0.1, DWELL.longest_s), moving=st.booleans(), still_moving=st.booleans())
 def test_deciding_again_after_a_wait_in_vain_keeps_the_bound(round_s, moving, still_moving):
-    things = hypotheses(Blocker(500.0, 0.0, moving, hides=True))
+    mixture = hypotheses(Blocker(500.0, 0.0, moving, hides=True))
     first_s = _wait_s(round_s, moving=moving)
     second_s = _wait_s(round_s, first_s, moving=still_moving)
-    assert all(_ratio(kind, first_s + second_s, round_s) <= DWELL.bound + SLACK for kind in things)
+    assert all(_ratio(kind, first_s + second_s, round_s) <= DWELL.bound + SLACK for kind in mixture)
 
 
 @given(leaves_s=st.floats(0.01, 1000.0) | st.just(math.inf), round_s=ROUNDS_S)
@@ -77,27 +77,27 @@ def test_waiting_as_long_as_the_way_round_is_among_the_waits():
     assert 1.0 in WAITS
 
 
-@given(things=mixtures(), round_s=ROUNDS_S)
-@example(things=[BlockerHypothesis(100.0, 1 / 6), BlockerHypothesis(5.0, 5 / 6)], round_s=73.0)
-def test_neither_going_at_once_nor_waiting_as_long_as_that_takes_costs_less(things, round_s):
-    wait_s = best_wait_s(things, round_s)
+@given(mixture=mixtures(), round_s=ROUNDS_S)
+@example(mixture=[BlockerHypothesis(100.0, 1 / 6), BlockerHypothesis(5.0, 5 / 6)], round_s=73.0)
+def test_neither_going_at_once_nor_waiting_as_long_as_that_takes_costs_less(mixture, round_s):
+    wait_s = best_wait_s(mixture, round_s)
     assert 0.0 <= wait_s <= DWELL.longest_s
-    sound = all(kind.weight < DWELL.negligible or kind.stays_s == math.inf for kind in things)
+    sound = all(kind.weight < DWELL.negligible or kind.stays_s == math.inf for kind in mixture)
     others = [min(round_s, DWELL.longest_s)] + [0.0] * sound
-    assert all(cost_s(things, wait_s, round_s) <= cost_s(things, other_s, round_s) + SLACK for other_s in others)
+    assert all(cost_s(mixture, wait_s, round_s) <= cost_s(mixture, other_s, round_s) + SLACK for other_s in others)
 
 
-@given(things=mixtures())
-def test_without_a_way_round_it_waits_as_long_as_it_may_and_expects_a_finite_cost(things):
-    assert best_wait_s(things, math.inf) == DWELL.longest_s
-    assert 0.0 < cost_s(things, DWELL.longest_s, math.inf) < math.inf
+@given(mixture=mixtures())
+def test_without_a_way_round_it_waits_as_long_as_it_may_and_expects_a_finite_cost(mixture):
+    assert best_wait_s(mixture, math.inf) == DWELL.longest_s
+    assert 0.0 < cost_s(mixture, DWELL.longest_s, math.inf) < math.inf
 
 
 @given(age_s=AGES_S, moving=st.booleans(), round_s=st.floats(0.1, DWELL.longest_s))
 def test_what_can_be_looked_over_is_not_waited_for(age_s, moving, round_s):
-    things = hypotheses(Blocker(500.0, age_s, moving, hides=False))
-    assert best_wait_s(things, round_s) == 0.0
-    assert cost_s(things, 0.0, round_s) == pytest.approx(round_s)
+    mixture = hypotheses(Blocker(500.0, age_s, moving, hides=False))
+    assert best_wait_s(mixture, round_s) == 0.0
+    assert cost_s(mixture, 0.0, round_s) == pytest.approx(round_s)
 
 
 @given(age_s=st.floats(0.0, 5.0), round_s=ROUNDS_S)
