@@ -104,5 +104,5 @@ def test_the_reference_is_made_of_the_docstrings(site):
     driver = (site / "reference" / "driver.html").read_text(encoding="utf-8")
     for page in (site / "reference").iterdir():
         assert "::</p>" not in page.read_text(encoding="utf-8"), "a marker of another markup language"
-    for told in ("Open a brick, make sure that it answers", "run_angle", "compass"):
+    for told in ("Open a brick, check that it answers", "run_angle", "compass"):
         assert told in driver
