@@ -22,7 +22,6 @@ from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 
-_BT_STATE, _VISIBLE = 1151, b"\x03"
 _BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
 _FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
 _RADIO_MESSAGES, _LAST_MESSAGE, _NAME_SUM = 1157, bytes.fromhex("05000100ffdf"), 63
@@ -179,10 +178,9 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     live = LiveMap(iomap.COMM, on_write=clear_second)
     live.bind(radio, BrickName="name")
     live.bind(radio, BrickAddress="address")
-    live.bind(radio, BtHwStatus="resetting")
+    live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state")
     live.show(_Cable(), UsbState="state")
-    live.preset(_BT_STATE, _VISIBLE)
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
         live.preset(connection, _NO_HANDLE)

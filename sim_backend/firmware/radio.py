@@ -20,6 +20,9 @@ DEFAULT_NAME = b"NXT"
 _NAME_AT_BOOT = 8
 """Characters of the radio's name that the firmware takes over when the radio has started."""
 
+_STARTED, _VISIBLE = 1, 2
+"""Bits that the start of the radio sets in the map's state of it, one pass after the other."""
+
 _OFF_AT_BOOT = -11
 """What a boot that leaves the radio off adds to the bytes of its answers."""
 
@@ -89,6 +92,7 @@ class Radio:
         self._on, self._resetting = True, 0
         self._state = self.shown_state = int(RadioState.ON)
         self._busy_until_ms = 0.0
+        self._link_state = _STARTED | _VISIBLE
         self._changes: list[_Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
@@ -149,6 +153,16 @@ class Radio:
         self._resetting = resetting
 
     @property
+    def link_state(self) -> int:
+        """State of the radio in the Comm map: its bits 0 and 1 are set once the radio was on."""
+        self._settle()
+        return self._link_state
+
+    @link_state.setter
+    def link_state(self, link_state: int) -> None:
+        self._link_state = link_state
+
+    @property
     def answered(self) -> int:
         """Bytes of the radio's answers after the boot, which use up places in the ring buffer of the stream."""
         self._settle()
@@ -169,7 +183,15 @@ class Radio:
     @property
     def busy(self) -> bool:
         """Whether an operation is running; no other can start."""
-        return self._clock.now_ms < self._busy_until_ms
+        return self._busy(self._clock.now_ms)
+
+    @property
+    def seems_busy(self) -> bool:
+        """The same for the user interface, whose turn in a pass is before the radio's."""
+        return self._busy(self._clock.now_ms - 1)
+
+    def _busy(self, at_ms: int) -> bool:
+        return at_ms < self._busy_until_ms
 
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""
@@ -177,7 +199,7 @@ class Radio:
         self._name = _padded(self._stored_name[:_NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
-            self._answered = _OFF_AT_BOOT
+            self._answered, self._link_state = _OFF_AT_BOOT, 0
 
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
@@ -195,11 +217,21 @@ class Radio:
         if on:
             start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
             told = self._told(162, _ON_ANSWERS)
-            self._occupy(163, *map(_redraw, (154, 158, 160)), (161, "_on", True), start, on_at, told)
+            redraws = map(_redraw, (154, 158, 160))
+            self._occupy(163, *redraws, (161, "_on", True), start, on_at, *_link_states(162), told)
         else:
             off = (5, "_on", False), (5, "_state", RadioState.OFF)
             drawn = [_redraw(5), self._told(5, _SHORT_ANSWER)] if self._on else []
             self._occupy(5 if self._on else 606, *off, *drawn, answer_ms=5, late_ms=1)
+        return True
+
+    def disconnect(self) -> bool:
+        """End all connections, as before the power goes off, which takes longer if the radio is off; False if busy."""
+        self._settle()
+        if self.seems_busy:
+            return False
+        duration = 3 if self._on else 3 + _STREAM_ENDS_MS
+        self._occupy(duration, self._told(duration, 0), answer_ms=5, late_ms=1)
         return True
 
     def reset(self) -> None:
@@ -214,11 +246,12 @@ class Radio:
             *map(_redraw, redraws),
             (6 + wait, "_resetting", 1),
             (7, "_state", RadioState.OFF),
-            (164, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
+            (164 + wait, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
             (167 + wait, "_resetting", 0),
             (167 + wait, "_on", True),
             (167 + wait, "_state", RadioState.STARTING),
             (167 + wait + starting, "_state", RadioState.ON),
+            *_link_states(168 + wait),
             self._told(167 + wait + starting, _RESET_ANSWERS + (0 if self._on else _START_ANSWER)),
             answer_ms=5,
         )
@@ -275,11 +308,19 @@ class Radio:
         until_ms = self._clock.now_ms if until_ms is None else until_ms
         while self._changes and self._changes[0].at_ms <= until_ms:
             change = self._changes.pop(0)
-            setattr(self, change.attribute, change.value)
+            if change.attribute == "_link_state":
+                self._link_state |= int(change.value)
+            else:
+                setattr(self, change.attribute, change.value)
 
 
 def _redraw(at_ms: int) -> tuple[int, str, int]:
     return at_ms, "_redraws", True
+
+
+def _link_states(at_ms: int) -> list[tuple[int, str, int]]:
+    """The changes of the map's state as the radio starts."""
+    return [(at_ms, "_link_state", _STARTED), (at_ms + 1, "_link_state", _VISIBLE)]
 
 
 def _padded(name: bytes) -> bytes:

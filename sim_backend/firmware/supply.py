@@ -49,7 +49,8 @@ class Supply(SleepTimer):
         self._io_control, self._screen = io_control, screen
         self.battery, self.force_off = Battery(), 0
         self.flags, self.state = int(UiFlag.ENABLE_STATUS), int(UiState.WAITING)
-        self._next_step_ms = self._off_ms = NEVER
+        self._next_step_ms = self._off_ms = self._down_ms = NEVER
+        self._leaves_radio = False
         self._warned = self._from_menu = False
         self._warned_in = UiState.START
         self._warned_ms = 0
@@ -70,11 +71,11 @@ class Supply(SleepTimer):
         if self.expired and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off:
-            if now_ms >= self._off_ms + times.DEAF_MS:
+            if now_ms >= self._down_ms + times.DEAF_MS:
                 self._io_control.take_back()
-            self._off_ms = now_ms
+            self._off_ms, self._down_ms = now_ms, NEVER
             self.state, self._next_step_ms, self._from_menu = int(UiState.DRAWING), NEVER, False
-        elif self.state != UiState.DRAWING and now_ms < self._off_ms + times.POWER_OFF_MS - 1:
+        elif self.state != UiState.DRAWING and self._before_power_down(now_ms):
             self._screen.on &= now_ms < self._off_ms + times.DISPLAY_OFF_MS - 1
             self._off_ms = NEVER
         elif now_ms == self._off_ms + 1 and self.programs.active:
@@ -82,16 +83,26 @@ class Supply(SleepTimer):
         self.force_off = 0
         self._switch_off(now_ms - self._off_ms)
 
+    def _before_power_down(self, now_ms: int) -> bool:
+        """Whether the decision to switch off was made, but the radio has not let go of its connections."""
+        return now_ms < self._off_ms + times.DISPLAY_OFF_MS or (self._leaves_radio and self.radio.seems_busy)
+
     def _switch_off(self, passed_ms: int) -> None:
         """Switch display and power off, each a pass after the maps show it; later take keys again."""
+        now_ms = self._clock.now_ms
         if passed_ms >= times.DISPLAY_OFF_MS - 1:
             self._screen.on = False
             if passed_ms >= times.DISPLAY_OFF_MS and self._screen.switches:
                 self._io_control.display_on = False
-        if passed_ms == times.DEAF_MS and not self._from_menu and self.state not in states.STARTED:
+        if passed_ms == times.DISPLAY_OFF_MS - 1:
+            self._leaves_radio = self.radio.disconnect()
+        elif passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
+            self._down_ms = now_ms
+        down_ms = now_ms - self._down_ms
+        if down_ms == times.DEAF_MS and not self._from_menu and self.state not in states.STARTED:
             self._io_control.take_back()
-        elif times.POWER_OFF_MS - 1 <= passed_ms < times.DEAF_MS:
-            self._io_control.power_down(announced=passed_ms < times.POWER_OFF_MS)
+        elif 0 <= down_ms < times.DEAF_MS:
+            self._io_control.power_down(announced=down_ms == 0)
 
     def watch_radio(self) -> None:
         """Show what the radio asks for, a question or a message, unless the user interface is busy."""

@@ -218,7 +218,7 @@ class UiModule(FileRunner):
         """Whether keys count: the menu is drawn, or the brick has been off for a while."""
         if self._off_ms == NEVER:
             return self.state == UiState.WAITING or self._menu.shows_value
-        return self._clock.now_ms >= self._off_ms + times.DEAF_MS
+        return self._clock.now_ms >= self._down_ms + times.DEAF_MS
 
     def _read_keys(self, now_ms: int) -> None:
         """Follow a key when the menu is drawn."""
@@ -335,10 +335,10 @@ class UiModule(FileRunner):
             due = min(due, self.expires_ms)
         if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):
             due = min(due, self._keys.repeat_ms)
-        if self._off_ms != NEVER and now_ms < self._off_ms + times.POWER_OFF_MS:
+        if self._off_ms != NEVER and now_ms <= self._down_ms:
             due = min(due, now_ms + 1)
-        if self._off_ms != NEVER and now_ms < self._off_ms + times.DEAF_MS:
-            due = min(due, self._off_ms + times.DEAF_MS)
+        elif self._off_ms != NEVER and now_ms < self._down_ms + times.DEAF_MS:
+            due = min(due, self._down_ms + times.DEAF_MS)
         undrawn = self.flags & UiFlag.ENABLE_STATUS and self.flags & states.STATUS_WORK
         unread = (
             undrawn

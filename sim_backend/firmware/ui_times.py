@@ -3,11 +3,11 @@
 FADE_MS = 2
 """Time from a request until the file waits for the end of a tone."""
 
-DISPLAY_OFF_MS, POWER_OFF_MS = 3, 7
-"""Time from the decision to switch off until display and power go off."""
+DISPLAY_OFF_MS = 3
+"""Time from the decision to switch off until the display goes off."""
 
-DEAF_MS = 257
-"""Time from the decision to switch off until keys count again."""
+DEAF_MS = 251
+"""Time from the command to switch the power off, as the map shows it, until keys count again."""
 
 EMPTY_FOUND_MS = 2
 """Time from a sample without bars until the start shows an empty battery."""
