@@ -322,10 +322,10 @@ class CommandModule:
         """
         if self.status == ProgramStatus.ABORTED:
             self._reset_devices()
+        if self._handle is not None:
+            self._loader.close(self._handle)  # a file that the program has opened by the same number, too
         if self._machine is not None:
             self._machine.close_files()
-        if self._handle is not None:
-            self._loader.close(self._handle)
         self._show_clumps()
         self._handle = self._machine = self.mailboxes = None
         if not self._dialect.keeps_offsets:

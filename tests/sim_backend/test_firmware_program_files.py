@@ -144,3 +144,14 @@ def test_the_state_of_a_file_that_plays_ends_at_once_if_there_is_none(firmware):
 @pytest.mark.parametrize(("firmware", "volume"), [("1.05", 9), ("1.29", 4), ("1.32", 4)])
 def test_only_1_05_lets_programs_set_a_volume_above_4(firmware, volume):
     assert sound_after(firmware, (PLAY_TONE, (0, 400, 20, 0, 9))).volume == volume
+
+
+@pytest.mark.parametrize("firmware", sorted(FIRMWARES))
+def test_a_file_that_a_program_opens_by_its_own_handle_keeps_its_size(firmware):
+    """The program's first tone closes handle 0, its own, which the file gets then, and loses as the program ends."""
+    variables = Variables()
+    tone, (_, _, length, *_) = variables.call(0, 400, 20, 0, 3)
+    wait = [instruction(0x34, 0xFFFF, length)] if firmware != "1.05" else [instruction(SIZE, length, length)] * 3000
+    lines = [instruction(CALL, PLAY_TONE, tone), *wait, *creating(variables, b"a.dat\0", 600, b"0123456789"), END]
+    found = run(firmware, variables, *lines).receive(system.FindFirst("a.dat").encode())
+    assert system.FindFirst.decode_reply(found).size == 600

@@ -32,6 +32,7 @@ class RecordFormat(NamedTuple):
         dependents: Address of the dependents in the file, 0 without any.
         number_of: Number of the dependents.
         wake: Tick at which it wakes, 0 after that; None without such an instruction.
+        compares: Byte whose bit 0 is cleared if the clump compares arrays or clusters; None without such a byte.
         points: Breakpoints, behind a byte without one; None if there are none.
     """
 
@@ -41,12 +42,15 @@ class RecordFormat(NamedTuple):
     dependents: int
     number_of: int
     wake: int | None = None
+    compares: int | None = None
     points: int | None = None
 
 
-ADDRESSES = RecordFormat(struct.Struct("<3I"), addresses=True, tail=0xDF, dependents=16, wake=20, number_of=24)
+ADDRESSES = RecordFormat(
+    struct.Struct("<3I"), addresses=True, tail=0xDF, compares=15, dependents=16, wake=20, number_of=24
+)
 WORDS = RecordFormat(struct.Struct("<3H"), addresses=False, tail=20, dependents=12, number_of=16)
-WITH_POINTS = ADDRESSES._replace(tail=20, dependents=20, wake=24, number_of=28, points=30)
+WITH_POINTS = ADDRESSES._replace(tail=20, compares=16, dependents=20, wake=24, number_of=28, points=30)
 
 
 class ShownTask(Protocol):
@@ -56,11 +60,13 @@ class ShownTask(Protocol):
         number: Number of the clump.
         pc: Index of the word that it goes on at.
         wake_ms: Pass in which it continues if it sleeps, `NEVER` if it never slept.
+        compares: Whether it compares arrays or clusters.
     """
 
     number: int
     pc: int
     wake_ms: int
+    compares: bool
 
 
 class ClumpRecords:
@@ -95,6 +101,8 @@ class ClumpRecords:
             places = [clump.start, clump.end - 1, task.pc - (0 if record.addresses else clump.start)]
             if record.addresses:
                 places = [self._code + _WORD * place for place in places]
+            if record.compares is not None and task.compares:
+                self._pool[at + record.compares] &= ~1
             mask = _ADDRESS_MASK if record.addresses else _WORD_MASK
             record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
             if record.wake is not None and task.wake_ms != NEVER:

@@ -255,7 +255,10 @@ class Data:
     def _allocate(self, outer: int, i: int, inner: Place) -> None:
         new = self.memory.new_array(self.element_size(inner.entry + 1))
         array = self.memory.array(outer)  # a new descriptor may have moved it
-        self.memory.store(Type.UWORD, self.address(inner) + array.offset + i * array.element, new)
+        slot = self.address(inner) + array.offset + i * array.element
+        self.memory.store(Type.UWORD, slot, new)
+        if not self.memory.doubly_linked:
+            self.memory.describe(new, self.memory.array(new)._replace(back=slot))
 
     def span(self, argument: int) -> tuple[int, int]:
         """Place in the pool of the first element of an array, and its length.

@@ -56,15 +56,16 @@ class Task:
         end: The word from which on there is no instruction.
         wake_ms: Pass in which a sleeping one continues.
         turn: Most instructions of its turn.
+        compares: Whether it compares arrays or clusters, which its record tells; not in 1.05.
         misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
         blocks: Compiled code by its first word.
     """
 
-    __slots__ = ("blocks", "end", "misses", "number", "pc", "turn", "wake_ms")
+    __slots__ = ("blocks", "compares", "end", "misses", "number", "pc", "turn", "wake_ms")
 
     def __init__(self, number: int, start: int, end: int) -> None:
         self.number, self.pc, self.end = number, start, end
-        self.wake_ms, self.turn, self.misses = NEVER, TURN, False
+        self.wake_ms, self.turn, self.compares, self.misses = NEVER, TURN, False, False
         self.blocks: dict[int, Block] = {}
 
 
@@ -114,7 +115,8 @@ class Machine:
         self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
         self.queue, self._sleeping = self._queue(), self._queue()
         for task in self.tasks:
-            task.misses = dialect.misses_jumps and self._compares_aggregates(task)
+            task.compares = dialect.records.compares is not None and self._compares_aggregates(task)
+            task.misses = dialect.misses_jumps and task.compares
             self.reset(task)
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
