@@ -38,6 +38,7 @@ class SensorEnd:
 
     Attributes:
         device: The sensor, or None.
+        acknowledges: Whether it acknowledges its address.
         acknowledges_data: Whether it acknowledges bytes other than its address.
         pulls_data: Whether the sensor pulls the data line low.
         trace: Set to a list to record the bus: S start, [aa] address byte, a acknowledged, n not, xx byte written,
@@ -47,7 +48,7 @@ class SensorEnd:
 
     def __init__(self) -> None:
         self.device: I2CDevice | None = None
-        self.acknowledges_data, self.pulls_data = True, False
+        self.acknowledges, self.acknowledges_data, self.pulls_data = True, True, False
         self.trace: list[str] | None = None
         self.clocks = self._wanted = 0
         self._address: int | None = None
@@ -111,7 +112,7 @@ class SensorEnd:
         if self._phase is _SENDING:
             return False
         if self._phase is _ADDRESSED:
-            self._selected = self._address == self._byte & 0xFE
+            self._selected = self.acknowledges and self._address == self._byte & 0xFE
             self._record(f"[{self._byte:02x}]{'a' if self._selected else 'n'}")
             return self._selected
         self._record(f"{self._byte:02x}")

@@ -295,3 +295,11 @@ def test_pointers_outside_the_ring_are_counted_in_a_byte(put, taken, count, sens
     bus.put(InPtr=put, OutPtr=taken)
     assert bytes.fromhex(bus.status())[3] == count
     assert bytes.fromhex(bus.read())[3] == count
+
+
+def test_a_sensor_that_stops_to_acknowledge_completes_the_message_that_it_takes():
+    bus = Bus()
+    bus.write(b"\x02\x35", 14, passes=1)
+    bus.bench.control("!i2c 0 ack 0")
+    bus.bench.control("!tick 2")
+    assert bus.log() == "S [02]a 35 P S [03]n P  clocks=30"

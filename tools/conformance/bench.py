@@ -78,7 +78,7 @@ class Bench:
         self.motors = [BenchMotor() for _ in "ABC"]
         self.readings = [FULL_SCALE] * 4
         self._devices = [GenericI2CDevice() for _ in self.readings]
-        self._attached, self._silent, self._clocks = [False] * 4, [False] * 4, [0] * 4
+        self._attached, self._clocks = [False] * 4, [0] * 4
         self._radio, self._hidden_ms = RadioStream(brick), 0
         self._plugged, self._held = True, list[bytes]()
         self._plug_in_motors()
@@ -199,10 +199,10 @@ class Bench:
 
     def _i2c(self, port: str, action: str, *arguments: str) -> str:
         index = int(port)
-        device = self._devices[index]
+        device, sensor = self._devices[index], self.brick.low_speed.channels[index].bus.sensor
         match action:
             case "attach":
-                device.address, self._attached[index], self._silent[index] = int(arguments[0], 16), True, False
+                device.address, self._attached[index], sensor.acknowledges = int(arguments[0], 16), True, True
             case "detach":
                 self._attached[index] = False
             case "set":
@@ -213,9 +213,9 @@ class Bench:
             case "stuckscl":
                 self.brick.low_speed.channels[index].bus.hold(clock=arguments[0] == "1")
             case "ack":
-                self._silent[index] = arguments[0] == "0"
+                sensor.acknowledges = arguments[0] == "1"
             case "wack":
-                self.brick.low_speed.channels[index].bus.sensor.acknowledges_data = arguments[0] == "1"
+                sensor.acknowledges_data = arguments[0] == "1"
             case "log":
                 return self._bus_log(index)
             case _:
@@ -234,9 +234,8 @@ class Bench:
 
     def _connect(self, index: int) -> None:
         """Connect the I2C device of a port if it is attached; the analog input has a pin of its own and stays."""
-        answers = self._attached[index] and not self._silent[index]
         bus = self.brick.low_speed.channels[index].bus
-        bus.connect(self._devices[index] if answers else None)
+        bus.connect(self._devices[index] if self._attached[index] else None)
 
     def _sound(self) -> str:
         sound = self.brick.sound
