@@ -25,6 +25,7 @@ from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.module_handlers import ModuleHandlers
+from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.output import MotorPlant, OutputModule
 from sim_backend.firmware.output_handlers import OutputHandlers
 from sim_backend.firmware.program_handlers import ProgramHandlers
@@ -127,6 +128,7 @@ class SimBrick:
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
         channel = Channel()
         self._maps = self._make_maps(version)
+        self._module_search = ModuleSearch(self._maps)
         comm_map = self._maps[0]
         handlers = self._handlers(version, channel, comm_map)
         self.comm = Comm(handlers, channel, USB, version, comm_map.bytes_from("UsbInBuf"))
@@ -139,7 +141,7 @@ class SimBrick:
             PropertyHandlers(self.ui, self.sound, self.radio, self.loader),
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
-            ModuleHandlers(self._maps, channel),
+            ModuleHandlers(self._maps, self._module_search, channel),
             IdentityHandlers(version, self.radio, self.loader, self.high_speed, self.io_control, channel, comm_map),
         )
 
@@ -151,7 +153,7 @@ class SimBrick:
         self.ui.sensor_view.inputs = self.input
         self.ui.on_pass, self.ui.draw_status = self._watch.follow, status_bar.draw
         maps = [
-            io_maps.comm_map(self.radio, self.high_speed),
+            io_maps.comm_map(self.radio, self.high_speed, self.ui),
             io_maps.input_map(self.input),
             io_maps.button_map(self.button),
             io_maps.display_map(self.display, self._screen, status_bar, self.ui.program_steps),
@@ -180,7 +182,8 @@ class SimBrick:
             button=self.button,
             display=self.display,
             loader=self.loader,
-            maps={live.layout.name: live for live in self._maps},
+            maps=self._maps,
+            module_search=self._module_search,
             random=Random(self.seed),
             mailboxes=mailboxes,
             started_ms=self.command.tick,
@@ -242,6 +245,7 @@ class SimBrick:
         Returns:
             The reply as LEGO's firmware would send it, or None.
         """
+        self.ui.has_cable = True
         return self.comm.receive(telegram)
 
     def receive_bluetooth(self, framed: bytes) -> bytes:
@@ -317,6 +321,11 @@ class SimBrick:
     def unplug_usb(self) -> None:
         """Pull the USB cable: files opened over it are closed."""
         self.loader.close_all()
+        self.ui.has_cable = False
+
+    def plug_usb(self) -> None:
+        """Plug the USB cable in again, as a telegram over it does, too."""
+        self.ui.has_cable = True
 
     def set_battery(self, raw: int) -> None:
         """Set the battery's 10-bit converter value, 13.848 mV per step, plus `battery.RECHARGEABLE`."""

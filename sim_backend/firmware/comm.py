@@ -78,6 +78,8 @@ class Comm:
         inbox[: len(telegram)] = telegram[:size]
         want_reply = not inbox[0] & NO_REPLY
         kind, opcode = inbox[0] & ~NO_REPLY, inbox[1]
+        if kind == Kind.REPLY and not want_reply:
+            kind = Kind.DIRECT
         if telegram and (kind, opcode) == (Kind.REPLY, MessageRead.opcode):
             self._store_message(bytes(inbox))
         if not telegram or kind not in (Kind.DIRECT, Kind.SYSTEM):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from firmware_protocol import iomap
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.command import CommandModule
@@ -29,12 +27,6 @@ _RADIO_MESSAGES, _LAST_MESSAGE, _NAME_SUM = 1157, bytes.fromhex("05000100ffdf"),
 
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
 _AWAKE = b"\x01"
-
-
-class _Cable(NamedTuple):
-    """The USB cable; the firmware looks in every pass whether it is there."""
-
-    state: int = 1
 
 
 def output_map(module: OutputModule) -> LiveMap:
@@ -169,7 +161,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     return live
 
 
-def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
+def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
     """Identity of the brick; the tables of known and connected devices are empty."""
 
     def clear_second() -> None:
@@ -180,7 +172,7 @@ def comm_map(radio: Radio, high_speed: HighSpeed) -> LiveMap:
     live.bind(radio, BrickAddress="address")
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state")
-    live.show(_Cable(), UsbState="state")
+    live.show(ui, UsbState="has_cable")
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
         live.preset(connection, _NO_HANDLE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from firmware_protocol import system
 from firmware_protocol.iomap import COMM
@@ -12,7 +12,7 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.handler_result import HandlerResult, handles, refuse_with_zeros, reply_with
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
-from sim_backend.firmware.names import NAME_LIMIT, matcher
+from sim_backend.firmware.module_search import ModuleSearch
 
 _HANDLE = 0
 
@@ -35,40 +35,30 @@ _USB_REPLY_DATA = COMM.field("UsbOutBuf").offset + 9
 class ModuleHandlers:
     """Listing of modules, and access to their variables."""
 
-    def __init__(self, maps: Sequence[LiveMap], channel: Channel) -> None:
-        """Take the maps in the order of the listing."""
-        self._maps, self._channel = maps, channel
+    def __init__(self, maps: Sequence[LiveMap], search: ModuleSearch, channel: Channel) -> None:
+        self._search, self._channel = search, channel
         self._by_id = {live.layout.module_id: live for live in (*maps, LiveMap(_NO_MODULE))}
-        self._searching = False
-        self._found: Iterator[LiveMap] = iter(maps)
 
     @handles(system.FindFirstModule)
     def find_first(self, command: system.FindFirstModule) -> HandlerResult:
         """Start the listing; there can be only one."""
-        if self._searching:
-            return refuse_with_zeros(system.FindFirstModule, Status.NO_MORE_HANDLES)
-        pattern = command.pattern
-        matches = matcher(pattern) if len(pattern) <= NAME_LIMIT else lambda _: False
-        self._found = iter([live for live in self._maps if matches(live.layout.name)])
-        self._searching = True
-        return self._next()
+        return self._reply(self._search.first(command.pattern))
 
     @handles(system.FindNextModule)
     def find_next(self, _: system.FindNextModule) -> HandlerResult:
         """Continue the listing, also one that was closed, or from power-on the one of all modules."""
-        return self._next()
+        return self._reply(self._search.following())
 
     @handles(system.CloseModuleHandle)
     def close(self, _: system.CloseModuleHandle) -> HandlerResult:
         """Allow the next listing."""
-        self._searching = False
+        self._search.close()
         return reply_with(system.ModuleHandle(_HANDLE))
 
-    def _next(self) -> HandlerResult:
-        live = next(self._found, None)
-        if live is None:
-            return refuse_with_zeros(system.FindFirstModule, Status.MODULE_NOT_FOUND)
-        return reply_with(system.ModuleFound(_HANDLE, live.layout.name, live.layout.module_id, 0, live.size))
+    def _reply(self, found: LiveMap | Status) -> HandlerResult:
+        if isinstance(found, Status):
+            return refuse_with_zeros(system.FindFirstModule, found)
+        return reply_with(system.ModuleFound(_HANDLE, found.layout.name, found.layout.module_id, 0, found.size))
 
     @handles(system.IOMapRead)
     def read(self, command: system.IOMapRead) -> HandlerResult:

@@ -36,6 +36,7 @@ class UiModule(FileRunner):
 
     Attributes:
         buttons: The buttons; set by the brick.
+        has_cable: Whether the USB cable is in.
     """
 
     def __init__(
@@ -50,12 +51,17 @@ class UiModule(FileRunner):
         super().__init__(clock, io_control, screen, sound)
         self._on_restart = loader.restore_settings
         self.error = self.pointer = 0
-        self.run_state, self.usb_state = 1, 2
+        self.run_state, self.has_cable = 1, True
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
         self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=version.data_log)
         self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
+
+    @property
+    def usb_state(self) -> int:
+        """2 while the USB cable is in, else 0."""
+        return 2 * self.has_cable
 
     @property
     def sensor_view(self) -> SensorView:

@@ -6,10 +6,13 @@ from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMM
 from firmware_protocol.status import Status
 from nxtdrive.tools.conformance.bench import Bench
+from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import FIRMWARES
 
 NO_MODULE = bytes(4).hex()
+ALL = "0190" + b"*.*".ljust(20, b"\0").hex()
+CALL, TO_TEXT, FOREVER = 0x28, 0x1F, [0x4025, 0]
 
 
 @pytest.fixture(params=FIRMWARES)
@@ -115,3 +118,26 @@ def test_a_telegram_across_the_end_of_the_ring_buffer_takes_one_pass_more(bench,
         start -= size
     for line, replies in lines:
         assert bench.control(f"!bt {line}") == battery * replies
+
+
+def test_a_program_looks_a_module_up_in_the_same_listing_and_closes_it(bench):
+    variables = Variables()
+    reads, (status, *_) = variables.call(0, b"Output.mod\0", 0, 2, b"")
+    tells, (_, _, told) = variables.call(0, 10, b"\0")
+    look_up = [instruction(CALL, 32, reads), instruction(TO_TEXT, told, status), instruction(CALL, 26, tells)]
+    store(bench.brick, "a.rxe", assemble(variables, [*look_up, FOREVER]))
+    assert names(bench, ALL, "0191") == ["Comm.mod", "Input.mod"]
+    bench.telegram(direct.StartProgram("a.rxe").encode().hex())
+    bench.control("!tick 20")
+    told = bench.telegram(direct.MessageRead(10, 0, remove=True).encode().hex())
+    assert bytes.fromhex(told)[5:].rstrip(b"\0") == b"%d" % Status.NO_MORE_HANDLES
+    assert names(bench, "0191", ALL) == ["Button.mod", "Comm.mod"]
+
+
+def test_the_listing_of_a_program_goes_on_for_telegrams(bench):
+    variables = Variables()
+    writes, _ = variables.call(0, b"Sound.mod\0", 29, b"\1")
+    store(bench.brick, "a.rxe", assemble(variables, [instruction(CALL, 33, writes), FOREVER]))
+    bench.telegram(direct.StartProgram("a.rxe").encode().hex())
+    bench.control("!tick 20")
+    assert bench.telegram("0191")[4:6] == f"{Status.MODULE_NOT_FOUND:02x}"

@@ -264,7 +264,9 @@ class Bench:
 
     def _usb(self, plugged: str) -> str:
         self._plugged = plugged != "0"
-        if not self._plugged:
+        if self._plugged:
+            self.brick.plug_usb()
+        else:
             self.brick.unplug_usb()
         self._hide(_USB_MS)
         return "ok"

@@ -11,6 +11,7 @@ from functools import cached_property
 from random import Random
 
 from firmware_protocol.iomap import OutputFlag
+from firmware_protocol.status import Status
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.cint import s8, s16
 from sim_backend.firmware.display import DisplayModule
@@ -19,7 +20,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
-from sim_backend.firmware.names import matcher
+from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.output import OutputModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import UiModule
@@ -80,21 +81,21 @@ class Devices:
     button: ButtonModule
     display: DisplayModule
     loader: Loader
-    maps: Mapping[str, LiveMap]
+    maps: Sequence[LiveMap]
+    module_search: ModuleSearch
     random: Random
     mailboxes: Mailboxes
     started_ms: int
     calibrations: Calibrations
     log_times: Callable[[], tuple[int, int]]
 
-    def module(self, pattern: bytes) -> LiveMap | None:
-        """The IO map of the first module whose name matches."""
-        matches = matcher(pattern.decode("latin-1"))
-        return next((live for name, live in self.maps.items() if matches(name)), None)
+    def module(self, pattern: bytes) -> LiveMap | Status:
+        """The IO map of the first module whose name matches, or why there is none."""
+        return self.module_search.only(pattern.decode("latin-1"))
 
-    def module_of(self, number: int) -> LiveMap | None:
+    def module_of(self, number: int) -> LiveMap | Status:
         """The IO map of a module by its number."""
-        return next((live for live in self.maps.values() if live.layout.module_id == number), None)
+        return next((live for live in self.maps if live.layout.module_id == number), Status.MODULE_NOT_FOUND)
 
     @cached_property
     def output_fields(self) -> Sequence[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.file_handle import Use
@@ -146,22 +146,24 @@ def _random(call: Call) -> None:
 
 def _io_map_read(call: Call) -> None:
     """Read an IO map: status, number of the module, offset, count, bytes."""
-    read_map(call, call.devices.module_of(call.number(1)))
+    read_map(call, lambda: call.devices.module_of(call.number(1)))
 
 
 def _io_map_write(call: Call) -> None:
     """Write an IO map: status, number of the module, offset, bytes."""
-    write_map(call, call.devices.module_of(call.number(1)))
+    write_map(call, lambda: call.devices.module_of(call.number(1)))
 
 
-def read_map(call: Call, live: LiveMap | None) -> None:
-    """Return a part of an IO map."""
+def read_map(call: Call, module: Callable[[], LiveMap | Status]) -> None:
+    """Return a part of an IO map; the size is checked before the module is looked up."""
     at, size = call.number(2), call.number(3)
     if size > call.machine.dialect.map_limit:
         call.put_bytes(4, b"")
         call.put(0, Status.ILLEGAL_SIZE)
-    elif live is None:
-        call.put(0, Status.MODULE_NOT_FOUND)
+        return
+    live = module()
+    if isinstance(live, Status):
+        call.put(0, live)
     elif at + size > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
     else:
@@ -169,13 +171,12 @@ def read_map(call: Call, live: LiveMap | None) -> None:
         call.put(0, Status.OK)
 
 
-def write_map(call: Call, live: LiveMap | None) -> None:
+def write_map(call: Call, module: Callable[[], LiveMap | Status]) -> None:
     """Write to an IO map."""
     at, new = call.number(2), call.content(3)
-    if len(new) > call.machine.dialect.map_limit:
-        call.put(0, Status.ILLEGAL_SIZE)
-    elif live is None:
-        call.put(0, Status.MODULE_NOT_FOUND)
+    live = module() if len(new) <= call.machine.dialect.map_limit else Status.ILLEGAL_SIZE
+    if isinstance(live, Status):
+        call.put(0, live)
     elif at + len(new) > live.size:
         call.put(0, Status.OUT_OF_BOUNDARY)
     else:

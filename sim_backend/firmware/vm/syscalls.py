@@ -161,12 +161,12 @@ def _keep_alive(call: Call) -> None:
 
 def _io_map_read(call: Call) -> None:
     """Read an IO map: status, module, offset, count, bytes."""
-    read_map(call, call.devices.module(call.text(1)))
+    read_map(call, lambda: call.devices.module(call.text(1)))
 
 
 def _io_map_write(call: Call) -> None:
     """Write an IO map: status, module, offset, bytes."""
-    write_map(call, call.devices.module(call.text(1)))
+    write_map(call, lambda: call.devices.module(call.text(1)))
 
 
 def _color_sensor(call: Call) -> None:
