@@ -96,6 +96,7 @@ class Radio:
         self._changes: list[_Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
+        self._is_lost = False
         self._answered = 0
 
     @property
@@ -110,10 +111,22 @@ class Radio:
         operation = self._operation
         if operation and streaming and self._on and not self._waited and self._unanswered(operation):
             self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0][0] + _TIME_OUT_MS
+            self._is_lost = True
         elif operation and not streaming and self._busy_until_ms == inf:
             self._answer(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
             self._hold()
+
+    @property
+    def is_on(self) -> bool:
+        """Whether the radio is on; otherwise there is no stream."""
+        self._settle()
+        return self._on
+
+    @property
+    def waits_in_vain(self) -> bool:
+        """Whether the firmware waits for the answer to a command that stream mode has lost."""
+        return self.busy and self._is_lost
 
     @property
     def name(self) -> bytes:
@@ -269,7 +282,7 @@ class Radio:
         self, duration_ms: int, *changes: tuple[int, str, int | bytes], answer_ms: int = 4, late_ms: int = 0
     ) -> None:
         self._operation = operation = _Operation(self._clock.now_ms, answer_ms, late_ms, duration_ms, changes)
-        self._waited = self._is_streaming
+        self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
         if self._is_streaming:
             self._hold()

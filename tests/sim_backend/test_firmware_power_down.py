@@ -77,6 +77,30 @@ CONVERSATIONS = [
         ],
         "029400010005001f004e585400000000000000000000000000010000165301020300030000000000",
     ),
+    (
+        "a command that the beginning of the stream has lost makes its telegrams lost",
+        "1.29",
+        ["0198526f626f2d3100000000000000000000", "!btmode 1", "!bt 0200019b"],
+        "",
+    ),
+    (
+        "until the radio is free again",
+        "1.29",
+        ["0198526f626f2d3100000000000000000000", "!btmode 1", "!tick 498", "!bt 0200019b"],
+        "2100029b00526f626f2d31000000000000000000001653010203000000000024d80100",
+    ),
+    (
+        "a radio that is off has no stream",
+        "1.32",
+        ["001f0000", "!tick 50", "!btmode 1", "!bt 02000188"],
+        "",
+    ),
+    (
+        "nor after that",
+        "1.29",
+        ["001f0000", "!tick 50", "!btmode 1", "!tick 600", "!bt 0200019b"],
+        "",
+    ),
 ]
 
 

@@ -25,7 +25,8 @@ class RadioStream:
     In one pass the firmware reads at most to the end of the ring, and at most one piece of a telegram that is longer
     than its buffer.
 
-    A command to the radio itself, as a new name, ends the stream for good.
+    A command to the radio itself, as a new name, ends the stream for good. So does one that the stream's beginning has
+    lost, if telegrams come while the firmware waits for its answer.
 
     Attributes:
         waiting: The bytes that are not read yet.
@@ -57,11 +58,13 @@ class RadioStream:
 
     @property
     def is_stream(self) -> bool:
-        """Whether the radio is in stream mode; otherwise the firmware takes bytes for its messages."""
-        return self._is_stream
+        """Whether the radio is on and in stream mode; otherwise the firmware takes bytes for its messages."""
+        return self._is_stream and self._brick.radio.is_on
 
     def send(self, data: bytes) -> int:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
+        if self._brick.radio.waits_in_vain:
+            self._end_ms = self._brick.now_ms
         before, _ = self._split()
         self.waiting += data
         return self._split()[0] - before
