@@ -216,11 +216,15 @@ class Loader:
             number, {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         ):
             return Status.FILE_IS_BUSY
-        index, spared = self._handles[number].index, self._version.deletion_spares_found
-        del self.flash.files[index]
+        found = self._handles[number]
+        del self.flash.files[found.index]
         self.flash.count()
-        self._shift(index + spared, -1)
-        self._handles[number].index = (index - (not spared)) & 0xFF
+        if self._version.deletion_spares_found:
+            self._shift(found.index + 1, -1)
+        else:
+            for handle in self._table:  # the index of the deletion's own changes on the way
+                if (handle is found or handle.use != Use.FREE) and handle.index >= found.index:
+                    handle.index = (handle.index - 1) & 0xFF
         return Status.OK
 
     def _blocked(self, number: int, uses: Collection[Use]) -> bool:
