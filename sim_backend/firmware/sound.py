@@ -220,8 +220,10 @@ class SoundModule:
         if size < 0:  # without a whole header the file stays open until the next tone, stop or file
             self._end()
             return
-        if size <= 0 or not (self._is_melody or kind >> 8 == _SOUND >> 8):
+        known = self._is_melody or kind >> 8 == _SOUND >> 8
+        if size == 0 or not known:
             self._silence()
+            self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it then
             return
         if not self._is_melody:
             rate, self.sample_rate = self.sample_rate or rate, 0
