@@ -46,6 +46,15 @@ class Handle:
         self.matches: Callable[[str], bool] = lambda _: True
         self.index = 0
 
+    def open(self, use: Use, file: File) -> None:
+        """Begin to read, execute or write a file; a write goes on behind its data."""
+        self.use, self.file, self.overrun = use, file, False
+        if use != Use.EXECUTE:
+            self.source, self.end = file, file.data_size
+            self.position = file.data_size if use == Use.WRITE else 0
+        if use == Use.WRITE:
+            file.begin_writing()
+
     def read(self, size: int) -> bytes:
         """Read on; what was not written to the flash is FF."""
         start, self.position = self.position, min(self.position + size, self.end)
@@ -59,6 +68,6 @@ class Handle:
         written = len(file.content)
         pages = (file.content_at + written) % SECTOR
         self.source, self.position = file, max(self.position, written - pages)
-        self.end = self.position + file.size - written
+        self.end = self.position + file.announced - written
         if written < file.size and not file.appendable:
             del file.content[self.position :]

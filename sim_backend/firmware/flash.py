@@ -61,6 +61,8 @@ class File:
         sectors: Numbers of its sectors.
         data_size: Readable bytes; set when the file is closed.
         overlaid_by: A file whose header has overwritten this one's.
+        announced: What its size was when it was opened for writing last: 8D may shrink it meanwhile.
+        reserved: The same of its sectors.
     """
 
     name: str
@@ -71,6 +73,17 @@ class File:
     sectors: list[int] = field(default_factory=list)
     data_size: int = 0
     overlaid_by: File | None = None
+    announced: int = 0
+    reserved: list[int] = field(default_factory=list)
+
+    def begin_writing(self) -> None:
+        """Keep the header in memory, as the firmware does for each file that is being written."""
+        self.announced, self.reserved = self.size, self.sectors
+
+    def renew_header(self) -> None:
+        """Write the header that was kept to the flash."""
+        self.overlaid_by = None
+        self.size, self.sectors = self.announced, self.reserved
 
     @property
     def content_at(self) -> int:
@@ -80,7 +93,7 @@ class File:
     @property
     def first_page(self) -> int:
         """How many of its bytes are written to the flash together with the beginning of its header."""
-        return min(self.size, max(0, SECTOR - _rounded(_header(len(self.sectors)))))
+        return min(self.announced, max(0, SECTOR - _rounded(_header(len(self.reserved)))))
 
     @property
     def seen(self) -> File:

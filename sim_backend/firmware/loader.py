@@ -168,7 +168,7 @@ class Loader:
         file = handle.file
         if handle.overrun:
             return Status.END_OF_FILE_EXPECTED, 0
-        fitting = data[: file.size - len(file.content)]
+        fitting = data[: file.announced - len(file.content)]
         buffered = len(file.content)
         file.content += fitting
         if buffered < file.first_page <= len(file.content):
@@ -331,10 +331,7 @@ class Loader:
         handle = self._handles[number]
         if use == Use.WRITE:
             handle.slot = min(set(range(HANDLES)) - set(self._writers))
-        handle.use, handle.file, handle.overrun = use, file, False
-        if use != Use.EXECUTE:
-            handle.source, handle.end = file, file.data_size
-            handle.position = file.data_size if use == Use.WRITE else 0
+        handle.open(use, file)
 
     def _handle(self, number: int, use: Use) -> Handle | None:
         handle = self._handles[number] if number < HANDLES else None
@@ -375,7 +372,7 @@ class Loader:
 
     def _write_header(self, file: File) -> None:
         """Write a header to the flash, over that of another file whose sectors were freed while it was open."""
-        file.overlaid_by = None
+        file.renew_header()
         for other in self._downloads():
             if other is not file and other.sectors[:1] == file.sectors[:1]:
                 other.overlaid_by = file
