@@ -237,9 +237,9 @@ class Loader:
         _, number = self._allocate("")
         if len(new_name) > NAME_LIMIT:
             return Opened(Status.ILLEGAL_FILE_NAME, number)
-        if self._is_there(new_name):
+        if self.is_there(new_name):
             return Opened(Status.FILE_EXISTS, number)
-        if len(name) <= NAME_LIMIT and not self._is_there(name):
+        if len(name) <= NAME_LIMIT and not self.is_there(name):
             return Opened(Status.FILE_NOT_FOUND, number)
         status, number, file = self._find(name)
         if file is not None:
@@ -248,7 +248,8 @@ class Loader:
             file.name = new_name
         return Opened(status, number)
 
-    def _is_there(self, name: str) -> bool:
+    def is_there(self, name: str) -> bool:
+        """Whether a file matches."""
         return self.flash.find(matcher(name)) < len(self.flash.files)
 
     def open_handle(self, name: str) -> tuple[int, bool] | None:
