@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from firmware_protocol import system
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER
+from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.flash import free_bytes, sectors_for
 from sim_backend.firmware.loader import HANDLES
@@ -119,3 +120,15 @@ def test_a_sector_that_a_rounded_header_takes_is_counted_from_a_deletion_on(size
     )
     ask(brick, system.Delete(f"{deleted}.bin"))
     assert brick.loader.free_flash == free_bytes(fresh - used)
+
+
+@pytest.mark.parametrize(
+    ("opened", "last"), [(["81", "81"], "0000"), (["8b", "8b"], "8301"), (["81", "8b", "8b"], "8302")]
+)
+def test_data_files_that_are_written_count_twice(opened, last):
+    bench = Bench(SimBrick())
+    bench.control("!mkfiles 124")
+    replies = [
+        bench.telegram(f"01{opcode}{number:02x}{'00' * 19}01000000") for number, opcode in enumerate(opened, 0x61)
+    ]
+    assert replies[-1] == f"02{opened[-1]}{last.replace('0000', '0001')}"

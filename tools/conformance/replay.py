@@ -64,7 +64,7 @@ def _repeat(step: Step, bench: Bench, handles: Handles) -> Difference | None:
 def _perform(step: Step, bench: Bench, handles: Handles) -> str:
     """Execute a step and return the reply."""
     if not step.request:
-        return bench.control(handles.translate_line(step.control))
+        return bench.control(handles.translate_line(step.control)).strip()  # as recordings are read
     request = bytes.fromhex(step.request)
     got = bench.telegram(handles.translate(request).hex())
     handles.learn(request, bytes.fromhex(step.reference), bytes.fromhex(got))

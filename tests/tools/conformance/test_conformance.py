@@ -14,6 +14,8 @@ from nxtdrive.tools.conformance.summary import category_of as category
 GOLDEN = Path(__file__).parents[2] / "golden"
 WRITTEN = GOLDEN / "firmware.jsonl"
 """Conversations about one subject each."""
+RULES = load(GOLDEN / "rules.jsonl")
+"""Short conversations, each named after the rule that it shows."""
 RANDOM = {
     "1.05": GOLDEN / "firmware_random.jsonl.gz",
     "1.29": GOLDEN / "firmware_random.jsonl.gz",
@@ -47,6 +49,11 @@ def different(firmware, names):
 @pytest.mark.parametrize(("firmware", "name"), CASES)
 def test_it_answers_and_moves_as_the_firmware_did(firmware, name):
     assert replay(name, SCENARIOS[firmware][name].steps, firmware).differences == []
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_it_follows_the_rule_as_the_firmware_does(rule):
+    assert replay(rule, RULES[rule].steps, RULES[rule].firmware).differences == []
 
 
 @pytest.mark.xdist_group("random conversations")
