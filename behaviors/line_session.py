@@ -22,7 +22,7 @@ from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.operator import Ask, question_values
-from behaviors.ports import Body, BodyLost, Clock, Eyes, Outage
+from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
 from behaviors.profiles.registry import supervised
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 from behaviors.stepped_mission import SteppedMission
@@ -64,7 +64,7 @@ class Session:
         body: The robot.
         eyes: Its camera.
         clock: Time.
-        connect: Makes sure that the brick answers; raises `BodyLost` when it does not.
+        connect: Makes sure that the brick answers; raises `RobotUnreachable` when it does not.
         faults: Errors other than an `Outage` that body and eyes raise on a fault. Any other error is a defect of the
             program: it is answered as a fault as well, and logged with its traceback.
         observers: Receive a record of each call, reply and look; one that fails is left out.
@@ -158,7 +158,7 @@ class Session:
             return failure_reply(request.verb, ErrorReply.BAD_ARGUMENT)
         except Preempted:
             return self._break_off(request, ErrorReply.FAULT, Why.OPERATOR_STOP)
-        except BodyLost as error:
+        except RobotUnreachable as error:
             return self._break_off(request, ErrorReply.LINK_DOWN, Why.LINK_LOST, str(error))
         except self._faults as error:
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(error))

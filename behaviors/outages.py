@@ -14,7 +14,7 @@ from typing import TypeVar
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind, Note
 from behaviors.pause import Pause, Paused
-from behaviors.ports import Blind, Body, BodyLost, Clock, Eyes, Outage, SensorLost
+from behaviors.ports import Body, CameraLost, Clock, Eyes, Outage, RobotUnreachable, SensorLost
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ RETRY_S = 0.5
 NOTE_S = 5.0
 """How often the journal says how much longer an outage may last."""
 
-PARTS: dict[type[Outage], str] = {BodyLost: "link", Blind: "camera", SensorLost: "sensor"}
+PARTS: dict[type[Outage], str] = {RobotUnreachable: "link", CameraLost: "camera", SensorLost: "sensor"}
 """What has failed, as the names of events, reasons and endings begin."""
 
 

@@ -176,7 +176,7 @@ class Outage(Exception):
     refused = False
 
 
-class BodyLost(Outage):
+class RobotUnreachable(Outage):
     """The brick does not answer, refuses, or answers nonsense; the motors stop at the end of their lease.
 
     Args:
@@ -189,7 +189,7 @@ class BodyLost(Outage):
         self.refused = refused
 
 
-class Blind(Outage):
+class CameraLost(Outage):
     """The camera gives no picture: that a target is not seen says nothing."""
 
 
@@ -204,7 +204,7 @@ SensorListener = Callable[[str, str], None]
 class Body(Protocol):
     """The moving robot.
 
-    Every method ends in bounded time and raises `BodyLost` when the brick cannot be reached; the motors stop by
+    Every method ends in bounded time and raises `RobotUnreachable` when the brick cannot be reached; the motors stop by
     themselves then. A sensor that fails is left out: its data count as unknown, and the robot drives slower.
     """
 
@@ -244,8 +244,8 @@ class Body(Protocol):
         """Return whether the bumper is pressed; False without a sensor."""
         ...
 
-    def heed_sonar(self, doubt: str = "") -> None:
-        """Let the safety stop heed the sonar; with a `doubt`, in words, leave it out as if it had failed."""
+    def use_sonar(self, doubt: str = "") -> None:
+        """Let the safety stop use the sonar; with a `doubt`, in words, leave it out as if it had failed."""
         ...
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
@@ -266,7 +266,7 @@ class Body(Protocol):
 
 
 class Eyes(Protocol):
-    """The camera with its detectors. `look` and `glance` raise `Blind` when there is no picture."""
+    """The camera with its detectors. `look` and `glance` raise `CameraLost` when there is no picture."""
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""

@@ -162,7 +162,7 @@ class Perception:
         lied = self.sonar.lies
         believed_mm = self.sonar.believed(now_s, pose, range_mm)
         if self.sonar.lies is not lied:
-            self.context.body.heed_sonar("" if lied else f"It says {range_mm:.0f} mm wherever the robot turns.")
+            self.context.body.use_sonar("" if lied else f"It says {range_mm:.0f} mm wherever the robot turns.")
             self.world.floor.forget_obstacles()
         return believed_mm
 

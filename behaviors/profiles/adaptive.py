@@ -174,7 +174,7 @@ class AdaptiveProfile:
         return choice
 
     def _trusts_map(self) -> bool:
-        """Return whether an approach that begins now heeds the obstacles on the map."""
+        """Return whether an approach that begins now takes account of the obstacles on the map."""
         if self._eyes_only_s is not None and self._perception.now() - self._eyes_only_s > EYES_ONLY_S:
             self._eyes_only_s = None
             self._report(Event.MAP_TRUSTED, Reason.DISTRUST_OVER)

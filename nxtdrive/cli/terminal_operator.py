@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nxtdrive.recording.status_line import StatusLine
 
 STOP = "s"
-LOOK_S = 0.2
+CHECK_INTERVAL_S = 0.2
 """How often a wait for the operator looks for signals."""
 
 
@@ -82,5 +82,5 @@ class TerminalOperator:
 def _await_line() -> None:
     """Wait until a line has been typed; a signal that arrives just before a blocking read would not be noticed."""
     if sys.platform != "win32" and sys.stdin.isatty():  # Windows cannot wait for a console
-        while not select.select([sys.stdin], [], [], LOOK_S)[0]:
+        while not select.select([sys.stdin], [], [], CHECK_INTERVAL_S)[0]:
             pass

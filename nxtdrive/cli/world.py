@@ -56,7 +56,7 @@ def _mistakes(file: str) -> list[str]:
 
     try:
         simulation = Simulation(file)
-        simulation.truth.fronts()
+        simulation.truth.front_images()
         simulation.webcam.frame()
     except ConfigError as error:
         head, *rest = str(error).split(CONTINUED)

@@ -158,7 +158,7 @@ class MissionRun:
         """
         room = simulated_room_of(self.robot.brick)
         folder, clock = new_run_folder(parent, self._mission.mission.name), MissionClock(self.robot.brick)
-        recording = self.recording = Recording(folder, clock, video=video, room=room.lines if room else None)
+        recording = self.recording = Recording(folder, clock, video=video, room=room.outlines if room else None)
         self.observers.attempt(MISSION, recording.folder.write_mission, self._mission)
         self.on_look(self.observers.guarded(CAMERA, recording.look))
         (watch or self.robot.watch)(self.observers.guarded(CAMERA, recording.frame))

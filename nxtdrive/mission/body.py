@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from behaviors.ports import BodyLost, MotionResult, Pose, SensorListener, SensorLost, StopReason
+from behaviors.ports import MotionResult, Pose, RobotUnreachable, SensorListener, SensorLost, StopReason
 from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, RemoteProtocolError
 
 if TYPE_CHECKING:
@@ -20,11 +20,11 @@ REDUCED_SPEED = 0.5
 
 @contextmanager
 def link_errors_as_outages() -> Iterator[None]:
-    """Raise `BodyLost` for a link that is lost or silent and for a brick that refuses or answers nonsense."""
+    """Raise `RobotUnreachable` for a link that is lost or silent and for a brick that refuses or answers nonsense."""
     try:
         yield
     except (LinkError, BrickNotFound, BrickError, RemoteProtocolError) as error:
-        raise BodyLost(str(error), refused=isinstance(error, BrickError)) from error
+        raise RobotUnreachable(str(error), refused=isinstance(error, BrickError)) from error
 
 
 class MissionClock:
@@ -50,7 +50,7 @@ class MissionClock:
         """Let `duration_s` pass.
 
         Raises:
-            BodyLost: The link was lost in that time.
+            RobotUnreachable: The link was lost in that time.
         """
         with link_errors_as_outages():
             self._brick.sleep(duration_s)
@@ -116,9 +116,9 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.touching()
 
-    def heed_sonar(self, doubt: str = "") -> None:
-        """Let the safety stop heed the sonar; with a `doubt`, leave it out as if it had failed."""
-        self._rover.heed_sonar(heed=not doubt)
+    def use_sonar(self, doubt: str = "") -> None:
+        """Let the safety stop use the sonar; with a `doubt`, leave it out as if it had failed."""
+        self._rover.use_sonar(use=not doubt)
         self._sensor_changed("sonar", doubt)
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:

@@ -18,7 +18,7 @@ from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, RequestReader, Verb, failure_reply
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import BodyLost, Eyes, SensorListener
+from behaviors.ports import Eyes, RobotUnreachable, SensorListener
 from firmware_protocol.errors import ConfigError, LinkError, NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, link_errors_as_outages
@@ -31,7 +31,7 @@ WAITING_LINES = 256
 CLIENT_LIMIT = 8
 """Connected clients, the served one and those that are told that the server is busy; a further one replaces the oldest
 that is not served."""
-LOOK_S = 0.1
+CHECK_INTERVAL_S = 0.1
 """How often an idle server checks whether to end."""
 TICK_S = 0.02
 """Step of simulated time while no command runs."""
@@ -59,7 +59,7 @@ def sessions(
     def connect() -> None:
         try:
             body.keep_alive()
-        except BodyLost:
+        except RobotUnreachable:
             with link_errors_as_outages():
                 brick.link.reconnect()
 
@@ -152,7 +152,7 @@ class LineServer:
         """Serve until `stopped` returns true."""
         while not self._stopped():
             if self._passing is None:
-                self._receive(LOOK_S)
+                self._receive(CHECK_INTERVAL_S)
             elif not self._receive(0.0):
                 # time passes on a broken link, too; the client learns of it from the next command
                 with contextlib.suppress(LinkError):

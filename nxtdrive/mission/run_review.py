@@ -146,7 +146,7 @@ class RunReview:
     def _judge(self, target: str, believed_mm: float, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
         names = self._lookalikes(target, truth)
-        objects = sorted((not truth.before(name), truth.lens_distance_mm(name)) for name in names)
+        objects = sorted((not truth.in_front_of_camera(name), truth.lens_distance_mm(name)) for name in names)
         if not objects:
             return {"true_mm": None, "there": False}
         hidden, true_mm = objects[0]
@@ -156,7 +156,7 @@ class RunReview:
         """Add a hint if the search looked all round and this world has no such object."""
         if self._lookalikes(target, truth):
             return
-        has = ", ".join(truth.fronts()) or "nothing"
+        has = ", ".join(truth.front_images()) or "nothing"
         room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
         advice = (
             f"Open the mission's own with --nxt {shlex.quote(f'sim://{room}')}."

@@ -1,4 +1,4 @@
-"""The simulation's truth, for messages to people and the record of a run; nothing that drives the robot reads it."""
+"""The simulation's ground truth, for messages and the record of a run; nothing that drives the robot reads it."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ class Truth(Protocol):
         """Return the robot's true place and heading on the world's map: x_mm, y_mm (down), degrees clockwise from x."""
         ...
 
-    def lines(self) -> Sequence[tuple[float, float, float, float]]:
-        """Return where walls and objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each side, on the map."""
+    def outlines(self) -> Sequence[tuple[float, float, float, float]]:
+        """Return the sides of walls and objects on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each, on the map."""
         ...
 
-    def fronts(self) -> Mapping[str, Image]:
-        """Return what each object of the world looks like from the front, BGR pixels by name; some may be absent."""
+    def front_images(self) -> Mapping[str, Image]:
+        """Return a picture of each object's front, present or absent, by name; BGR pixels."""
         ...
 
     def lens_distance_mm(self, name: str) -> float:
         """Return how far an object is from the camera's lens."""
         ...
 
-    def before(self, name: str) -> bool:
+    def in_front_of_camera(self, name: str) -> bool:
         """Return whether the camera points at an object and nothing hides it."""
         ...
 
@@ -71,9 +71,9 @@ class SimulatedRoom:
         x_mm, y_mm, heading_deg = self._truth.pose
         return *self._from_start(x_mm, y_mm), round(heading_deg - self._heading_deg, 1)
 
-    def lines(self) -> list[tuple[float, float, float, float]]:
-        """Return where walls and objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each side."""
-        return [(*self._from_start(x0, y0), *self._from_start(x1, y1)) for x0, y0, x1, y1 in self._truth.lines()]
+    def outlines(self) -> list[tuple[float, float, float, float]]:
+        """Return the sides of walls and objects on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each."""
+        return [(*self._from_start(x0, y0), *self._from_start(x1, y1)) for x0, y0, x1, y1 in self._truth.outlines()]
 
     def _from_start(self, x_mm: float, y_mm: float) -> tuple[float, float]:
         angle = math.radians(self._heading_deg)
@@ -90,7 +90,7 @@ def simulated_room_of(brick: Brick) -> SimulatedRoom | None:
 
 def recognised(detector: Detector, truth: Truth) -> list[str]:
     """Return the names of the objects of the world whose front a detector takes for its target."""
-    return [name for name, front in truth.fronts().items() if shows(front, detector)]
+    return [name for name, front in truth.front_images().items() if shows(front, detector)]
 
 
 def shows(front: Image, detector: Detector) -> bool:

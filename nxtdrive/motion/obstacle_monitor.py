@@ -70,7 +70,7 @@ class ObstacleMonitor:
     Attributes:
         sonar_health: Whether the sonar answers.
         bumper_health: Whether the bumper answers.
-        heeds_sonar: Whether echoes may stop the robot.
+        uses_sonar: Whether echoes may stop the robot.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class ObstacleMonitor:
         self._failures = 0
         self.sonar_health = SensorHealth("sonar", link)
         self.bumper_health = SensorHealth("bumper", link)
-        self.heeds_sonar = True
+        self.uses_sonar = True
 
     def range_mm(self, pose: Pose) -> float | None:
         """Measure the distance ahead; None without an echo or without a sonar."""
@@ -119,7 +119,7 @@ class ObstacleMonitor:
             return None
         if self.touching():
             return StopReason.CONTACT
-        if self.heeds_sonar and self._older_than(FRESH_S):
+        if self.uses_sonar and self._older_than(FRESH_S):
             self.range_mm(pose)
         return self._judge(pose)
 
@@ -139,7 +139,7 @@ class ObstacleMonitor:
         if not self._settings.enabled:
             return None
         if ask:
-            sonar = self._sonar is not None and self.heeds_sonar and not self.sonar_health.lost
+            sonar = self._sonar is not None and self.uses_sonar and not self.sonar_health.lost
             self._bumper_turn = not sonar or (self._bumper is not None and not self._bumper_turn)
             if not self._bumper_turn:
                 self._listen(pose)
@@ -148,7 +148,7 @@ class ObstacleMonitor:
         return self._judge(pose)
 
     def _judge(self, pose: Pose) -> StopReason | None:
-        if self._echo is None or not self.heeds_sonar or self._older_than(self._forgotten_s):
+        if self._echo is None or not self.uses_sonar or self._older_than(self._forgotten_s):
             return None
         return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 

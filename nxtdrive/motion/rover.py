@@ -267,9 +267,9 @@ class Rover:
         with self._asking:
             return self._monitor.touching()
 
-    def heed_sonar(self, *, heed: bool) -> None:
+    def use_sonar(self, *, use: bool) -> None:
         """Set whether echoes may stop the robot; without them only the bumper does."""
-        self._monitor.heeds_sonar = heed
+        self._monitor.uses_sonar = use
 
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.ports import Blind, Clock, FloorRay, Glimpse, Sighting
+from behaviors.ports import CameraLost, Clock, FloorRay, Glimpse, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import Camera, EndOfFrames, Frame, frame_number, next_tick
 from nxtdrive.vision.confirmation import Confirmation
@@ -31,7 +31,7 @@ OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 MakeConfirmation = Callable[[], Confirmation]
 
 
-class NoPicture(CameraError, Blind):
+class NoPicture(CameraError, CameraLost):
     """No frame came in time."""
 
 

@@ -88,12 +88,12 @@ class GroundTruth:
         """Return whether the camera could recognise the picture now."""
         return self._world.in_view(picture)
 
-    def lines(self) -> list[tuple[float, float, float, float]]:
-        """Return where the sides of walls and present objects stand on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""
+    def outlines(self) -> list[tuple[float, float, float, float]]:
+        """Return the sides of walls and present objects on the floor: x0_mm, y0_mm, x1_mm, y1_mm of each."""
         return [(side.x0_mm, side.y0_mm, side.x1_mm, side.y1_mm) for side in self._world.panels()]
 
-    def fronts(self) -> dict[str, Image]:
-        """Return what each picture, box and person, present or absent, looks like from the front: pixels by name."""
+    def front_images(self) -> dict[str, Image]:
+        """Return the front image of each picture, box and person, present or absent, by name."""
         return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}
 
     def lens_distance_mm(self, name: str) -> float:
@@ -103,7 +103,7 @@ class GroundTruth:
             return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)
         return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
 
-    def before(self, name: str) -> bool:
+    def in_front_of_camera(self, name: str) -> bool:
         """Return whether the camera points at a picture, box or person and nothing hides it."""
         obj = self._objects()[name]
         return self._world.in_view(name) if isinstance(obj, PictureObject) else self._world.sees(obj)

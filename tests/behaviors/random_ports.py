@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from random import Random
 
 from behaviors.mission import Mission
-from behaviors.ports import BodyLost, FloorRay, Glimpse, MotionResult, Point, Pose, Sighting, StopReason
+from behaviors.ports import FloorRay, Glimpse, MotionResult, Point, Pose, RobotUnreachable, Sighting, StopReason
 
 
 def two_targets(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
@@ -89,7 +89,7 @@ class RandomPorts:
         self._answer()
         return 8000
 
-    def heed_sonar(self, doubt: str = "") -> None:
+    def use_sonar(self, doubt: str = "") -> None:
         """Its sonar has nothing to do with its safety stop."""
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
@@ -133,4 +133,4 @@ class RandomPorts:
             self._silent_until_s = self._now_s + self._random.uniform(0.5, 5.0)
         if self._now_s < self._silent_until_s:
             self._speeds = (0.0, 0.0)
-            raise BodyLost("the brick does not answer")
+            raise RobotUnreachable("the brick does not answer")

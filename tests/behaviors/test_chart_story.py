@@ -11,7 +11,7 @@ from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
 from behaviors.journal import JOURNAL_FORMAT, Kind, Record
-from behaviors.ports import BodyLost, FloorRay, Glimpse, MotionResult, Pose, Sighting, StopReason
+from behaviors.ports import FloorRay, Glimpse, MotionResult, Pose, RobotUnreachable, Sighting, StopReason
 
 SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
 
@@ -71,7 +71,7 @@ class Facing(RandomPorts):
         if self._broken:
             self._broken = False
             self._pose = Pose(*self._pose.ahead(0.5 * distance_mm))
-            raise BodyLost("the brick does not answer")
+            raise RobotUnreachable("the brick does not answer")
         self._pose = Pose(*self._pose.ahead(distance_mm))
         return MotionResult(StopReason.DONE, distance_mm, 0.0)
 

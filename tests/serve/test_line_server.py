@@ -213,7 +213,7 @@ def test_the_end_of_the_server_stops_the_motors(serve):
     assert served.at_rest
 
 
-class Blind:
+class SeesNothing:
     """Eyes that see nothing."""
 
     def look(self, target):
@@ -241,7 +241,7 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
     try:
         with Brick(open_transport(door.address)) as brick:
             mission = mission_for("lena", advance_mm=LONG_MM)
-            with serving(brick, simulation, mission, Blind()) as served:
+            with serving(brick, simulation, mission, SeesNothing()) as served:
                 client = served.client()
                 served.after(1.0, lambda: client.send("stop\n"))
                 assert client.ask("move_to 0") == 1
@@ -476,7 +476,7 @@ def test_in_real_time_the_world_goes_on_and_the_brick_stays_awake(serving, missi
     with Brick(SimTransport(simulation)) as brick:
         brick.link.keep_alive()
         mission = mission_for("lena")
-        with serving(brick, simulation, mission, Blind(), passing=lambda _: brick.sleep(60.0)) as served:
+        with serving(brick, simulation, mission, SeesNothing(), passing=lambda _: brick.sleep(60.0)) as served:
             client = served.client()
             assert client.ask("connect") == 1
             assert passed.wait(60)

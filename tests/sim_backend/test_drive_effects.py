@@ -148,7 +148,7 @@ def test_what_swallows_ultrasound_gives_no_echo(table, absorbs):
     simulation = simulate(**{table: [{**SOFT[table], "absorbs": absorbs}]})
     distance_cm = simulation.world.ultrasonic.distance_cm()
     assert (distance_cm is None) is absorbs
-    assert simulation.truth.lines()
+    assert simulation.truth.outlines()
 
 
 def test_a_soft_thing_added_later_gives_no_echo():

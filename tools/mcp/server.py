@@ -35,7 +35,7 @@ READS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
 MOVES = ToolAnnotations(destructive_hint=False, open_world_hint=False)
 STOPS = ToolAnnotations(destructive_hint=False, idempotent_hint=True, open_world_hint=False)
 LONGEST_WAIT_S = 60.0
-LOOK_S = 0.2
+CHECK_INTERVAL_S = 0.2
 """How often the main thread checks for signals, which an unlimited wait ignores on Windows."""
 
 
@@ -157,6 +157,6 @@ def serve(server: MCPServer[Any], robot: Robot) -> None:
 
     threading.Thread(target=work, name="nxtdrive mcp", daemon=True).start()
     while robot.alive and not served.done():
-        wait([served], LOOK_S)
+        wait([served], CHECK_INTERVAL_S)
     if served.done():
         served.result()

@@ -32,7 +32,7 @@ AHEAD = 3
 """Batches queued per worker; an interrupted sweep loses at most these."""
 MOST_ON_WINDOWS = 61
 """Processes that Windows can wait for. Source: the documentation of `concurrent.futures.ProcessPoolExecutor`."""
-LOOK_S = 1.0
+CHECK_INTERVAL_S = 1.0
 """How often the wait for a batch checks that workers are left."""
 
 T = TypeVar("T")
@@ -150,7 +150,7 @@ def run_tasks(
 
 def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, watch: Callable[[], None]) -> list[Line]:
     """Wait for a batch; if it killed its workers, try its tasks one by one, and report the culprit as failed."""
-    while not wait([future], LOOK_S).done:
+    while not wait([future], CHECK_INTERVAL_S).done:
         watch()
     try:
         return future.result()

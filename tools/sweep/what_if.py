@@ -40,7 +40,7 @@ from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 
-from .runner import LOOK_S
+from .runner import CHECK_INTERVAL_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,7 +288,7 @@ def costs(
     playing = [executor.submit(_cost_s, branch) for branch in todo]
     try:
         for branch, future in zip(todo, playing, strict=True):
-            while not wait([future], LOOK_S).done:
+            while not wait([future], CHECK_INTERVAL_S).done:
                 watch()
             yield branch, future.result()
     finally:

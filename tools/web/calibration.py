@@ -21,7 +21,7 @@ from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import Outcome, calibrate
 from ..calibrate.sheet import sheet_bytes
 from ..calibrate.verdict import write_robot_file
-from .mission_run import LOOK_S
+from .mission_run import CHECK_INTERVAL_S
 
 if TYPE_CHECKING:
     from nxtdrive.mission.assembly import OpenRobot
@@ -122,7 +122,7 @@ class ShownCalibration:
             self._show({"question": {"question": question, "text": text, "number": number}})
             while self._question == question:
                 self._pause.check_end()
-                self._answered.wait(LOOK_S)
+                self._answered.wait(CHECK_INTERVAL_S)
             answer = self._answer
         self._show({"question": None})
         return answer

@@ -29,7 +29,7 @@ from .pictures import layer
 from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
-LOOK_S = 0.2
+CHECK_INTERVAL_S = 0.2
 """How often a wait for an answer checks for signals, which an unlimited wait ignores on Windows."""
 MAP_EVERY_S = 1.0
 SURE = 2.0
@@ -70,7 +70,7 @@ class WebOperator:
             try:
                 while self._choice is None:
                     self._pause.check_end()
-                    self._answered.wait(LOOK_S)
+                    self._answered.wait(CHECK_INTERVAL_S)
             finally:
                 self._question = None
                 self._hub.show("question", {"open": False, "number": self._number})

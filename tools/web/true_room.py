@@ -36,5 +36,5 @@ class TrueRoom:
             return
         self._shown_s = now_s
         self._hub.show(
-            "true_room", {"pose": list(self._room.pose()), "lines": [list(each) for each in self._room.lines()]}
+            "true_room", {"pose": list(self._room.pose()), "lines": [list(each) for each in self._room.outlines()]}
         )

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from behaviors.ports import Blind, Eyes, Sighting
+from behaviors.ports import CameraLost, Eyes, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
 from nxtdrive.vision.confirmation import Confirmation
@@ -176,7 +176,7 @@ def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
 def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
     sensor = Sensor(clock, 0.0, 10.0)
     sensor.unplugged = True
-    with pytest.raises(Blind):
+    with pytest.raises(CameraLost):
         GeometricEyes(sensor, clock, {"lena": 297.0}).glance(["lena"])
 
 
