@@ -16,8 +16,8 @@ Everything before the fence's own reply is stale and dropped.
 
 A reply that arrives twice puts the dialogue one reply behind as well, if the next request looks the same, and nothing
 shows it until a reply arrives that fits no request. So the caller passes on what has arrived before a request is sent
-(`discard`), and `surplus` counts all such telegrams: a transfer of several telegrams is sound if the count has not
-changed when a request of another kind has been answered at its end.
+(`discard`), and `surplus_telegrams` counts all such telegrams: a transfer of several telegrams is sound if the count
+has not changed when a request of another kind has been answered at its end.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Dialogue:
 
     Attributes:
         deadline: When the open request times out, on the caller's clock, seconds.
-        surplus: How many telegrams belonged to no request although no reply was missing. When it grows, replies taken
-            before may have been those of earlier requests.
+        surplus_telegrams: How many telegrams belonged to no request although no reply was missing. When it grows,
+            earlier replies may have belonged to earlier requests.
     """
 
     __slots__ = (
@@ -69,12 +69,12 @@ class Dialogue:
         "_timeout_s",
         "_waiting",
         "deadline",
-        "surplus",
+        "surplus_telegrams",
     )
 
     def __init__(self) -> None:
         self.deadline = 0.0
-        self.surplus = 0
+        self.surplus_telegrams = 0
         self._timeout_s = 0.0
         self._sizes = cycle(FENCE_SIZES)
         self._heads: dict[bytes, bytes] = {}
@@ -92,7 +92,7 @@ class Dialogue:
     def discard(self, telegrams: int) -> None:
         """Take note of telegrams that had arrived before a request is opened; they are late, or surplus."""
         if self._command is None and not self._behind:
-            self.surplus += telegrams
+            self.surplus_telegrams += telegrams
 
     def open(self, command: Command[Any], now: float, timeout_s: float) -> bytes:
         """Open `command` and return what to send: its request, or a fence, after which `follow_up` returns the request.
@@ -179,7 +179,7 @@ class Dialogue:
             return None
         command, expected = self._command, self._expected
         if command is None or telegram[:2] != expected[:2]:
-            self.surplus += 1
+            self.surplus_telegrams += 1
             return None
         name = type(command).__name__
         if len(telegram) < REPLY_HEADER:
@@ -188,7 +188,7 @@ class Dialogue:
             self._command = None
             raise refusal(telegram[2], name)
         if not expected[REPLY_HEADER:].startswith(telegram[REPLY_HEADER : len(expected)]):
-            self.surplus += 1
+            self.surplus_telegrams += 1
             return None
         reply: Reply = command.decode_reply(telegram)
         self._command = None

@@ -56,7 +56,7 @@ class Webcam:
         size: As given.
         fps: Frames per second; frame n is delivered at n / fps, and exposed the camera's latency before.
         hfov_deg: Horizontal field of view.
-        look_s: Computing time of a look.
+        detector_s: Computing time of the detectors per frame.
         next_frame_ms: When the next frame is to be exposed.
         unplugged_ms: Spans (from, to) of simulation time without frames; may be set at any time.
     """
@@ -66,7 +66,7 @@ class Webcam:
     ) -> None:
         self.size, self._world, self._now_ms, self._seed = size, world, now_ms, seed
         self.fps, self.hfov_deg = float(world.file.camera.fps), world.file.camera.hfov_deg
-        self.look_s = world.file.computer.look_s
+        self.detector_s = world.file.computer.look_s
         self._metering = Metering(world.file.camera.auto_exposure_s)
         self._adapts = world.surroundings.light_changes or bool(world.file.camera.auto_exposure_s)
         self.unplugged_ms: tuple[tuple[int, int], ...] = ()

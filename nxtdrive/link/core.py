@@ -78,7 +78,7 @@ class LinkCore:
         timers: Telegrams to send at set times.
         steps_due: When the next step of a motion is due; infinity if there is none.
         attempt_due: When to try to reopen a lost link; infinity if no attempt is planned.
-        driven: Whether motors were driven since the last loss that was reported to the program.
+        motors_driven: Whether motors were driven since the last loss that was reported to the program.
         interrupted: Whether motors were driven when the link was lost, and this is not reported to the program yet.
         modes: Input ports to set again after a reconnection.
         unreported: The loss of a link that does not reconnect, until it is reported to the program.
@@ -91,7 +91,7 @@ class LinkCore:
         self.timers = Timers()
         self.steps_due = math.inf
         self.attempt_due = math.inf
-        self.driven = False
+        self.motors_driven = False
         self.interrupted = False
         self.modes: dict[InputPort, SetInputMode] = {}
         self.unreported: LinkLost | None = None
@@ -122,7 +122,7 @@ class LinkCore:
             self.state = LinkState.LOST
             self._pause_s = FIRST_PAUSE_S
             if self.reconnecting:
-                self.interrupted, self.attempt_due = self.driven, now + FIRST_PAUSE_S
+                self.interrupted, self.attempt_due = self.motors_driven, now + FIRST_PAUSE_S
             else:
                 self.unreported = lost
         if self.reconnecting:
@@ -172,5 +172,5 @@ class LinkCore:
 
     def acknowledge(self) -> None:
         """Record that the loss was reported to the program and that its motors have stopped."""
-        self.interrupted = self.driven = False
+        self.interrupted = self.motors_driven = False
         self.unreported = None

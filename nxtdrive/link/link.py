@@ -180,9 +180,9 @@ class Link:
         self.repeat(AWAKE, KeepAlive(), interval_s)
 
     @property
-    def surplus(self) -> int:
+    def surplus_telegrams(self) -> int:
         """Number of telegrams that arrived without belonging to a request."""
-        return self._dialogue.surplus
+        return self._dialogue.surplus_telegrams
 
     @property
     def latency_s(self) -> float:
@@ -210,7 +210,7 @@ class Link:
     def mark_driven(self, port: OutputPort) -> None:
         """Record that a motor is under power: a loss is then reported, and the motor is stopped in the end."""
         self.driven_ports.add(port)
-        self._core.driven = True
+        self._core.motors_driven = True
 
     def schedule(self, due: float) -> None:
         """Run the next step of a motion at `due`."""

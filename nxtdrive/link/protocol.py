@@ -46,7 +46,7 @@ class RequestLink(Protocol):
         ...
 
     @property
-    def surplus(self) -> int:
+    def surplus_telegrams(self) -> int:
         """Number of telegrams that arrived without belonging to a request."""
         ...
 

@@ -40,14 +40,14 @@ def in_step(link: RequestLink, transfer: Callable[[], T]) -> T:
         RemoteProtocolError: No attempt succeeded.
     """
     for attempt in range(1, ATTEMPTS + 1):
-        before = link.surplus
+        before = link.surplus_telegrams
         try:
             result = transfer()
         except RemoteProtocolError:
             if attempt == ATTEMPTS:
                 raise
         else:
-            if link.surplus == before:
+            if link.surplus_telegrams == before:
                 return result
     raise RemoteProtocolError(
         "replies arrive that belong to no request, so what was read is not reliable",

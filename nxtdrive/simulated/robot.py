@@ -84,7 +84,7 @@ class SpoiltSensor:
 
     def __init__(self, simulation: Simulation, sight: Sight, seed: int) -> None:
         self._webcam = webcam = simulation.webcam
-        self.fps, self.size, self.look_s = webcam.fps, webcam.size, webcam.look_s
+        self.fps, self.size, self.detector_s = webcam.fps, webcam.size, webcam.detector_s
         self._sight = sight
         self._random = Random(f"{seed}/sight")
         simulation.generators.append(self._random)

@@ -65,12 +65,12 @@ class FrameSource(Protocol):
     Attributes:
         fps: Frames per second.
         hfov_deg: Horizontal field of view, degrees.
-        look_s: Time that the computer takes to look at a frame.
+        detector_s: Computing time of the detectors per frame.
     """
 
     fps: float
     hfov_deg: float
-    look_s: float
+    detector_s: float
 
     def frame(self) -> Image | None:
         """Return the camera's current view, BGR; None while it is unplugged, or if the frame is lost."""
@@ -117,8 +117,8 @@ class SimulatedCamera:
             image = self._source.frame() if number > self._given else None
             if image is not None:
                 self._given = number
-                if self._source.look_s:
-                    self._clock.sleep(self._source.look_s)
+                if self._source.detector_s:
+                    self._clock.sleep(self._source.detector_s)
                 return Frame(image, number / fps, number)
             if now_s >= deadline_s - ALMOST:
                 raise CameraError(f"The simulated camera gave no frame for {timeout_s:g} s.", remedy="Plug it in.")

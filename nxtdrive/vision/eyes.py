@@ -150,12 +150,12 @@ class GeometricSensor(Protocol):
     Attributes:
         fps: Frames per second of the camera it replaces.
         size: Width and height of its frames in pixels.
-        look_s: Computing time of a look.
+        detector_s: Computing time of the detectors per frame.
     """
 
     fps: float
     size: tuple[int, int]
-    look_s: float
+    detector_s: float
 
     @property
     def unplugged(self) -> bool:
@@ -225,8 +225,8 @@ class GeometricEyes:
             raise NoPicture("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps - self._latency_s
         glimpse = _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
-        if self._sensor.look_s:
-            self._clock.sleep(self._sensor.look_s)
+        if self._sensor.detector_s:
+            self._clock.sleep(self._sensor.detector_s)
         return glimpse
 
     def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:

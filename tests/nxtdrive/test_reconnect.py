@@ -69,7 +69,7 @@ def test_only_one_thread_attempts_and_the_link_is_open_again_afterwards():
 def test_a_loss_is_told_only_to_a_program_that_drove_motors():
     for driven in (False, True):
         core = LinkCore()
-        core.driven = driven
+        core.motors_driven = driven
         core.set_reconnecting(True, 0.0)
         core.lose(LinkLost("gone."), 0.0)
         core.lose(LinkLost("gone."), 5.0)
@@ -81,7 +81,7 @@ def test_a_loss_is_told_only_to_a_program_that_drove_motors():
 
 def test_without_the_wish_to_reconnect_there_is_nothing_to_attempt():
     core = LinkCore()
-    core.driven = True
+    core.motors_driven = True
     core.timers.repeat("awake", b"", 1.0, 0.0)
     core.lose(LinkLost("gone."), 0.0)
     assert (core.due, core.interrupted) == (float("inf"), False)

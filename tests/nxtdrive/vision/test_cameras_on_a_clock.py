@@ -26,7 +26,7 @@ class CountingSource:
     """Shows the number of the frame as its brightness."""
 
     hfov_deg = 60.0
-    look_s = 0.0
+    detector_s = 0.0
 
     def __init__(self, clock, fps, unplugged=()):
         self.clock = clock

@@ -110,7 +110,7 @@ def test_a_camera_without_frames_is_reported(targets, clock):
     class Unplugged:
         fps = 10.0
         hfov_deg = 60.0
-        look_s = 0.0
+        detector_s = 0.0
 
         def frame(self):
             return None
@@ -126,7 +126,7 @@ class Sensor:
 
     fps = 10.0
     size = (320, 240)
-    look_s = 0.0
+    detector_s = 0.0
     unplugged = dropped = False
 
     def __init__(self, clock, seen_from_s, seen_until_s):
@@ -183,7 +183,7 @@ def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
 class Place:
     """A sensor of the floor at a place: a wall, and a box in front of it."""
 
-    fps, look_s = 10.0, 0.0
+    fps, detector_s = 10.0, 0.0
     unplugged = dropped = False
 
     def __init__(self, size, tilt_deg):
