@@ -189,7 +189,7 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.simulated.scenario import draw_scenario
+    from nxtdrive.simulated.scenario import generate_scenario
     from nxtdrive.tools.sweep.performance import perform
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
@@ -202,7 +202,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("class", [kind], ALL_CLASSES)
     _policies([policy])
     out = args.out or Path(f"{kind}-{seed}-{policy}.png")
-    play, _ = perform(draw_scenario(kind, number), policy, args.eyes)
+    play, _ = perform(generate_scenario(kind, number), policy, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {policy}"), out))
     write_line(out)

@@ -154,13 +154,13 @@ def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
 
 
 def _source(name: str) -> Source:
-    from nxtdrive.tools.sweep.what_if import DrawnMission, RebuiltRun, read_recorded
+    from nxtdrive.tools.sweep.what_if import GeneratedMission, RebuiltRun, read_recorded
     from sim_backend.scenarios.classes import ALL_CLASSES
 
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
-    if kind in ALL_CLASSES and (drawn := whole_number(seed)) is not None and not os.path.exists(name):
-        return DrawnMission(kind, drawn, profile or "adaptive")
+    if kind in ALL_CLASSES and (number := whole_number(seed)) is not None and not os.path.exists(name):
+        return GeneratedMission(kind, number, profile or "adaptive")
     if not os.path.isdir(name):
         raise ConfigError(
             f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
@@ -170,7 +170,7 @@ def _source(name: str) -> Source:
         world = source.scenario.world
         complain(
             f"{name} is a run of a real robot. It is played in a room made from its map, with {len(world.boxes)} "
-            f"obstacles and {len(world.pictures)} targets; its decisions there may be others."
+            f"obstacles and {len(world.pictures)} targets; the robot may decide differently there."
         )
     return source
 

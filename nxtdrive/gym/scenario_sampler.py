@@ -12,7 +12,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.mission import setup
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import CAMERA, GEOMETRIC
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
 
 TUNING_SEEDS = range(20000)
@@ -51,7 +51,7 @@ class ScenarioSampler:
             number = int(seed)
         except (ValueError, TypeError, OverflowError):
             raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number.") from None
-        scenario = draw_scenario(kind, number)
+        scenario = generate_scenario(kind, number)
         return replace(scenario, mission=setup.with_profile(scenario.mission, self._profile))
 
 

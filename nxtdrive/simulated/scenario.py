@@ -7,14 +7,14 @@ from functools import lru_cache
 
 from behaviors.mission import Mission
 from sim_backend.link import NO_FAULTS, LinkFaults
-from sim_backend.scenarios.drawn import draw
 from sim_backend.scenarios.extras import USB_MS, Sight
+from sim_backend.scenarios.generated import generate
 from sim_backend.world.world_file import WorldFile
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One scenario; see `sim_backend.scenarios.drawn.Drawn`.
+    """One scenario; see `sim_backend.scenarios.generated.GeneratedScenario`.
 
     Attributes:
         kind: Its class.
@@ -36,13 +36,13 @@ class Scenario:
 
 
 @lru_cache(maxsize=64)
-def draw_scenario(kind: str, seed: int) -> Scenario:
-    """Draw the scenario of a class and a seed.
+def generate_scenario(kind: str, seed: int) -> Scenario:
+    """Generate the scenario of a class and a seed.
 
     Raises:
         KeyError: There is no such class.
-        RuntimeError: No sound room was found: the class's ranges are wrong.
+        RuntimeError: No solvable room was found: the class's ranges are wrong.
     """
-    drawn = draw(kind, seed)
-    mission = Mission.model_validate(drawn.mission)
-    return Scenario(kind, seed, drawn.world, mission, drawn.faults, drawn.latency_ms, drawn.sight)
+    generated = generate(kind, seed)
+    mission = Mission.model_validate(generated.mission)
+    return Scenario(kind, seed, generated.world, mission, generated.faults, generated.latency_ms, generated.sight)

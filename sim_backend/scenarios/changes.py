@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from random import Random
 
-from .extras import NO_EXTRAS, Draw, Extras
+from .extras import NO_EXTRAS, Extras, RoomGenerator
 from .room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
 from .rooms import furnished, room
 
@@ -109,7 +109,7 @@ def _moved(random: Random) -> tuple[RoomBuilder, Extras]:
     return builder, NO_EXTRAS
 
 
-CHANGES: dict[str, Draw] = {
+CHANGES: dict[str, RoomGenerator] = {
     "block_transient": _block_transient,
     "block_permanent": _block_permanent,
     "patrol": _patrol,

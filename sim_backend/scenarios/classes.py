@@ -15,8 +15,8 @@ from dataclasses import replace
 from random import Random
 
 from .changes import CHANGES
-from .effects import EFFECTS, PLAIN, draw_plain
-from .extras import NO_EXTRAS, Draw, Extras
+from .effects import EFFECTS, PLAIN, generate_plain
+from .extras import NO_EXTRAS, Extras, RoomGenerator
 from .handicaps import HANDICAPS
 from .hard import HARD, mismeasure
 from .realities import REALITIES
@@ -24,12 +24,12 @@ from .room_builder import RoomBuilder
 from .rooms import ROOMS
 
 TRIES = 500
-"""Largest number of rooms to draw until one has a free start and reachable targets."""
+"""Largest number of rooms to generate until one has a free start and reachable targets."""
 
-_DRAWS: dict[str, Draw] = {**ROOMS, **CHANGES, **HANDICAPS}
+_GENERATORS: dict[str, RoomGenerator] = {**ROOMS, **CHANGES, **HANDICAPS}
 
-CLASSES: dict[str, Draw] = {
-    kind: _DRAWS[kind]
+CLASSES: dict[str, RoomGenerator] = {
+    kind: _GENERATORS[kind]
     for kind in (
         "open",
         "far",
@@ -49,7 +49,7 @@ CLASSES: dict[str, Draw] = {
         "narrow_door",
     )
 }
-"""A function per class that draws a room from a random generator; see docs/evaluation.md."""
+"""A function per class that generates a room from a random generator; see docs/evaluation.md."""
 
 HARD_CLASSES = tuple(HARD)
 """The classes of the suite `hard`; see docs/evaluation.md."""
@@ -58,36 +58,36 @@ REALITY_CLASSES = (*REALITIES, *EFFECTS)
 ALL_CLASSES = tuple(dict.fromkeys((*CLASSES, *REALITY_CLASSES, *HARD_CLASSES)))
 
 
-def draw_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
-    """Draw a room of a class in which the mission can be solved, and the class's other conditions.
+def generate_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
+    """Generate a room of a class in which the mission can be solved, and the class's other conditions.
 
     Raises:
         KeyError: There is no such class.
-        RuntimeError: No sound room was found: the class's ranges are wrong.
+        RuntimeError: No solvable room was found: the class's ranges are wrong.
     """
     random, name = Random(f"{kind}-{seed}"), f"{kind}-{seed}"
     if kind not in EFFECTS:
-        draw = CLASSES.get(kind) or HARD.get(kind) or REALITIES[kind]
-        builder, extras = _sound(lambda: draw(random), name)
+        generate = CLASSES.get(kind) or HARD.get(kind) or REALITIES[kind]
+        builder, extras = _first_solvable(lambda: generate(random), name)
         if kind in HARD and seed % 2 and kind not in REALITIES:
             mismeasure(builder)
         return builder, extras
     # the same room for all effects
     plain = Random(f"{PLAIN}-{seed}")
-    room, _ = _sound(lambda: (draw_plain(plain), NO_EXTRAS), name)
+    room, _ = _first_solvable(lambda: (generate_plain(plain), NO_EXTRAS), name)
 
     def switched_on() -> tuple[RoomBuilder, Extras]:
         builder = replace(deepcopy(room), random=random)
         EFFECTS[kind](builder)
         return builder, NO_EXTRAS
 
-    return _sound(switched_on, name)
+    return _first_solvable(switched_on, name)
 
 
-def _sound(draw: Callable[[], tuple[RoomBuilder, Extras]], name: str) -> tuple[RoomBuilder, Extras]:
-    """Draw until the mission can be solved."""
+def _first_solvable(generate: Callable[[], tuple[RoomBuilder, Extras]], name: str) -> tuple[RoomBuilder, Extras]:
+    """Return the first generated room in which the mission can be solved."""
     for _ in range(TRIES):
-        builder, extras = draw()
-        if builder.sound():
+        builder, extras = generate()
+        if builder.solvable():
             return builder, extras
-    raise RuntimeError(f"no sound room for {name} in {TRIES} tries")
+    raise RuntimeError(f"no solvable room for {name} in {TRIES} tries")

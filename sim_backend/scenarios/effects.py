@@ -20,8 +20,8 @@ Effect = Callable[[RoomBuilder], None]
 """Switches the effect on in a room, drawing from the room's random generator."""
 
 
-def draw_plain(random: Random) -> RoomBuilder:
-    """Draw a room with both targets near its walls and a few boxes."""
+def generate_plain(random: Random) -> RoomBuilder:
+    """Generate a room with both targets near its walls and a few boxes."""
     builder = furnished(random, 2600.0, 3600.0)
     add_boxes(builder, random.randint(2, 4))
     return builder

@@ -75,5 +75,5 @@ class Extras:
 
 NO_EXTRAS = Extras()
 
-Draw = Callable[[Random], tuple[RoomBuilder, Extras]]
-"""Draws the room of a class, and its other conditions."""
+RoomGenerator = Callable[[Random], tuple[RoomBuilder, Extras]]
+"""Generates the room of a class, and its other conditions."""

@@ -75,13 +75,13 @@ class Flat:
     corridor: FlatRoom
 
 
-def draw_flat(random: Random, rooms: int, targets: Sequence[str]) -> Flat:
-    """Draw a flat of an even number of rooms, half of them on each side of the corridor.
+def generate_flat(random: Random, rooms: int, targets: Sequence[str]) -> Flat:
+    """Generate a flat of an even number of rooms, half of them on each side of the corridor.
 
     Args:
         random: The only source of randomness.
         rooms: Their number.
-        targets: Names of the targets; their order is drawn.
+        targets: Names of the targets; their order is random.
     """
     widths = [[random.uniform(*ROOM_WIDTH_MM) for _ in range(rooms // 2)] for _ in range(2)]
     width = round(sum(map(sum, widths)) / 2)
@@ -89,12 +89,12 @@ def draw_flat(random: Random, rooms: int, targets: Sequence[str]) -> Flat:
     order = tuple(random.sample(targets, len(targets)))
     builder = RoomBuilder(random, (width, upper + corridor + lower), targets=order)
     sides = ((0.0, float(upper)), (float(upper + corridor), float(upper + corridor + lower)))
-    drawn = [
+    flat_rooms = [
         room
         for (low, high), shares in zip(sides, widths, strict=True)
         for room in _side(builder, low, high, [share * width / sum(shares) for share in shares])
     ]
-    return Flat(builder, drawn, FlatRoom((0.0, float(upper)), (float(width), float(upper + corridor))))
+    return Flat(builder, flat_rooms, FlatRoom((0.0, float(upper)), (float(width), float(upper + corridor))))
 
 
 def _side(builder: RoomBuilder, low: float, high: float, widths: Sequence[float]) -> list[FlatRoom]:

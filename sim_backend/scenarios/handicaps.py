@@ -9,7 +9,7 @@ from typing import Final
 from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
 
-from .extras import BLUETOOTH_MS, NO_EXTRAS, TIME_LIMIT_S, CameraLoss, Draw, Extras, Sight
+from .extras import BLUETOOTH_MS, NO_EXTRAS, TIME_LIMIT_S, CameraLoss, Extras, RoomGenerator, Sight
 from .room_builder import PRINT_FOUND_MM, RoomBuilder
 from .rooms import furnished
 
@@ -79,7 +79,7 @@ def _camera_loss(random: Random) -> tuple[RoomBuilder, Extras]:
     return builder, Extras(sight=Sight(losses=tuple(losses)))
 
 
-HANDICAPS: dict[str, Draw] = {
+HANDICAPS: dict[str, RoomGenerator] = {
     "dim": _dim,
     "slip": _slip,
     "compass_distortion": _compass_distortion,

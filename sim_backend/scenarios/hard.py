@@ -12,8 +12,8 @@ from random import Random
 from sim_backend.bundled import PICTURES
 
 from .effects import EFFECTS, SONAR_PORT
-from .extras import NO_EXTRAS, Draw, Extras, Sight
-from .flats import Flat, draw_flat, inhabit
+from .extras import NO_EXTRAS, Extras, RoomGenerator, Sight
+from .flats import Flat, generate_flat, inhabit
 from .handicaps import APART_MM
 from .realities import REALITIES
 from .room_builder import PRINT_FOUND_MM, RoomBuilder
@@ -45,12 +45,12 @@ def _spread(random: Random, sd: float) -> float:
 
 def _flat(random: Random) -> tuple[RoomBuilder, Extras]:
     """Find three targets in four rooms on a corridor within four minutes: explore rooms and doors, not places."""
-    return inhabit(draw_flat(random, 4, THREE)), Extras(time_limit_s=240.0)
+    return inhabit(generate_flat(random, 4, THREE)), Extras(time_limit_s=240.0)
 
 
 def _everyday(random: Random) -> tuple[RoomBuilder, Extras]:
     """Do the same in a furnished flat with a late, crooked camera, a wrong track, and a person in the corridor."""
-    flat = draw_flat(random, 4, THREE)
+    flat = generate_flat(random, 4, THREE)
     builder = inhabit(flat, pieces=(1, 3))
     builder.tables["camera"] = {
         "latency_s": round(random.uniform(0.1, 0.3), 2),
@@ -170,20 +170,20 @@ def _crowd(random: Random) -> tuple[RoomBuilder, Extras]:
 
 def _big(random: Random) -> tuple[RoomBuilder, Extras]:
     """Find six targets in eight to twelve rooms within ten minutes: plan a tour."""
-    return inhabit(draw_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1)), Extras(time_limit_s=600.0)
+    return inhabit(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1)), Extras(time_limit_s=600.0)
 
 
-def _among_boxes(*effects: str, asks: str) -> Draw:
+def _among_boxes(*effects: str, asks: str) -> RoomGenerator:
     """Return a class of cluttered rooms with effects of reality."""
 
-    def draw(random: Random) -> tuple[RoomBuilder, Extras]:
+    def generate(random: Random) -> tuple[RoomBuilder, Extras]:
         builder, extras = ROOMS["clutter"](random)
         for effect in effects:
             EFFECTS[effect](builder)
         return builder, extras
 
-    draw.__doc__ = asks
-    return draw
+    generate.__doc__ = asks
+    return generate
 
 
 def _sonar_silent(random: Random) -> tuple[RoomBuilder, Extras]:
@@ -199,7 +199,7 @@ def _before(random: Random) -> tuple[RoomBuilder, Extras]:
     return REALITIES["before"](random)
 
 
-HARD: dict[str, Draw] = {
+HARD: dict[str, RoomGenerator] = {
     "flat": _flat,
     "everyday": _everyday,
     "many_lookalikes": _many_lookalikes,

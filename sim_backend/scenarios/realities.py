@@ -7,7 +7,7 @@ from dataclasses import replace
 from random import Random
 
 from .effects import SONAR_PORT
-from .extras import NO_EXTRAS, Draw, Extras
+from .extras import NO_EXTRAS, Extras, RoomGenerator
 from .room_builder import LOW_BOX_MM, RoomBuilder
 from .rooms import ROOMS, furnished
 
@@ -70,7 +70,7 @@ def _dead_sonar(random: Random) -> tuple[RoomBuilder, Extras]:
     return builder, extras
 
 
-REALITIES: dict[str, Draw] = {
+REALITIES: dict[str, RoomGenerator] = {
     "before": _before,
     "mismeasured": _mismeasured,
     "slow_link": _slow_link,

@@ -120,7 +120,7 @@ class RoomBuilder:
         world = self.world("")
         return FloorPlan(world.floor.size_mm, tuple(standing(world)))
 
-    def sound(self) -> bool:
+    def solvable(self) -> bool:
         """Return whether the start is free and away from the targets, and each target is visible and can be reached."""
         plan = self.plan()
         radius_mm = ROBOT_RADIUS_MM + CLEARANCE_MM

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from .extras import NO_EXTRAS, Draw, Extras
+from .extras import NO_EXTRAS, Extras, RoomGenerator
 from .room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
 
 
 def room(
     random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0, targets: Sequence[str] = ("lena", "rilakkuma")
 ) -> RoomBuilder:
-    """Draw the size of an empty room and the order of the targets."""
+    """Generate an empty room of random size, with the targets in random order."""
     size = (round(random.uniform(low_mm, high_mm)), round(random.uniform(low_mm, high_mm)))
     return RoomBuilder(random, size, targets=tuple(random.sample(targets, len(targets))))
 
@@ -20,7 +20,7 @@ def room(
 def furnished(
     random: Random, low_mm: float = 2200.0, high_mm: float = 3500.0, targets: Sequence[str] = ("lena", "rilakkuma")
 ) -> RoomBuilder:
-    """Draw a room with the targets near its walls and the robot away from them."""
+    """Generate a room with the targets near its walls and the robot away from them."""
     builder = room(random, low_mm, high_mm, targets)
     builder.hang_targets()
     builder.put_robot()
@@ -96,7 +96,7 @@ def _narrow_door(random: Random) -> tuple[RoomBuilder, Extras]:
             return builder, NO_EXTRAS
 
 
-ROOMS: dict[str, Draw] = {
+ROOMS: dict[str, RoomGenerator] = {
     "open": _open,
     "far": _far,
     "clutter": _clutter,

@@ -21,7 +21,7 @@ from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
 from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.tools.sweep.performance import perform as perform_scenario
 from sim_backend.link import LinkFaults
 
@@ -89,7 +89,7 @@ def _visit(known: dict[str, Visit], perform: Callable[..., Any]) -> Callable[[st
 
     def visits(state: str) -> Iterator[Visit]:
         for kind, seed in SCENARIOS:
-            scenario, ask = draw_scenario(kind, seed), _insisting_on(state)
+            scenario, ask = generate_scenario(kind, seed), _insisting_on(state)
             done = perform(scenario.world, _mission(scenario, LIMIT_S), geometric=True, ask=ask)
             begin_s, end_s = max(done.in_state(state), key=lambda span: span[1] - span[0], default=(0.0, 0.0))
             if end_s - begin_s >= LONG_S:
@@ -145,7 +145,7 @@ def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_g
 def test_the_same_seed_gives_the_same_journal(kind):
     journals = []
     for _ in range(2):
-        scenario = draw_scenario(kind, 101)
+        scenario = generate_scenario(kind, 101)
         _, referee = perform_scenario(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
         journals.append([record.to_json() for record in referee.records])
     assert len(journals[0]) > 50

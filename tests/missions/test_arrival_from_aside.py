@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from behaviors.journal import Kind
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 
 LENS_FORWARD_MM, ARRIVE_MM = 60.0, 420.0
@@ -17,7 +17,7 @@ LENS_FORWARD_MM, ARRIVE_MM = 60.0, 420.0
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), [("clutter", 13003), ("mismeasured", 12016)])
 def test_a_slanted_print_is_not_farther_away_than_its_echo_says(kind, seed):
-    scenario = draw_scenario(kind, seed)
+    scenario = generate_scenario(kind, seed)
     world = scenario.world
     robot = world.robot.model_copy(
         update={"wheel_diameter_mm": 1.08 * world.robot.wheel_diameter_mm, "track_mm": 0.92 * world.robot.track_mm}

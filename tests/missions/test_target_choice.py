@@ -10,10 +10,10 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.recoveries import CHANGE_TARGET
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 
-SCENARIO = draw_scenario("absent", 100)
+SCENARIO = generate_scenario("absent", 100)
 """The first target does not exist; the second is in view at the first look round."""
 TIME_LIMIT_S = 80.0
 """After the second target is reached, in either order, and the first is looked for again."""

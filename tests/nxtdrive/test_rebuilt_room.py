@@ -12,7 +12,7 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from nxtdrive.cli.main import main
 from nxtdrive.simulated.rebuilt_room import OVER_MM, rebuilt
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 
 MISSION = {
@@ -68,23 +68,23 @@ def test_a_journal_without_a_path_makes_no_room():
 
 @pytest.fixture(scope="module", name="past")
 def _past():
-    drawn = draw_scenario("clutter", 103)
-    return drawn, *perform(drawn, "adaptive", "geometric")
+    generated = generate_scenario("clutter", 103)
+    return generated, *perform(generated, "adaptive", "geometric")
 
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("rebuilt")
 def test_what_is_rebuilt_stands_where_it_stood(past):
-    drawn, trace, referee = past
-    room = rebuilt(referee.records, drawn.mission).world
-    turn, start = math.radians(drawn.world.robot.heading_deg), np.array(drawn.world.robot.start_mm)
+    generated, trace, referee = past
+    room = rebuilt(referee.records, generated.mission).world
+    turn, start = math.radians(generated.world.robot.heading_deg), np.array(generated.world.robot.start_mm)
     turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
 
     def truly(point: tuple[float, float]) -> np.ndarray:
         return start + turned @ (np.array(point) - np.array(room.robot.start_mm))
 
-    truth = {picture.name: picture.at_mm for picture in drawn.world.pictures}
-    assert {picture.name for picture in room.pictures} == set(drawn.mission.mission.targets)
+    truth = {picture.name: picture.at_mm for picture in generated.world.pictures}
+    assert {picture.name for picture in room.pictures} == set(generated.mission.mission.targets)
     for picture in room.pictures:
         assert math.dist(truly(picture.at_mm), truth[picture.name]) < 250.0
     plan = trace.samples[0].scene.plan
@@ -95,10 +95,10 @@ def test_what_is_rebuilt_stands_where_it_stood(past):
 @pytest.mark.slow
 @pytest.mark.xdist_group("rebuilt")
 def test_what_if_plays_a_run_of_a_real_robot_in_its_rebuilt_room(past, tmp_path, capsys):
-    drawn, _, referee = past
+    generated, _, referee = past
     lines = [record.to_json() for record in referee.records]
     (tmp_path / "journal.jsonl").write_text("\n".join(lines) + "\n")
-    mission = drawn.mission.model_dump(mode="json")
+    mission = generated.mission.model_dump(mode="json")
     mission["mission"]["time_limit_s"] = 15.0
     (tmp_path / "mission.json").write_text(json.dumps(mission))
     (tmp_path / "summary.json").write_text(json.dumps({"nxt": "usb://001653000001", "camera": "0"}))

@@ -1,4 +1,4 @@
-"""Scenarios are drawn from class and seed alone and always solvable."""
+"""Scenarios depend on class and seed alone and can always be solved."""
 
 import hashlib
 import itertools
@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nxtdrive.simulated.robot import SpoiltSensor
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.scenarios.handicaps import APART_MM
 from sim_backend.scenarios.hard import HARD
@@ -27,7 +27,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_every_seed_gives_a_world_that_stands_up(kind, seed, tmp_path_factory):
-    scenario = draw_scenario(kind, seed)
+    scenario = generate_scenario(kind, seed)
     # the loader checks what a world file on its own cannot: names, places, images
     parse_world(scenario.world.model_dump(), tmp_path_factory.getbasetemp() / "world.toml")
     simulation = Simulation(scenario.world, seed=seed)
@@ -39,14 +39,14 @@ def test_every_seed_gives_a_world_that_stands_up(kind, seed, tmp_path_factory):
 
 @pytest.mark.parametrize("kind", ALL_CLASSES)
 def test_class_and_seed_decide_everything(kind):
-    drawn = [draw_scenario.__wrapped__(kind, 7) for _ in range(2)]
-    assert drawn[0] == drawn[1]
-    assert drawn[0] != draw_scenario(kind, 8)
+    generated = [generate_scenario.__wrapped__(kind, 7) for _ in range(2)]
+    assert generated[0] == generated[1]
+    assert generated[0] != generate_scenario(kind, 8)
 
 
 def test_only_the_class_for_it_has_a_compass():
     for seed in range(10):
-        scenario, plain = draw_scenario("compass_distortion", seed), draw_scenario("slip", seed)
+        scenario, plain = generate_scenario("compass_distortion", seed), generate_scenario("slip", seed)
         assert [(sensor.kind, sensor.port) for sensor in scenario.world.sensors] == [("compass", 2)]
         assert scenario.mission.robot.compass == 2
         assert 1 <= len(scenario.world.magnets) <= 3
@@ -55,7 +55,7 @@ def test_only_the_class_for_it_has_a_compass():
 
 def test_far_targets_are_out_of_sight_at_the_start():
     for seed in range(20):
-        scenario = draw_scenario("far", seed)
+        scenario = generate_scenario("far", seed)
         first = next(p for p in scenario.world.pictures if p.name == scenario.mission.mission.targets[0])
         assert math.dist(first.at_mm, scenario.world.robot.start_mm) >= 3000
 
@@ -65,7 +65,7 @@ def test_far_targets_are_out_of_sight_at_the_start():
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_no_picture_stands_or_comes_to_stand_before_another(kind, seed):
-    world = draw_scenario(kind, seed).world
+    world = generate_scenario(kind, seed).world
     places = {picture.name: [picture.at_mm] for picture in world.pictures}
     for event in world.events:
         if event.picture and event.to_mm:
@@ -76,7 +76,7 @@ def test_no_picture_stands_or_comes_to_stand_before_another(kind, seed):
 
 @pytest.mark.parametrize(("kind", "rooms", "targets", "limit_s"), [("flat", 4, 3, 240), ("big", 12, 6, 600)])
 def test_a_flat_has_rooms_on_a_corridor_and_a_target_in_each_of_some(kind, rooms, targets, limit_s):
-    scenario = draw_scenario(kind, 3)
+    scenario = generate_scenario(kind, 3)
     doors = {wall.to_mm for wall in scenario.world.walls if wall.from_mm[1] == wall.to_mm[1]}
     assert len(doors) // 2 <= rooms
     assert len(scenario.mission.mission.targets) == len(scenario.world.pictures) == targets
@@ -85,7 +85,7 @@ def test_a_flat_has_rooms_on_a_corridor_and_a_target_in_each_of_some(kind, rooms
 
 def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_believes():
     def robot(kind, seed):
-        world = draw_scenario(kind, seed).world
+        world = generate_scenario(kind, seed).world
         return world.camera.hfov_deg, world.robot.wheel_diameter_mm, world.robot.track_mm
 
     assert all(robot(kind, 4) == (60.0, 56.0, 112.0) for kind in ("flat", "hurry", "crowd"))
@@ -93,7 +93,7 @@ def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_believes():
 
 
 def test_each_lookalike_is_mistaken_at_a_rate_of_its_own():
-    scenario = draw_scenario("many_lookalikes", 3)
+    scenario = generate_scenario("many_lookalikes", 3)
     sight = scenario.sight
     assert len(sight.lookalikes) == len(sight.mistake_rates) == 4
     assert all(0.1 <= rate <= 0.6 for rate in sight.mistake_rates)
@@ -117,7 +117,7 @@ def test_each_class_of_the_hard_suite_says_what_it_asks(kind):
     assert (HARD[kind].__doc__ or "").strip() in text
 
 
-DRAWN = {
+DIGESTS = {
     "open": "485af32510a8",
     "far": "09e4b99f41a4",
     "clutter": "3e520e32e835",
@@ -138,10 +138,10 @@ DRAWN = {
 """Digests of the first five scenarios of each class: figures of different versions compare the same missions."""
 
 
-@pytest.mark.parametrize("kind", DRAWN)
-def test_a_class_draws_the_scenarios_that_it_always_drew(kind):
+@pytest.mark.parametrize("kind", DIGESTS)
+def test_a_class_generates_the_scenarios_that_it_always_generated(kind):
     def values(seed):
-        scenario = draw_scenario(kind, seed)
+        scenario = generate_scenario(kind, seed)
         world = scenario.world.model_dump(mode="json", exclude_defaults=True)
         for picture in world["pictures"]:
             picture["file"] = Path(picture.get("file", "")).name
@@ -151,4 +151,4 @@ def test_a_class_draws_the_scenarios_that_it_always_drew(kind):
         return world, mission, scenario.faults.silent_ms, scenario.latency_ms, sight
 
     text = json.dumps([values(seed) for seed in range(5)], sort_keys=True)
-    assert hashlib.sha256(text.encode()).hexdigest()[:12] == DRAWN[kind]
+    assert hashlib.sha256(text.encode()).hexdigest()[:12] == DIGESTS[kind]

@@ -32,7 +32,7 @@ from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.simulated.robot import GEOMETRIC, Robot, build_robot
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.classes import CLASSES
 from sim_backend.simulation import Simulation
@@ -200,7 +200,7 @@ class TimedProfile(AdaptiveProfile):
 @contextmanager
 def _robot(kind: str, seed: int) -> Iterator[Robot]:
     """Build the robot of a scenario of the sweep, with geometric eyes."""
-    scenario = draw_scenario(kind, seed)
+    scenario = generate_scenario(kind, seed)
     simulation = Simulation(scenario.world, seed=seed)
     with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
         yield build_robot(scenario, simulation, brick, GEOMETRIC, [])

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from behaviors.angles import wrapped_deg
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover, SafetyLimits
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.handicaps import COMPASS_PORT
 from sim_backend.simulation import Simulation
@@ -71,7 +71,7 @@ def walked_errors(compass: bool, iron: bool, slip: bool = True) -> list[list[flo
 
 
 def _walk(seed: int, compass: bool, iron: bool, slip: bool) -> Iterator[float]:
-    file = draw_scenario("compass_distortion", seed).world
+    file = generate_scenario("compass_distortion", seed).world
     if not iron:
         file = file.model_copy(update={"magnets": ()})
     if not slip:

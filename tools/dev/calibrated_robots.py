@@ -31,7 +31,7 @@ from behaviors.mission import described_by
 from behaviors.robot_description import CALIBRATED, CameraTable, RobotFile, RobotTable
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.assembly import open_robot
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from sim_backend.bundled import WORLDS
 from sim_backend.scenarios.classes import CLASSES
 from sim_backend.world.world_file import Camera, Robot
@@ -103,7 +103,7 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
     """Perform one mission of a random robot."""
     true = draw_robot(robot)
     kind = sorted(CLASSES)[number % len(CLASSES)]
-    scenario = draw_scenario(kind, FIRST_SEED + number)
+    scenario = generate_scenario(kind, FIRST_SEED + number)
     world = scenario.world
     driven = {"wheel_diameter_mm": true.robot.wheel_diameter_mm, "track_mm": true.robot.axle_track_mm}
     seen = true.camera.model_dump(exclude_unset=True)

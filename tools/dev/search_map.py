@@ -34,7 +34,7 @@ from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.simulated.episode import Episode
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from sim_backend.world.world_file import WorldFile
 
 Image = NDArray[np.uint8]
@@ -65,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             maps.append(drawn(profile.world, mission, evidence, scenario.world))
             cv2.putText(maps[-1], f"{episode.time_s:.0f} s {evidence.target}", (5, 14), 0, 0.5, BLACK)
 
-    scenario = draw_scenario(args.kind, args.seed)
+    scenario = generate_scenario(args.kind, args.seed)
     with closing(Episode(scenario, "geometric")) as episode:
         robot = episode.robot
         Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, _watched(watch)).run()

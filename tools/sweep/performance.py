@@ -11,7 +11,7 @@ from behaviors.mission import described_by
 from behaviors.robot_description import RobotFile
 from nxtdrive.recording.predictions import predictions
 from nxtdrive.simulated.episode import Episode
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
@@ -98,7 +98,7 @@ def late_objects(world: WorldFile) -> frozenset[str]:
 def evaluate(task: Task) -> Line:
     """Perform a task and return its line of JSON, even if the mission breaks."""
     try:
-        scenario = draw_scenario(task.kind, task.seed)
+        scenario = generate_scenario(task.kind, task.seed)
         scenario = replace(scenario, mission=described_by(scenario.mission, task.robot))
         trace, referee = perform(scenario, task.policy, task.eyes)
         chances = [asdict(each) for each in predictions(referee.records, task.policy, scenario.mission)]

@@ -35,7 +35,7 @@ from nxtdrive.recording.run_reader import read_run
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.rebuilt_room import rebuilt
 from nxtdrive.simulated.robot import GEOMETRIC
-from nxtdrive.simulated.scenario import Scenario, draw_scenario
+from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
@@ -44,7 +44,7 @@ from .runner import CHECK_INTERVAL_S
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnMission:
+class GeneratedMission:
     """A mission of a sweep."""
 
     kind: str
@@ -84,7 +84,7 @@ class RebuiltRun:
     scenario: Scenario
 
 
-Source = DrawnMission | RecordedRun | RebuiltRun
+Source = GeneratedMission | RecordedRun | RebuiltRun
 
 
 def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
@@ -235,9 +235,9 @@ def _stage(
 
 
 @contextmanager
-def _open_scenario(source: DrawnMission | RebuiltRun) -> Iterator[_ReadyMission]:
-    if isinstance(source, DrawnMission):
-        scenario = draw_scenario(source.kind, source.seed)
+def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[_ReadyMission]:
+    if isinstance(source, GeneratedMission):
+        scenario = generate_scenario(source.kind, source.seed)
         scenario = replace(scenario, mission=with_profile(scenario.mission, source.profile))
     else:
         scenario = source.scenario

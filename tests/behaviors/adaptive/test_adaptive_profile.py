@@ -31,7 +31,7 @@ from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.recording.wording import evidence_lines
 from nxtdrive.simulated.robot import GEOMETRIC, build_robot
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -41,7 +41,7 @@ class Bench:
     """A profile on a robot that stands in an empty room."""
 
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
-        scenario = draw_scenario("open", 100)
+        scenario = generate_scenario("open", 100)
         robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
         context = SkillContext(
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
@@ -58,7 +58,7 @@ class Bench:
 
 @pytest.fixture(name="bench")
 def _bench() -> Iterator[Bench]:
-    scenario = draw_scenario("open", 100)
+    scenario = generate_scenario("open", 100)
     simulation = Simulation(scenario.world, seed=100)
     with Brick(SimTransport(simulation)) as brick:
         yield Bench(brick, simulation)
@@ -221,7 +221,7 @@ def test_a_skill_that_fails_at_once_leads_to_no_second_decision_at_once(bench):
 
 @pytest.mark.parametrize(("round_trip_ms", "slow"), [(2.0, False), (300.0, True)])
 def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_frame(round_trip_ms, slow):
-    scenario = draw_scenario("open", 100)
+    scenario = generate_scenario("open", 100)
     simulation = Simulation(scenario.world, seed=100)
     with Brick(SimTransport(simulation, latency_ms=round_trip_ms)) as brick:
         perception = Bench(brick, simulation).profile._perception
@@ -247,7 +247,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 @pytest.mark.slow
 def test_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
-    trace, referee = perform(draw_scenario("doorway", 3013), "adaptive", "geometric")
+    trace, referee = perform(generate_scenario("doorway", 3013), "adaptive", "geometric")
     waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY

@@ -23,7 +23,7 @@ from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.simulated.robot import GEOMETRIC, build_robot
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -39,7 +39,7 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
     facts: list[Fact] = []
 
     def make(latency_ms: float, look_s: float = 0.0) -> Perception:
-        scenario = draw_scenario("absent", 100)
+        scenario = generate_scenario("absent", 100)
         computer = scenario.world.computer.model_copy(update={"look_s": look_s})
         simulation = Simulation(scenario.world.model_copy(update={"computer": computer}), seed=100)
         brick = Brick(SimTransport(simulation, latency_ms=latency_ms))

@@ -15,7 +15,7 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.simulated.episode import Episode
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 
 SIDES_MM = (700.0, 1100.0, 1500.0, 900.0)
 """How far away the walls of the room are: ahead, right, behind, left."""
@@ -92,6 +92,6 @@ def searched(scenario):
 @pytest.mark.parametrize("seed", [16301, 16303, 16305])
 def test_a_look_round_corrects_a_robot_whose_wheels_are_not_as_believed(seed):
     """By the wheels its heading would be wrong by 6 to 30 degrees."""
-    counted_deg, turned_deg = searched(draw_scenario("flat", seed))
+    counted_deg, turned_deg = searched(generate_scenario("flat", seed))
     assert turned_deg > 360.0
     assert counted_deg == pytest.approx(turned_deg, rel=0.013)

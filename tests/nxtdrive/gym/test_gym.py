@@ -15,7 +15,7 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 from firmware_protocol.errors import ConfigError
 from nxtdrive.gym import DecisionEnv, WheelEnv
 from nxtdrive.gym.decisions import candidate_number
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
 
@@ -94,7 +94,7 @@ def test_an_action_takes_the_candidate_of_its_number_or_the_first():
 def test_a_robot_that_stands_before_a_target_has_arrived_there_once():
     env = WheelEnv()
     env.reset(options={"kind": "open", "seed": 7})
-    target = draw_scenario("open", 7).mission.mission.targets[0]
+    target = generate_scenario("open", 7).mission.mission.targets[0]
     episode = env._episode
     at = episode.simulation.truth.pictures[target]
     ahead = np.array([np.cos(np.radians(at.heading_deg)), np.sin(np.radians(at.heading_deg))])

@@ -7,13 +7,13 @@ from behaviors.adaptive.grid_cells import CELL_MM, CELLS
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, Viewpoint
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.dev.search_map import AROUND_PX, BLUE, OBSTACLE, VIOLET, drawn, from_start, pixel
 
 
 @pytest.fixture
 def scenario():
-    return draw_scenario("open", 1)
+    return generate_scenario("open", 1)
 
 
 def test_the_world_is_turned_into_the_frame_of_the_start(scenario):

@@ -6,7 +6,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from sim_backend.scenarios.classes import draw_room
+from sim_backend.scenarios.classes import generate_room
 from sim_backend.scenarios.floor_plan import CELL_MM, FloorPlan, Goal, Obstacle, Pace, Path
 
 ROBOT_MM = 115.0
@@ -76,7 +76,7 @@ def test_the_fastest_time_counts_turns_and_acceleration():
 
 @pytest.mark.parametrize("kind", ["clutter", "narrow_door", "everyday"])
 def test_what_is_reachable_is_what_has_a_path(kind):
-    builder, _ = draw_room(kind, 3)
+    builder, _ = generate_room(kind, 3)
     plan, random = builder.plan(), Random(5)
     found = []
     for _ in range(12):

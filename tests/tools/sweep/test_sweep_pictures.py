@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.plots import STYLES, counted, title, wilson, write_plot
 from nxtdrive.tools.sweep.policies import NAMES
@@ -14,7 +14,7 @@ from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
 @pytest.fixture(name="trace", scope="module")
 def _trace():
-    trace, _ = perform(draw_scenario("open", 100), "oracle", "geometric")
+    trace, _ = perform(generate_scenario("open", 100), "oracle", "geometric")
     return trace
 
 

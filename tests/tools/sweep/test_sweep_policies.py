@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.policies import ABLATIONS, ALL_NAMES, NAMES
 
@@ -20,7 +20,7 @@ def _limited(scenario, limit_s):
     "policy", [pytest.param(name, marks=pytest.mark.nightly) if name in ABLATIONS else name for name in ALL_NAMES]
 )
 def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
-    trace, referee = perform(_limited(draw_scenario("absent", 100), 40.0), policy, "geometric")
+    trace, referee = perform(_limited(generate_scenario("absent", 100), 40.0), policy, "geometric")
     assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
     assert trace.duration_s <= 43.0
     assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
@@ -29,7 +29,7 @@ def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
 
 @pytest.mark.slow
 def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
-    _, referee = perform(draw_scenario("absent", 101), "nav2-list", "geometric")
+    _, referee = perform(generate_scenario("absent", 101), "nav2-list", "geometric")
     first = referee.records[0].data["targets"][0]
     choices = [r.data["choice"] for r in referee.records if r.kind is Kind.CHOICE and r.target == first]
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
@@ -38,7 +38,7 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
 @pytest.mark.parametrize("policy", NAMES)
 @pytest.mark.parametrize("kind", ["link", "camera_loss"])
 def test_outages_suspend_a_mission_which_then_goes_on(kind, policy):
-    _, referee = perform(_limited(draw_scenario(kind, 100), 60.0), policy, "geometric")
+    _, referee = perform(_limited(generate_scenario(kind, 100), 60.0), policy, "geometric")
     went = [record.data["to"] for record in referee.records if record.kind is Kind.TRANSITION]
     if kind == "camera_loss" and policy == "oracle":
         assert "suspended" not in went, "it needs no camera"
@@ -48,7 +48,7 @@ def test_outages_suspend_a_mission_which_then_goes_on(kind, policy):
 
 
 def test_the_oracle_outlasts_outages_of_the_link():
-    scenario = draw_scenario("link", 100)
+    scenario = generate_scenario("link", 100)
     assert scenario.faults.silent_ms
     trace, _ = perform(scenario, "oracle", "geometric")
     assert trace.ending is Ending.ACHIEVED
@@ -56,6 +56,6 @@ def test_the_oracle_outlasts_outages_of_the_link():
 
 @pytest.mark.slow
 def test_real_eyes_see_the_same_scenario():
-    trace, referee = perform(_limited(draw_scenario("camera_loss", 101), 12.0), "thesis", "camera")
+    trace, referee = perform(_limited(generate_scenario("camera_loss", 101), 12.0), "thesis", "camera")
     assert trace.ending is Ending.TIME_UP
     assert any(record.kind is Kind.LOOK for record in referee.records)

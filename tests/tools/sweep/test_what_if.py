@@ -14,7 +14,7 @@ from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.regret import over_missions, regret
-from nxtdrive.tools.sweep.what_if import Branch, Decision, DrawnMission, Rollout, branches, play
+from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branches, play
 from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
@@ -24,7 +24,7 @@ TOLD = {
     "candidates": [{"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}],
 }
 DECISION = {**TOLD, "biased_regret_s": 2.5, "t": 1.0, "target": "a", "reason": "never_seen"}
-SOURCE = DrawnMission("wall_start", 103, "adaptive")
+SOURCE = GeneratedMission("wall_start", 103, "adaptive")
 
 
 def test_the_regret_of_equal_candidates_is_nothing_on_average():

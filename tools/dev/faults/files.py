@@ -31,7 +31,7 @@ from nxtdrive.cli.main import main
 from nxtdrive.cli.mission_template import template
 from nxtdrive.mission.setup import PICTURES
 from nxtdrive.simulated.robot import build_robot
-from nxtdrive.simulated.scenario import draw_scenario
+from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import WORLDS
 from sim_backend.firmware.versions import FIRMWARES
@@ -216,7 +216,7 @@ def _run_folder() -> dict[str, bytes]:
     """Return the files of a run with decisions."""
     from behaviors.mission import load_mission
 
-    scenario, records = draw_scenario("block_transient", 100), list[Record]()
+    scenario, records = generate_scenario("block_transient", 100), list[Record]()
     scenario = replace(scenario, mission=equipped("adaptive", scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
     with Brick(SimTransport(simulation)) as brick:

@@ -10,7 +10,7 @@ from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
 from sim_backend.world.world_file import WorldFile
 
-from .classes import draw_room
+from .classes import generate_room
 from .extras import Extras, Sight
 from .room_builder import PRINT_MM, RoomBuilder
 
@@ -19,7 +19,7 @@ CRUISE_MM_S = 200.0
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class GeneratedScenario:
     """A scenario, as a class and a seed determine it.
 
     Attributes:
@@ -41,17 +41,17 @@ class Drawn:
     sight: Sight
 
 
-def draw(kind: str, seed: int) -> Drawn:
-    """Draw the scenario of a class and a seed.
+def generate(kind: str, seed: int) -> GeneratedScenario:
+    """Generate the scenario of a class and a seed.
 
     Raises:
         KeyError: There is no such class.
-        RuntimeError: No sound room was found: the class's ranges are wrong.
+        RuntimeError: No solvable room was found: the class's ranges are wrong.
     """
-    builder, extras = draw_room(kind, seed)
+    builder, extras = generate_room(kind, seed)
     title = f"{kind}-{seed}"
     world, mission = builder.world(title), _mission(title, builder, extras)
-    return Drawn(kind, seed, world, mission, extras.faults, extras.latency_ms, extras.sight)
+    return GeneratedScenario(kind, seed, world, mission, extras.faults, extras.latency_ms, extras.sight)
 
 
 def _mission(title: str, builder: RoomBuilder, extras: Extras) -> dict[str, Any]:
