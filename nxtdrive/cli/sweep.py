@@ -41,7 +41,7 @@ SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     "reality": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
     "hard": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
 }
-"""Seeds and policies of each suite (none: all). Other seeds are held out for reports: --seeds."""
+"""Seeds and agents of each suite (none: all). Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
 MAX_SEEDS = 100_000
 """Of each class; the list of missions is kept in memory."""
@@ -94,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; returns the exit code."""
     from nxtdrive.mission.setup import read_robot_file
-    from nxtdrive.tools.sweep.policies import NAMES
+    from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
     from nxtdrive.tools.sweep.summary_file import summary, summary_path, write_summary
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
@@ -105,13 +105,13 @@ def run(args: argparse.Namespace) -> int:
         from nxtdrive.tools.sweep.plots import check_plotting
 
         check_plotting()
-    seeds, policies = SUITES[args.suite]
+    seeds, agents = SUITES[args.suite]
     first, last = args.seeds or seeds
     classes = list({"reality": REALITY_CLASSES, "hard": HARD_CLASSES}.get(args.suite, CLASSES))
     tasks = plan(
         _known("class", args.classes or classes, ALL_CLASSES),
         range(first, last + 1),
-        _policies(args.profiles or policies or NAMES),
+        _agents(args.profiles or agents or NAMES),
         args.eyes,
         read_robot_file(args.robot),
     )
@@ -134,10 +134,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
     """Return the command that gives the same lines, with everything said that a suite or a default says."""
-    classes, policies = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.policy for task in tasks)
+    classes, agents = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.agent for task in tasks)
     seeds = f"{min(task.seed for task in tasks)}-{max(task.seed for task in tasks)}"
     command = ["nxtdrive", "sweep", "--classes", ",".join(classes), "--seeds", seeds]
-    command += ["--profiles", ",".join(policies), "--eyes", args.eyes]
+    command += ["--profiles", ",".join(agents), "--eyes", args.eyes]
     return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
@@ -174,10 +174,10 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
         from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by
 
-        policies = {policy: aggregate(group, eval_s) for policy, group in by(lines, "policy").items()}
+        agents = {agent: aggregate(group, eval_s) for agent, group in by(lines, "policy").items()}
         missing, number = never(lines)
         chart = {"transitions": number, "never": missing}
-        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": policies, "chart": chart}, indent=2)
+        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)
         return
     from nxtdrive.tools.sweep.tables import print_tables
 
@@ -195,26 +195,26 @@ def _draw_map(args: argparse.Namespace) -> int:
     from sim_backend.scenarios.classes import ALL_CLASSES
 
     kind, _, rest = args.map.partition(":")
-    seed, _, policy = rest.partition(":")
+    seed, _, agent = rest.partition(":")
     number = whole_number(seed)
     if number is None:
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:PROFILE, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
-    _policies([policy])
-    out = args.out or Path(f"{kind}-{seed}-{policy}.png")
-    play, _ = perform(generate_scenario(kind, number), policy, args.eyes)
+    _agents([agent])
+    out = args.out or Path(f"{kind}-{seed}-{agent}.png")
+    play, _ = perform(generate_scenario(kind, number), agent, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
-        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {policy}"), out))
+        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {agent}"), out))
     write_line(out)
     return 0
 
 
-def _policies(names: Sequence[str]) -> list[str]:
-    """Return the names if each is a policy of the sweep or a custom profile whose class can be loaded."""
+def _agents(names: Sequence[str]) -> list[str]:
+    """Return the names if each is an agent of the sweep or a custom profile whose class can be loaded."""
     from behaviors.mission import MissionError
     from behaviors.profile_names import installed_profiles
     from behaviors.profiles.registry import find_profile
-    from nxtdrive.tools.sweep.policies import ALL_NAMES
+    from nxtdrive.tools.sweep.agents import ALL_NAMES
 
     for name in names:
         if ":" in name or (name in installed_profiles() and name not in ALL_NAMES):

@@ -72,8 +72,8 @@ def measure_behaviors(
     """
     yield from _chart_figures(turns)
     yield from _model_figures(list(product(hard, seeds)))
-    for policy in "thesis", "adaptive":
-        yield _pace(policy, kinds)
+    for agent in "thesis", "adaptive":
+        yield _pace(agent, kinds)
 
 
 FACTS: dict[str, tuple[Event, ...]] = {
@@ -247,11 +247,11 @@ def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
     return statistics.median(ordered) * 1000, ordered[math.ceil(SHARE * len(ordered)) - 1] * 1000
 
 
-def _pace(policy: str, kinds: Sequence[str]) -> Figure:
+def _pace(agent: str, kinds: Sequence[str]) -> Figure:
     """Measure how many missions one core performs in a minute, judging included."""
     begun_s = cpu_s()
     for index, kind in enumerate(kinds):
-        evaluate(Task(index, kind, SEEDS[0], policy, GEOMETRIC))
+        evaluate(Task(index, kind, SEEDS[0], agent, GEOMETRIC))
     pace_per_min = len(kinds) * 60.0 / (cpu_s() - begun_s)
-    name = f"missions a minute of CPU, {policy}, {len(kinds)} classes"
+    name = f"missions a minute of CPU, {agent}, {len(kinds)} classes"
     return Figure(name, pace_per_min, "1/min", f">= {PACE_PER_MIN:g}", pace_per_min >= PACE_PER_MIN)

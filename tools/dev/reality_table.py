@@ -27,18 +27,18 @@ from ..sweep.summary import Estimate, by, figures
 
 def rows(lines: Sequence[Line]) -> Iterator[str]:
     """Yield the lines of the Markdown table, one for each class with missions."""
-    policies = by(lines, "policy")
-    yield "| class | seeds | " + " | ".join(f"{policy} | wrong stops, contacts, seconds" for policy in policies) + " |"
-    yield "|---|---|" + "---|---|" * len(policies)
-    plain = {policy: by(done, "class").get(PLAIN, []) for policy, done in policies.items()}
+    agents = by(lines, "policy")
+    yield "| class | seeds | " + " | ".join(f"{agent} | wrong stops, contacts, seconds" for agent in agents) + " |"
+    yield "|---|---|" + "---|---|" * len(agents)
+    plain = {agent: by(done, "class").get(PLAIN, []) for agent, done in agents.items()}
     for kind, done in by(lines, "class").items():
-        cells = [_cells(kind, by(done, "policy").get(policy, []), plain[policy]) for policy in policies]
+        cells = [_cells(kind, by(done, "policy").get(agent, []), plain[agent]) for agent in agents]
         seeds = len({line["seed"] for line in done})
         yield f"| `{kind}` | {seeds} | " + " | ".join(cells) + " |"
 
 
 def _cells(kind: str, lines: Sequence[Line], plain: Sequence[Line]) -> str:
-    """Return success with its cost, and the mishaps a mission, of one policy in one class."""
+    """Return success with its cost, and the mishaps a mission, of one agent in one class."""
     if not lines:
         return " | "
     found = figures(lines)

@@ -12,7 +12,7 @@ from nxtdrive.simulated.robot import Robot
 from .baseline import Baseline
 
 RETRIES = 6
-"""Nav2's default behavior tree recovers six times. Source: docs/evaluation.md, policies."""
+"""Nav2's default behavior tree recovers six times. Source: docs/evaluation.md, agents."""
 SPIN_DEG, WAIT_S, BACK_UP_MM = 90.0, 5.0, 300.0
 """Nav2's Spin of 1.57 rad, Wait of 5 s and BackUp of 0.30 m."""
 

@@ -1,4 +1,4 @@
-"""The headline figures of a sweep: those of each policy, and differences between policies, with intervals.
+"""The headline figures of a sweep: those of each agent, and differences between agents, with intervals.
 
 Differences are paired by scenario and resampled by scenario. Definitions: docs/evaluation.md.
 """
@@ -41,14 +41,14 @@ def headline(lines: Sequence[Line]) -> dict[str, Estimate]:
 
 
 def beyond(ours: Sequence[Line], theirs: Sequence[Line]) -> dict[str, Estimate]:
-    """Estimate by how much each headline figure of one policy exceeds another's on the same scenarios."""
+    """Estimate by how much each headline figure of one agent exceeds another's on the same scenarios."""
     return {name: difference(ours, theirs, pair) for name, pair in HEADLINE.items()}
 
 
 def difference(ours: Sequence[Line], theirs: Sequence[Line], pair: Callable[[Line], Pair] = success_rate) -> Estimate:
-    """Estimate by how much a figure of one policy exceeds another's on the same scenarios, resampled by scenario.
+    """Estimate by how much a figure of one agent exceeds another's on the same scenarios, resampled by scenario.
 
-    A mission that broke counts with the number of targets of the other policy's mission, none of them reached; figures
+    A mission that broke counts with the number of targets of the other agent's mission, none of them reached; figures
     of whole missions leave its scenario out.
     """
     other = {(line["class"], line["seed"]): line for line in theirs}

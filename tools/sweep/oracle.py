@@ -1,4 +1,4 @@
-"""Drive the same robot by the simulation's ground truth, as an upper bound for all policies.
+"""Drive the same robot by the simulation's ground truth, as an upper bound for all agents.
 
 Only the oracle may read the truth. It uses no camera: it has the true places of the pictures, plans on the true map
 around the obstacles of the moment, and drives by its true pose.

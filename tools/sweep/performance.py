@@ -15,10 +15,10 @@ from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
+from .agents import drive, equipped
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
 from .chart_coverage import taken
 from .metrics import judge_target
-from .policies import drive, equipped
 from .referee import EpisodeTrace, Referee
 
 FAILED = "failed"
@@ -36,7 +36,7 @@ class Task:
         index: Its place in the sweep.
         kind: Class of the scenario.
         seed: Seed of the scenario.
-        policy: Name of the policy that drives.
+        agent: Name of the agent that drives.
         eyes: ``geometric`` or ``camera``.
         robot: Description of the robot for the missions, where they have none themselves.
     """
@@ -44,31 +44,31 @@ class Task:
     index: int
     kind: str
     seed: int
-    policy: str
+    agent: str
     eyes: str
     robot: RobotFile = field(default=UNCHANGED, compare=False)
 
     @property
     def key(self) -> tuple[str, int, str, str]:
         """Identify the mission across sweeps."""
-        return self.kind, self.seed, self.policy, self.eyes
+        return self.kind, self.seed, self.agent, self.eyes
 
 
-def perform(scenario: Scenario, policy: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
+def perform(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
     """Perform a mission and record its ground truth.
 
     Returns:
         The trace to judge, and the referee, which has the journal.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C, even if the policy ended the mission cleanly.
+        KeyboardInterrupt: Ctrl-C, even if the agent ended the mission cleanly.
         Exception: Any error that breaks the mission or its referee, a livelock for instance.
     """
-    scenario = replace(scenario, mission=equipped(policy, scenario.mission))
+    scenario = replace(scenario, mission=equipped(agent, scenario.mission))
     with closing(Episode(scenario, eyes)) as episode:
         referee = Referee(episode.simulation)
         episode.observers.append(referee)
-        report = drive(policy, episode.robot, episode.simulation)
+        report = drive(agent, episode.robot, episode.simulation)
         if report.ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt  # Ctrl-C stops the sweep, not only this mission
         if report.observer_failures:
@@ -100,8 +100,8 @@ def evaluate(task: Task) -> Line:
     try:
         scenario = generate_scenario(task.kind, task.seed)
         scenario = replace(scenario, mission=described_by(scenario.mission, task.robot))
-        trace, referee = perform(scenario, task.policy, task.eyes)
-        chances = [asdict(each) for each in predictions(referee.records, task.policy, scenario.mission)]
+        trace, referee = perform(scenario, task.agent, task.eyes)
+        chances = [asdict(each) for each in predictions(referee.records, task.agent, scenario.mission)]
         return {**_head(task), **judge(trace), "chances": rounded(chances)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
         return failed(task, error)
@@ -166,6 +166,6 @@ def _head(task: Task) -> Line:
         "episode_index": task.index,
         "class": task.kind,
         "seed": task.seed,
-        "policy": task.policy,
+        "policy": task.agent,
         "eyes": task.eyes,
     }

@@ -29,7 +29,7 @@ STYLES = (
     ("#8a6d00", ":", "v"),
     ("#222222", (0, (6, 2, 1, 2, 1, 2)), "P"),
 )
-"""Colour, dashes and marker of each policy, distinct for colour-blind readers (Okabe and Ito 2008) and in grey."""
+"""Colour, dashes and marker of each agent, distinct for colour-blind readers (Okabe and Ito 2008) and in grey."""
 MARK_EVERY_S = 50
 ROW_INCHES, LEAST_INCHES = 0.48, 5.2
 
@@ -101,9 +101,9 @@ def counted(lines: Sequence[Line]) -> tuple[float, float]:
 
 def _plot_over_time(axes: Axes, lines: Sequence[Line]) -> None:
     times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)
-    for i, (policy, group) in enumerate(by(lines, "policy").items()):
+    for i, (agent, group) in enumerate(by(lines, "policy").items()):
         color, dashes, marker = STYLES[i % len(STYLES)]
-        label = f"{policy} (n = {counted(group)[1]:.0f} targets)"
+        label = f"{agent} (n = {counted(group)[1]:.0f} targets)"
         (line,) = axes.plot(times, 100 * reached_by(group, times), color=color, linestyle=dashes, label=label)
         line.set(marker=marker, markersize=5, markevery=(4 * i, MARK_EVERY_S))
     axes.set(xlabel="mission time (s)", ylabel="targets reached so far (%)", ylim=(0, 102), xlim=(0, TIME_LIMIT_S))
@@ -112,15 +112,15 @@ def _plot_over_time(axes: Axes, lines: Sequence[Line]) -> None:
 
 
 def _plot_by_class(axes: Axes, lines: Sequence[Line]) -> None:
-    policies, kinds = by(lines, "policy"), list(by(lines, "class"))
-    step = 0.8 / len(policies)
-    for i, group in enumerate(policies.values()):
+    agents, kinds = by(lines, "policy"), list(by(lines, "class"))
+    step = 0.8 / len(agents)
+    for i, group in enumerate(agents.values()):
         color, _, marker = STYLES[i % len(STYLES)]
         cells = by(group, "class")
         rows = [(row, *counted(cells.get(kind, []))) for row, kind in enumerate(kinds)]
         for row, reached, number in rows:
             if number:
-                y, share = row + (i - len(policies) / 2 + 0.5) * step, reached / number
+                y, share = row + (i - len(agents) / 2 + 0.5) * step, reached / number
                 low, high = wilson(reached, number)
                 bars = [[100 * (share - low)], [100 * (high - share)]]
                 axes.errorbar(100 * share, y, xerr=bars, color=color, marker=marker, markersize=4, capsize=1.5, lw=1)
@@ -133,7 +133,7 @@ def _plot_by_class(axes: Axes, lines: Sequence[Line]) -> None:
 
 
 def _class_label(lines: Sequence[Line], kind: str) -> str:
-    """Return a class's name with the number of its targets for each policy."""
+    """Return a class's name with the number of its targets for each agent."""
     numbers = {counted(group)[1] for group in by(by(lines, "class")[kind], "policy").values()}
     low, high = min(numbers), max(numbers)
     return f"{kind}\nn = {low:.0f}" if low == high else f"{kind}\nn = {low:.0f} to {high:.0f}"

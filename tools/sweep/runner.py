@@ -71,13 +71,13 @@ class Swept:
 def plan(
     kinds: Sequence[str],
     seeds: Iterable[int],
-    policies: Sequence[str],
+    agents: Sequence[str],
     eyes: str,
     robot: RobotFile = UNCHANGED,
 ) -> list[Task]:
-    """Return the tasks of a sweep: every policy in every scenario, with this description of the robot."""
-    cases = product(kinds, seeds, policies)
-    return [Task(index, kind, seed, policy, eyes, robot) for index, (kind, seed, policy) in enumerate(cases)]
+    """Return the tasks of a sweep: every agent in every scenario, with this description of the robot."""
+    cases = product(kinds, seeds, agents)
+    return [Task(index, kind, seed, agent, eyes, robot) for index, (kind, seed, agent) in enumerate(cases)]
 
 
 @contextmanager

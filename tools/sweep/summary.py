@@ -100,7 +100,7 @@ FIGURES: dict[str, Callable[[Line], Pair]] = {
         [choice["regret_s"] for choice in line.get("choices", []) if choice["regret_s"] is not None]
     ),
 }
-"""The figures that a sweep reports for each policy; see docs/evaluation.md."""
+"""The figures that a sweep reports for each agent; see docs/evaluation.md."""
 
 
 def _stops(target: dict[str, Any]) -> int:
@@ -167,10 +167,10 @@ def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
 
 
 def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
-    """Summarise a policy in the format of LeRobot's evaluation, with our figures added.
+    """Summarise an agent in the format of LeRobot's evaluation, with our figures added.
 
     Args:
-        lines: The policy's lines.
+        lines: The agent's lines.
         eval_s: Wall time of the whole sweep.
     """
     number = max(1, len(lines))

@@ -41,7 +41,7 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
         command: The command that was given.
     """
     lines, nxtdrive = swept.lines, installed()
-    policies = by(lines, "policy")
+    agents = by(lines, "policy")
     return {
         "format": FORMAT,
         "versions": {
@@ -58,18 +58,17 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
         "seeds": {kind: sorted({line["seed"] for line in group}) for kind, group in by(lines, "class").items()},
         "intervals": {"confidence": CONFIDENCE, "bootstrap": RESAMPLES, "seed": SEED, "resampled": "missions"},
         "policies": {
-            policy: {
+            agent: {
                 **aggregate(group, swept.eval_s),
                 "headline": _plain(headline(group)),
                 "calibration_error": asdict(calibration_error(group)),
                 "reliability": [asdict(each) for each in reliability(pairs(group))],
                 "classes": {kind: _plain(headline(each)) for kind, each in by(group, "class").items()},
             }
-            for policy, group in policies.items()
+            for agent, group in agents.items()
         },
         "paired": {
-            f"{one} - {other}": _plain(beyond(policies[one], policies[other]))
-            for one, other in permutations(policies, 2)
+            f"{one} - {other}": _plain(beyond(agents[one], agents[other])) for one, other in permutations(agents, 2)
         },
     }
 

@@ -15,12 +15,12 @@ from rich.text import Text
 from behaviors.recoveries import RECOVERIES
 from firmware_protocol.printable import printable
 
+from .agents import ALL_NAMES
 from .calibration import calibration_error, pairs, reliability
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
 from .performance import FAILED, Line
-from .policies import ALL_NAMES
 from .summary import (
     Estimate,
     by,
@@ -38,10 +38,10 @@ from .summary import (
 Rows = list[list[str]]
 BAR = 20
 """Characters of a bar from 0 to 1."""
-CHANCE_COLUMNS = ["policy", "chances", "choices", "predicted", "succeeded", "0" + "1".rjust(BAR)]
+CHANCE_COLUMNS = ["agent", "chances", "choices", "predicted", "succeeded", "0" + "1".rjust(BAR)]
 
-POLICY_COLUMNS = [
-    "policy",
+AGENT_COLUMNS = [
+    "agent",
     "success [95 %]",
     "SPL",
     "SoftSPL",
@@ -58,7 +58,7 @@ FRAME = 3
 MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
 """Headline figures of a table of their own."""
 RECOVERY_COLUMNS = [
-    "policy",
+    "agent",
     "noticed s p50 / p90",
     "fitting choices",
     "regret s",
@@ -68,15 +68,15 @@ RECOVERY_COLUMNS = [
 ]
 
 
-def policy_rows(lines: Sequence[Line]) -> Rows:
-    """Return a row for each policy."""
-    return [_policy_row(policy, group) for policy, group in _by_policy(lines).items()]
+def agent_rows(lines: Sequence[Line]) -> Rows:
+    """Return a row for each agent."""
+    return [_agent_row(agent, group) for agent, group in _by_agent(lines).items()]
 
 
-def _policy_row(policy: str, lines: Sequence[Line]) -> list[str]:
+def _agent_row(agent: str, lines: Sequence[Line]) -> list[str]:
     all_of_it = figures(lines)
     return [
-        policy,
+        agent,
         interval(all_of_it["success"]),
         _number(all_of_it["spl"].mean),
         _number(all_of_it["soft_spl"].mean),
@@ -91,13 +91,13 @@ def _policy_row(policy: str, lines: Sequence[Line]) -> list[str]:
 
 
 def recovery_rows(lines: Sequence[Line]) -> Rows:
-    """Return a row on each policy's recoveries."""
+    """Return a row on each agent's recoveries."""
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         all_of_it = figures(group)
         rows.append(
             [
-                policy,
+                agent,
                 _pair(percentiles(recognition_s(group)), 1),
                 _number(all_of_it["fitting_choices"].mean, 2),
                 _number(all_of_it["regret_s"].mean, 1),
@@ -110,89 +110,89 @@ def recovery_rows(lines: Sequence[Line]) -> Rows:
 
 
 def class_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """Return success by class and policy: the column names, and a row for each class."""
-    policies = list(_by_policy(lines))
+    """Return success by class and agent: the column names, and a row for each class."""
+    agents = list(_by_agent(lines))
     rows = []
     for kind, group in by(lines, "class").items():
-        cells = _by_policy(group)
-        rows.append([kind, *(_success(cells.get(policy, [])) for policy in policies)])
-    return ["class", *policies], rows
+        cells = _by_agent(group)
+        rows.append([kind, *(_success(cells.get(agent, [])) for agent in agents)])
+    return ["class", *agents], rows
 
 
 def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """Return how often the choice fitted, by cause: the column names, and a row for each policy."""
+    """Return how often the choice fitted, by cause: the column names, and a row for each agent."""
     causes = sorted({choice["cause"] for line in lines for choice in line.get("choices", [])})
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         choices = [choice for line in group for choice in line.get("choices", [])]
         cells = [[choice["fits"] for choice in choices if choice["cause"] == cause] for cause in causes]
-        rows.append([policy, *(f"{sum(cell)} of {len(cell)}" for cell in cells)])
-    return ["policy", *causes], rows
+        rows.append([agent, *(f"{sum(cell)} of {len(cell)}" for cell in cells)])
+    return ["agent", *causes], rows
 
 
 def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
-    """Return the choices by policy and cause: the column names, and a row for each policy and cause."""
+    """Return the choices by agent and cause: the column names, and a row for each agent and cause."""
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         choices = [choice for line in group for choice in line.get("choices", [])]
         for cause in Cause:
             chosen = Counter(choice["choice"] for choice in choices if choice["cause"] == cause)
             others = chosen.total() - sum(chosen[kind] for kind in FITTING.values())
             if chosen:
                 counts = [str(chosen[kind]) for kind in FITTING.values()]
-                rows.append([policy, cause, FITTING[cause], *counts, str(others)])
-    return ["policy", "cause", "fitting", *FITTING.values(), "other"], rows
+                rows.append([agent, cause, FITTING[cause], *counts, str(others)])
+    return ["agent", "cause", "fitting", *FITTING.values(), "other"], rows
 
 
 def reached_rows(lines: Sequence[Line]) -> Rows:
-    """Return the share of the targets that each policy had reached by each of `REACHED_BY_S`."""
+    """Return the share of the targets that each agent had reached by each of `REACHED_BY_S`."""
     return [
-        [policy, *(interval(estimate([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
-        for policy, group in _by_policy(lines).items()
+        [agent, *(interval(estimate([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
+        for agent, group in _by_agent(lines).items()
     ]
 
 
 def headline_rows(lines: Sequence[Line]) -> Rows:
-    """Return the headline figures of each policy that "targets reached by" does not have, with intervals."""
+    """Return the headline figures of each agent that "targets reached by" does not have, with intervals."""
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         known = headline(group)
-        rows.append([policy, *(interval(known[name]) for name in MORE_COLUMNS)])
+        rows.append([agent, *(interval(known[name]) for name in MORE_COLUMNS)])
     return rows
 
 
 def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
-    """Return by how much each policy's headline figures exceed the reference's on the same scenarios."""
-    groups = _by_policy(lines)
-    others = [policy for policy in groups if policy != reference and reference in groups]
+    """Return by how much each agent's headline figures exceed the reference's on the same scenarios."""
+    groups = _by_agent(lines)
+    others = [agent for agent in groups if agent != reference and reference in groups]
     rows = []
-    for policy in others:
-        more = beyond(groups[policy], groups[reference])
-        rows.append([policy, *(interval(value, signed=True) for value in more.values())])
+    for agent in others:
+        more = beyond(groups[agent], groups[reference])
+        rows.append([agent, *(interval(value, signed=True) for value in more.values())])
     return rows
 
 
 def chance_rows(lines: Sequence[Line]) -> Rows:
-    """Return the reliability diagram: for each policy and range of chances their mean, and the share that succeeded."""
+    """Return the reliability diagram: for each agent and range of chances their mean, and the share that succeeded."""
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         for each in reliability(pairs(group)):
             said, true = round(each.predicted * BAR), round(each.came_true * BAR)
             bar = "".join("|" if i == said else "#" if i < true else "." for i in range(BAR + 1))
             span = f"{each.low:.1f} to {each.high:.1f}"
-            rows.append([policy, span, str(each.number), f"{each.predicted:.2f}", f"{each.came_true:.2f}", bar])
+            rows.append([agent, span, str(each.number), f"{each.predicted:.2f}", f"{each.came_true:.2f}", bar])
     return rows
 
 
 def calibration_rows(lines: Sequence[Line]) -> Rows:
-    """Return each policy's expected calibration error, and by choice the mean chance and the share that succeeded."""
+    """Return each agent's expected calibration error, and by choice the mean chance and the share that succeeded."""
     rows = []
-    for policy, group in _by_policy(lines).items():
+    for agent, group in _by_agent(lines).items():
         if not (error := calibration_error(group)).number:
             continue
         parts = [(name, pairs(group, name)) for name in RECOVERIES]
         told = [_predicted(part) for _, part in parts]
-        rows.append([policy, interval(error), *told])
+        rows.append([agent, interval(error), *told])
     return rows
 
 
@@ -202,25 +202,25 @@ def _predicted(part: NDArray[np.float64]) -> str:
 
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Print all tables."""
-    _print(console, "policies", POLICY_COLUMNS, policy_rows(lines))
+    _print(console, "agents", AGENT_COLUMNS, agent_rows(lines))
     _print(
         console,
         "targets reached by [95 %]",
-        ["policy", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)],
+        ["agent", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)],
         reached_rows(lines),
     )
-    _print(console, "headline figures [95 %]", ["policy", *MORE_COLUMNS], headline_rows(lines))
+    _print(console, "headline figures [95 %]", ["agent", *MORE_COLUMNS], headline_rows(lines))
     _print(console, "success by class", *class_rows(lines))
     if any(line.get("choices") for line in lines):
         _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if chances := calibration_rows(lines):
-        columns = ["policy", "ECE [95 %]", *RECOVERIES]
+        columns = ["agent", "ECE [95 %]", *RECOVERIES]
         _print(console, "chances: mean predicted / succeeded", columns, chances)
         _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):
-        _print(console, "beyond the thesis, paired [95 %]", ["policy", *HEADLINE], differences)
+        _print(console, "beyond the thesis, paired [95 %]", ["agent", *HEADLINE], differences)
     if covered := coverage_words(lines):
         console.print(covered, markup=False)
     for line in lines:
@@ -262,11 +262,11 @@ def _groups(lines: Sequence[Sequence[str]], keys: int, width: int) -> list[list[
     return groups
 
 
-def _by_policy(lines: Sequence[Line]) -> dict[str, list[Line]]:
-    """Return the lines of each policy, in the order in which the policies are declared."""
+def _by_agent(lines: Sequence[Line]) -> dict[str, list[Line]]:
+    """Return the lines of each agent, in the order in which the agents are declared."""
     groups = by(lines, "policy")
     known = [name for name in ALL_NAMES if name in groups]
-    return {policy: groups[policy] for policy in [*known, *(name for name in groups if name not in known)]}
+    return {agent: groups[agent] for agent in [*known, *(name for name in groups if name not in known)]}
 
 
 def _success(lines: Sequence[Line]) -> str:

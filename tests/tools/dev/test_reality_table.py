@@ -5,14 +5,14 @@ import pytest
 from nxtdrive.tools.dev.reality_table import rows
 
 
-def line(kind, seed, policy, *reached):
+def line(kind, seed, agent, *reached):
     targets = [
         {"reachable": True, "success": each, "wrong_stops": 0, "spl": 0, "soft_spl": 0, "sct": 0} for each in reached
     ]
     return {
         "class": kind,
         "seed": seed,
-        "policy": policy,
+        "policy": agent,
         "ending": "achieved",
         "success": all(reached),
         "contacts": 2,

@@ -69,7 +69,7 @@ def test_bins_hold_every_chance_from_none_to_certainty():
 
 def test_tables_show_the_error_and_a_bar_for_each_bin():
     lines = _lines(0.25, 0.5)
-    ((policy, error, wait, *_),) = calibration_rows(lines)
-    assert (policy, error[:5], wait) == ("adaptive", "0.250", "0.25 / 0.50 (50)")
+    ((agent, error, wait, *_),) = calibration_rows(lines)
+    assert (agent, error[:5], wait) == ("adaptive", "0.250", "0.25 / 0.50 (50)")
     ((*_, bar),) = chance_rows(lines)
     assert bar == "#####|####..........."

@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("smoke suite")]
 
 WORKERS = 2
 PROFILES = ("thesis", "adaptive")
-(FIRST, LAST), POLICIES = SUITES["smoke"]
+(FIRST, LAST), AGENTS = SUITES["smoke"]
 TASKS = plan(list(CLASSES), range(FIRST, LAST + 1), PROFILES, "geometric")
 REPEATED = {("clutter", "adaptive"), ("link", "adaptive"), ("moved", "thesis")}
 """A crowded room, a link with outages, the other profile."""
@@ -31,13 +31,13 @@ def _lines(request, tmp_path_factory):
         return sweep(tasks, out, executor, number=WORKERS).lines
 
 
-def _targets(lines, policy):
-    return [target for line in lines if line["policy"] == policy for target in line["targets"]]
+def _targets(lines, agent):
+    return [target for line in lines if line["policy"] == agent for target in line["targets"]]
 
 
 def test_the_tasks_are_those_of_the_smoke_suite():
-    assert set(PROFILES) <= set(POLICIES)
-    assert len(plan(list(CLASSES), range(FIRST, LAST + 1), POLICIES, "geometric")) >= 60
+    assert set(PROFILES) <= set(AGENTS)
+    assert len(plan(list(CLASSES), range(FIRST, LAST + 1), AGENTS, "geometric")) >= 60
     assert {task.kind for task in TASKS} > SAMPLE
 
 
@@ -51,7 +51,7 @@ def test_the_missions_take_only_transitions_of_the_chart(lines):
 
 
 def test_the_adaptive_profile_reaches_at_least_as_many_targets_as_the_thesis(lines):
-    thesis, adaptive = (sum(target["success"] for target in _targets(lines, policy)) for policy in PROFILES)
+    thesis, adaptive = (sum(target["success"] for target in _targets(lines, agent)) for agent in PROFILES)
     assert adaptive >= thesis > 0
 
 
@@ -59,8 +59,8 @@ def test_the_adaptive_profile_never_stops_at_something_else(lines):
     assert [target for target in _targets(lines, "adaptive") if target["wrong_stops"]] == []
 
 
-@pytest.mark.parametrize(("kind", "policy"), sorted(REPEATED))
-def test_the_same_mission_gives_the_same_line_in_another_process(kind, policy, lines):
-    (task,) = (task for task in TASKS if (task.kind, task.policy) == (kind, policy))
-    (line,) = (line for line in lines if (line["class"], line["policy"]) == (kind, policy))
+@pytest.mark.parametrize(("kind", "agent"), sorted(REPEATED))
+def test_the_same_mission_gives_the_same_line_in_another_process(kind, agent, lines):
+    (task,) = (task for task in TASKS if (task.kind, task.agent) == (kind, agent))
+    (line,) = (line for line in lines if (line["class"], line["policy"]) == (kind, agent))
     assert evaluate(task) == line

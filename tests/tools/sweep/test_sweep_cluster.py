@@ -32,8 +32,8 @@ TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
 STARTS_S = 30.0
 KILLER = """
 import os
-from nxtdrive.tools.sweep import policies
-policies.POLICIES["thesis"] = lambda robot: os._exit(1)
+from nxtdrive.tools.sweep import agents
+agents.AGENTS["thesis"] = lambda robot: os._exit(1)
 """
 
 

@@ -1,10 +1,10 @@
-"""The pages on evaluation and reality name every class and policy."""
+"""The pages on evaluation and reality name every class and agent."""
 
 from pathlib import Path
 
 import pytest
 
-from nxtdrive.tools.sweep.policies import ALL_NAMES
+from nxtdrive.tools.sweep.agents import ALL_NAMES
 from sim_backend.scenarios.classes import ALL_CLASSES
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -12,5 +12,5 @@ PAGES = "".join((DOCS / page).read_text(encoding="utf-8") for page in ("evaluati
 
 
 @pytest.mark.parametrize("name", [*ALL_CLASSES, *ALL_NAMES])
-def test_every_class_and_policy_has_its_row(name):
+def test_every_class_and_agent_has_its_row(name):
     assert f"| `{name}` |" in PAGES

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from nxtdrive.simulated.scenario import generate_scenario
+from nxtdrive.tools.sweep.agents import NAMES
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.plots import STYLES, counted, title, wilson, write_plot
-from nxtdrive.tools.sweep.policies import NAMES
 from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
 
@@ -36,17 +36,15 @@ def test_a_map_is_drawn(trace):
     assert np.asarray(draw_true_map(trace, "x")).min() < 100
 
 
-def _line(kind, seed, policy, times_s):
+def _line(kind, seed, agent, times_s):
     targets = [
         {"target": str(i), "reachable": True, "success": time_s is not None, "time_s": time_s}
         for i, time_s in enumerate(times_s)
     ]
-    return {"class": kind, "seed": seed, "policy": policy, "ending": "achieved", "targets": targets}
+    return {"class": kind, "seed": seed, "policy": agent, "ending": "achieved", "targets": targets}
 
 
-LINES = [
-    _line(kind, seed, policy, (10.0, None)) for kind in ("open", "far") for seed in (7, 8) for policy in ("a", "b")
-]
+LINES = [_line(kind, seed, agent, (10.0, None)) for kind in ("open", "far") for seed in (7, 8) for agent in ("a", "b")]
 
 
 @pytest.mark.parametrize(
@@ -69,13 +67,13 @@ def test_a_plot_says_how_many_missions_on_which_seeds():
     assert counted(LINES) == (8, 16)
 
 
-def test_policies_are_told_apart_without_colour():
+def test_agents_are_told_apart_without_colour():
     assert len({(dashes, marker) for _, dashes, marker in STYLES}) == len(STYLES) == len(NAMES)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 @pytest.mark.slow
-def test_plots_name_units_numbers_and_policies(suffix, tmp_path):
+def test_plots_name_units_numbers_and_agents(suffix, tmp_path):
     pytest.importorskip("matplotlib")
     path = tmp_path / f"plot{suffix}"
     write_plot(LINES, path)

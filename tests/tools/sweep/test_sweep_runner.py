@@ -15,7 +15,7 @@ from behaviors.executive import Executive
 from behaviors.robot_description import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.tools.sweep import policies
+from nxtdrive.tools.sweep import agents
 from nxtdrive.tools.sweep.headline import difference
 from nxtdrive.tools.sweep.performance import FAILED, evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
@@ -83,7 +83,7 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, 
     def stuck(_robot):
         raise RuntimeError("two decisions at the same moment")
 
-    monkeypatch.setitem(policies.POLICIES, "thesis", stuck)
+    monkeypatch.setitem(agents.AGENTS, "thesis", stuck)
     found = sweep(TASKS, tmp_path / "out.jsonl", InProcess()).lines
     assert [line["ending"] == FAILED for line in found] == [True, False, True, False]
     assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
@@ -99,7 +99,7 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
     def interrupted(robot):
         return Executive(robot.mission, robot.body, robot.eyes, robot.clock, [*robot.observers, interrupt]).run()
 
-    monkeypatch.setitem(policies.POLICIES, "thesis", interrupted)
+    monkeypatch.setitem(agents.AGENTS, "thesis", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sweep(TASKS, tmp_path / "out.jsonl", InProcess())
     assert read_lines(tmp_path / "out.jsonl") == []
@@ -109,7 +109,7 @@ def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys)
     def interrupt(_robot):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(policies.POLICIES, "thesis", interrupt)
+    monkeypatch.setitem(agents.AGENTS, "thesis", interrupt)
     out = tmp_path / "out.jsonl"
     words = ["--classes", "open", "--seeds", "100", "--profiles", "thesis", "--out", str(out)]
     assert main(["sweep", *words]) == 128 + signal.SIGINT
@@ -140,7 +140,7 @@ def test_the_interval_of_a_mean_holds_it_and_narrows_with_more_missions():
     assert math.isnan(estimate([]).mean)
 
 
-def test_policies_are_compared_on_the_same_scenarios():
+def test_agents_are_compared_on_the_same_scenarios():
     def lines(*successes):
         targets = [[{"reachable": True, "success": success}] for success in successes]
         return [{"class": "open", "seed": i, "ending": "", "targets": each} for i, each in enumerate(targets)]

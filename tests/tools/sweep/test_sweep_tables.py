@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
+from nxtdrive.tools.sweep.agents import ALL_NAMES
 from nxtdrive.tools.sweep.causes import Cause
-from nxtdrive.tools.sweep.policies import ALL_NAMES
-from nxtdrive.tools.sweep.tables import POLICY_COLUMNS, print_tables
+from nxtdrive.tools.sweep.tables import AGENT_COLUMNS, print_tables
 from sim_backend.scenarios.classes import CLASSES
 
 TARGET = {
@@ -16,11 +16,11 @@ TARGET = {
 }
 LINES = [
     {
-        **{"class": kind, "seed": 100, "policy": policy, "success": True, "ending": "achieved", "error": ""},
+        **{"class": kind, "seed": 100, "policy": agent, "success": True, "ending": "achieved", "error": ""},
         **{"duration_s": 900.5, "contacts": 12, "targets": [TARGET], "recognition_s": [123.5]},
         "choices": [{"cause": cause, "choice": "wait", "regret_s": 1.0, "fits": True} for cause in Cause],
     }
-    for kind, policy in [*((kind, "thesis") for kind in CLASSES), *(("open", policy) for policy in ALL_NAMES[1:])]
+    for kind, agent in [*((kind, "thesis") for kind in CLASSES), *(("open", agent) for agent in ALL_NAMES[1:])]
 ]
 
 
@@ -34,11 +34,11 @@ def _printed(width):
 def test_every_word_of_the_tables_is_shown_whole(width):
     text = _printed(width)
     assert "…" not in text
-    for word in (*ALL_NAMES, *CLASSES, *POLICY_COLUMNS, *Cause, "contact-free", "0.500"):
+    for word in (*ALL_NAMES, *CLASSES, *AGENT_COLUMNS, *Cause, "contact-free", "0.500"):
         assert word in text
     assert max(map(len, text.splitlines())) <= width
 
 
 def test_a_table_that_fits_is_one_table():
-    assert "policies, continued" not in _printed(180)
-    assert "policies, continued" in _printed(80)
+    assert "agents, continued" not in _printed(180)
+    assert "agents, continued" in _printed(80)

@@ -39,9 +39,9 @@ from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
+from ...sweep.agents import drive, equipped
 from ...sweep.causes import Cause
 from ...sweep.performance import Task, evaluate, failed
-from ...sweep.policies import drive, equipped
 from ...sweep.result_file import read_lines
 from ...sweep.summary import aggregate
 from .campaign import Campaign, Tally, Violation

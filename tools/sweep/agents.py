@@ -1,6 +1,6 @@
-"""List what a sweep compares, by name: profiles, baselines and oracles, all called policies here.
+"""The agents that a sweep compares, by name: profiles, baselines and oracles.
 
-A policy drives one mission on a `Robot`. To compare another one, add a line to `POLICIES`: an entry is a function that
+An agent drives one mission on a `Robot`. To compare another one, add a line to `AGENTS`: an entry is a function that
 takes a robot and returns the mission's report. It is judged by the journal that it writes.
 """
 
@@ -25,11 +25,11 @@ from .oracle_eyes import OracleEyes
 NEVER = 10**9
 """Number of searches for one target before it is given up."""
 
-Policy = Callable[[Robot], Report]
+Agent = Callable[[Robot], Report]
 
 
-def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
-    """Return a policy that runs the executive with a profile, with these parameters of the adaptive one replaced."""
+def _executive(make_profile: MakeProfile, **adaptive: object) -> Agent:
+    """Return an agent that runs the executive with a profile, with these parameters of the adaptive one replaced."""
 
     def run(robot: Robot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
@@ -39,7 +39,7 @@ def _executive(make_profile: MakeProfile, **adaptive: object) -> Policy:
     return run
 
 
-POLICIES: dict[str, Policy] = {
+AGENTS: dict[str, Agent] = {
     "thesis": _executive(ThesisProfile),
     "thesis-unlimited": _executive(partial(ThesisProfile, policy=ThesisPolicy(max_researches=NEVER))),
     "adaptive": _executive(AdaptiveProfile),
@@ -48,7 +48,7 @@ POLICIES: dict[str, Policy] = {
 }
 THESIS_BUDGET = {"rounds": 1, "max_researches": 2}
 """Two further searches after the first one, and no second try for a target that was given up."""
-ABLATIONS: dict[str, Policy] = {
+ABLATIONS: dict[str, Agent] = {
     "adaptive-thesis-budget": _executive(AdaptiveProfile, **THESIS_BUDGET),
     "adaptive-one-round": _executive(AdaptiveProfile, rounds=1),
     "adaptive-fixed-wait": _executive(AdaptiveProfile, fixed_wait_s=15.0),
@@ -61,24 +61,24 @@ ABLATIONS: dict[str, Policy] = {
 """The adaptive profile with one capability removed; run only when selected by name."""
 ORACLE = "oracle"
 ORACLES = {ORACLE: Oracle, "oracle-eyes": OracleEyes}
-"""Policies that read the truth; all but the first are run only when selected by name."""
-NAMES = (*POLICIES, ORACLE)
-ALL_NAMES = (*POLICIES, *ORACLES, *ABLATIONS)
+"""Agents that read the truth; all but the first are run only when selected by name."""
+NAMES = (*AGENTS, ORACLE)
+ALL_NAMES = (*AGENTS, *ORACLES, *ABLATIONS)
 ORACLES_STOP_MM = 30.0
 """The oracles' safety stop distance; with the usual one they would stop at obstacles that they pass closely."""
 
 
-def equipped(policy: str, mission: Mission) -> Mission:
-    """Return the mission with the robot set up for the policy: oracles may pass close to obstacles."""
-    if policy not in ORACLES:
+def equipped(agent: str, mission: Mission) -> Mission:
+    """Return the mission with the robot set up for the agent: oracles may pass close to obstacles."""
+    if agent not in ORACLES:
         return mission
     robot = mission.robot.model_copy(update={"stop_distance_mm": ORACLES_STOP_MM})
     return mission.model_copy(update={"robot": robot})
 
 
-def drive(policy: str, robot: Robot, simulation: Simulation) -> Report:
-    """Run a mission with a policy or with a custom profile; only oracles get the simulation."""
-    if policy in ORACLES:
-        return ORACLES[policy](robot, simulation).run()
-    known = POLICIES.get(policy) or ABLATIONS.get(policy)
-    return (known or _executive(find_profile(policy)))(robot)
+def drive(agent: str, robot: Robot, simulation: Simulation) -> Report:
+    """Run a mission with an agent or with a custom profile; only oracles get the simulation."""
+    if agent in ORACLES:
+        return ORACLES[agent](robot, simulation).run()
+    known = AGENTS.get(agent) or ABLATIONS.get(agent)
+    return (known or _executive(find_profile(agent)))(robot)

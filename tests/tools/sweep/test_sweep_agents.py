@@ -1,12 +1,12 @@
-"""Every policy ends a mission, and the ground truth judges it."""
+"""Every agent ends a mission, and the ground truth judges it."""
 
 import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
+from nxtdrive.tools.sweep.agents import ABLATIONS, ALL_NAMES, NAMES
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.policies import ABLATIONS, ALL_NAMES, NAMES
 
 
 def _limited(scenario, limit_s):
@@ -17,10 +17,10 @@ def _limited(scenario, limit_s):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "policy", [pytest.param(name, marks=pytest.mark.nightly) if name in ABLATIONS else name for name in ALL_NAMES]
+    "agent", [pytest.param(name, marks=pytest.mark.nightly) if name in ABLATIONS else name for name in ALL_NAMES]
 )
-def test_every_policy_ends_a_mission_with_the_robot_at_rest(policy):
-    trace, referee = perform(_limited(generate_scenario("absent", 100), 40.0), policy, "geometric")
+def test_every_agent_ends_a_mission_with_the_robot_at_rest(agent):
+    trace, referee = perform(_limited(generate_scenario("absent", 100), 40.0), agent, "geometric")
     assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
     assert trace.duration_s <= 43.0
     assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
@@ -35,12 +35,12 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
 
 
-@pytest.mark.parametrize("policy", NAMES)
+@pytest.mark.parametrize("agent", NAMES)
 @pytest.mark.parametrize("kind", ["link", "camera_loss"])
-def test_outages_suspend_a_mission_which_then_goes_on(kind, policy):
-    _, referee = perform(_limited(generate_scenario(kind, 100), 60.0), policy, "geometric")
+def test_outages_suspend_a_mission_which_then_goes_on(kind, agent):
+    _, referee = perform(_limited(generate_scenario(kind, 100), 60.0), agent, "geometric")
     went = [record.data["to"] for record in referee.records if record.kind is Kind.TRANSITION]
-    if kind == "camera_loss" and policy == "oracle":
+    if kind == "camera_loss" and agent == "oracle":
         assert "suspended" not in went, "it needs no camera"
         return
     assert "suspended" in went
