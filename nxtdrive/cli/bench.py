@@ -1,4 +1,4 @@
-"""``nxtdrive bench``: measure this machine. The benchmarks themselves are available in a checkout only."""
+"""``nxtdrive bench``: measures this machine. The benchmarks themselves are available in a checkout only."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("areas", metavar="AREA", nargs="*", help="what to measure (default: everything)")
     parser.add_argument("--nxt", metavar="ADDRESS", help="a real brick to measure motion on")
-    parser.add_argument("--out", metavar="FILE", type=Path, help="keep the figures in a file, too, as JSON")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="also write the figures to this file, as JSON")
     add_json_argument(parser)
 
 

@@ -81,14 +81,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with `wheels`: measure a straight drive and turns yourself, without a camera",
     )
     parser.add_argument(
-        "--color", metavar="NAME", help="with `colors`: the colour of what is in the middle of the picture"
+        "--color", metavar="NAME", help="with `colors`: the colour of the object in the middle of the picture"
     )
     parser.add_argument("--yes", action="store_true", help="do not ask before the robot drives")
     add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Calibrate; returns the exit code."""
+    """Calibrate and return the exit code."""
     if args.sheet:
         return _write_sheet(args.sheet)
     from nxtdrive.mission.setup import read_robot_file, usual_robot
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _wanted(args: argparse.Namespace) -> list[str]:
-    """Return what is to be calibrated."""
+    """Return the names of what to calibrate, in order."""
     from behaviors.robot_description import CALIBRATED
 
     for each in args.what:

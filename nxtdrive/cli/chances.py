@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Count how often the choices of the adaptive profile succeeded in your runs, or in
-the missions of a sweep, beside the chances that it gave them. With --out, keep the
-counts in a file; a mission with chances = "FILE" in its table [adaptive] uses them
-beside those that come with nxtdrive. docs/adaptive.md explains both."""
+the missions of a sweep, and print that beside the chances that it gave them. With
+--out, keep the counts in a file; a mission with chances = "FILE" in its table
+[adaptive] uses them in addition to those that come with nxtdrive. docs/adaptive.md
+explains both."""
 EXAMPLES = """\
   nxtdrive chances runs/*
   nxtdrive chances runs/* --out chances.json
@@ -31,11 +32,11 @@ EXAMPLES = """\
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("run_paths", metavar="RUN", type=Path, nargs="+", help="a run's folder, or a sweep's .jsonl")
-    parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts there")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Count; returns the exit code."""
+    """Count the choices and return the exit code."""
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.recording.predictions import counts
 

@@ -12,7 +12,7 @@ from nxtdrive.host.environment import install_extra
 
 DESCRIPTION = """\
 Print a script with which a shell completes commands, actions, options, and the names
-of files. Needs the extra nxtdrive[completion] to print it, not to use it."""
+of files. Printing it needs the extra nxtdrive[completion]; using it does not."""
 EXAMPLES = """\
   nxtdrive completion bash > ~/.local/share/bash-completion/completions/nxtdrive
   nxtdrive completion zsh > ~/.zfunc/_nxtdrive       # a folder of $fpath
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
 
     if find_spec("shtab") is None:
         raise ConfigError(
-            "the script is made by a package that is not installed.",
+            "making the script needs a package that is not installed.",
             remedy=f"Install it: {install_extra('completion')}",
         )
     import shtab
@@ -45,10 +45,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _complete_paths(parser: argparse.ArgumentParser) -> None:
-    """Have the arguments that name files and folders completed by them."""
+    """Complete the arguments that name files and folders."""
     import shtab
 
-    for action in parser._actions:  # argparse has no public way to its arguments
+    for action in parser._actions:  # argparse has no public list of a parser's arguments
         if isinstance(action, argparse._SubParsersAction):
             for each in set(action.choices.values()):
                 _complete_paths(each)

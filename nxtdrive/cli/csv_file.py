@@ -30,7 +30,7 @@ def column(quantity: str, unit: str) -> str:
 
 
 class CsvFile:
-    """A CSV file; the first row replaces what was in it, and its keys are the header.
+    """A CSV file; the first row replaces earlier contents, and its keys are the header.
 
     Raises:
         ConfigError: The file cannot be written; also raised by `write`.
@@ -48,7 +48,7 @@ class CsvFile:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with contextlib.suppress(OSError):  # what could not be written has been reported
+        with contextlib.suppress(OSError):  # the failure has been reported
             self._file.close()
 
     def write(self, row: Mapping[str, object]) -> None:

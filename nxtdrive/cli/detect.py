@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Try a detector on an image, a video, a folder of images, a stream's URL or a
-webcam's number, without a brick: draws what it sees, prints where that is and
-how long it takes. The source `sim` is the camera of the simulated robot. Bearings
+webcam's number, without a brick: it draws the detections, and prints their places
+and the time taken. The source `sim` is the camera of the simulated robot. Bearings
 are positive to the right."""
 EXAMPLES = """\
   nxtdrive detect try 0 --picture my-cat.jpg
@@ -41,7 +41,7 @@ CAMERA_FRAMES = 100
 """Default number of frames taken from a live camera."""
 
 VIDEO_FPS = 10
-"""Frame rate of the annotated video, whatever the time between the frames was."""
+"""Frame rate of the annotated video, whatever the interval between the frames was."""
 
 READ_TIMEOUT_S = 5.0
 
@@ -83,7 +83,7 @@ class Look:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
-    try_ = add_action(actions, "try", "run a detector and draw what it sees", _try)
+    try_ = add_action(actions, "try", "run a detector and draw its detections", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
     try_.usage = (
         "%(prog)s [options] SOURCE\n"
@@ -96,10 +96,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
     identifier = number("id", int, 0, 49)
     target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
-    target.add_argument("--qr", metavar="TEXT", help="a QR code that says this text")
+    target.add_argument("--qr", metavar="TEXT", help="a QR code with this text")
     target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
-    try_.add_argument("--label", metavar="NAME", help="what the network is to find: one of its labels")
+    try_.add_argument("--label", metavar="NAME", help="which of the network's labels to look for")
     try_.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
     try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
     add_robot_argument(try_)
@@ -120,7 +120,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frames",
         metavar="N",
         type=number("frames", int, 1, math.inf),
-        help="most frames (default: all of a recording, 100 of a camera)",
+        help="largest number of frames (default: all of a recording, 100 of a camera)",
     )
     add_json_argument(try_)
 
@@ -136,7 +136,7 @@ def _try(args: argparse.Namespace) -> int:
     looks: list[Look] = []
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
     if args.onnx and args.height_mm is None:
-        about["height"] = f"{detector.height_mm:g} mm, as is usual with such things; measure it and give --height-mm"
+        about["height"] = f"{detector.height_mm:g} mm, as is usual for such objects; measure yours and give --height-mm"
     if not args.json:
         for title, text in about.items():
             write_line(f"{title}: {text}")

@@ -28,7 +28,7 @@ DESCRIPTION = """\
 Examine this computer and the brick: libraries, permissions, pairing, ports,
 camera, firmware, battery, sleep timer; with --wiggle also motors and sensors.
 Each line is ok, a warning, or a problem with its remedy. Without --nxt and $NXT
-it is the brick on USB that is examined. Exit code: 0 no problem, 1 problems, 3 no
+the brick on USB is examined. Exit code: 0 no problem, 1 problems, 3 no
 brick to examine."""
 EXAMPLES = """\
   nxtdrive doctor
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     examination = _Examination(args, mission)
     findings: list[Finding] = []
     for finding in examination.findings():
-        if any(finding.text == known.text for known in findings):  # what is missing shows again at the opening
+        if any(finding.text == known.text for known in findings):  # opening the brick finds missing parts a second time
             continue
         findings.append(finding)
         if not args.json:
@@ -141,7 +141,7 @@ class _Examination:
 
 
 def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
-    """Say what was calibrated, by the robot file that missions use."""
+    """Return which values the robot file that missions use has calibrated."""
     from behaviors.mission import chosen_robot_file
     from behaviors.robot_description import RobotFileError, load_robot_file
     from nxtdrive.mission.setup import usual_robot

@@ -52,7 +52,7 @@ def parse_hex(text: str) -> bytes:
     r"""Return the bytes written in `text`, as ``00 0b``, ``000B``, ``0x00, 0x0b``, ``00:0b`` or ``\x00\x0b``.
 
     Raises:
-        ConfigError: It holds something else.
+        ConfigError: The text contains something else.
     """
     digits = _SEPARATORS.sub("", text)
     try:
@@ -63,7 +63,7 @@ def parse_hex(text: str) -> bytes:
 
 
 def as_json(explanation: Explanation) -> dict[str, object]:
-    """Return an explanation as JSON can hold it: bytes in hex, named values as numbers beside their words."""
+    """Return an explanation as plain values for JSON: bytes in hex, named values as numbers beside their words."""
     status = explanation.status
     return {
         "telegram": explanation.telegram.hex(),

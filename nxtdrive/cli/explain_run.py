@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Explain the run; returns the exit code."""
+    """Explain the run and return the exit code."""
     from behaviors.mission import MissionError
     from nxtdrive.recording.explanation import explain
     from nxtdrive.recording.run_reader import read_run
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plain(explanation: Explanation) -> dict[str, Any]:
-    """Return all of it as plain values."""
+    """Return the explanation as plain values."""
     run = explanation.run
     return {
         "journal": str(run.path),

@@ -1,4 +1,4 @@
-"""How ``nxtdrive explain-run`` shows a run to people."""
+"""Prints a run's explanation for ``nxtdrive explain-run``."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ RULE = (
 
 
 def show(explanation: Explanation, console: Console | None = None) -> None:
-    """Print it.
+    """Print an explanation.
 
     Args:
-        explanation: What there is to say.
+        explanation: The run's decisions with their outcomes.
         console: The terminal; standard output by default.
     """
     console = console or make_console()
@@ -42,7 +42,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
 
 def _head(explanation: Explanation) -> list[Text]:
     run = explanation.run
-    ending = spaced(str(run.end.data.get("ending", "ended"))) if run.end else "unfinished, last heard of"
+    ending = spaced(str(run.end.data.get("ending", "ended"))) if run.end else "unfinished, last record"
     parts = [
         run.name or run.path.name,
         f"profile {explanation.profile}",
@@ -54,7 +54,7 @@ def _head(explanation: Explanation) -> list[Text]:
     if run.damaged:
         notes.append(f"lines that cannot be read and are left out: {', '.join(map(str, run.damaged))}")
     if run.mission is None:
-        notes.append("no mission.json beside the journal: policies reckon with their default numbers")
+        notes.append("no mission.json beside the journal: policies use their default parameters")
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
 
 
@@ -132,10 +132,10 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
     replay, choice = each.replay, each.decision.choice
     other = explanation.policy != explanation.profile
     if replay.choice is None:
-        return [(explanation.policy, Text(f"cannot be told: {replay.why_not}", style="yellow"))] if other else []
+        return [(explanation.policy, Text(f"unknown: {replay.why_not}", style="yellow"))] if other else []
     if not replay.differs:
         return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
-    would = printable(f"would have chosen otherwise: {replay.choice.words()}, since {replay.choice.why}")
+    would = printable(f"would have chosen differently: {replay.choice.words()}, since {replay.choice.why}")
     if other:
         return [(explanation.policy, Text(would, style="yellow"))]
     if choice is None or choice.proposed:
@@ -148,7 +148,7 @@ def _sum(explanation: Explanation) -> Text:
     if not told:
         return Text(f"What {explanation.policy} would have chosen cannot be seen from this journal.")
     differing = sum(replay.differs for replay in told)
-    text = f"{explanation.policy} would have chosen otherwise in {differing} of {len(told)} decisions"
+    text = f"{explanation.policy} would have chosen differently in {differing} of {len(told)} decisions"
     left_out = len(explanation.decisions) - len(told)
-    text += f"; {left_out} cannot be told" if left_out else ""
-    return Text(f"{text}. After the first other choice the run itself would have gone another way.")
+    text += f"; {left_out} unknown" if left_out else ""
+    return Text(f"{text}. After the first different choice the run itself would have gone differently.")

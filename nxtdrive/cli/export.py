@@ -1,4 +1,4 @@
-"""``nxtdrive export``: a run as files for other programs and other people."""
+"""``nxtdrive export``: writes a run as files for other programs and other people."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nxtdrive.recording.run_reader import PastRun
 
 DESCRIPTION = """\
-Make files of a run for other programs and other people: its replay as one HTML
+Export a run to files for other programs and other people: its replay as one HTML
 file that any browser opens without nxtdrive, messages (MCAP) for programs such as
 Lichtblick and Foxglove, a table (CSV) for spreadsheets and data frames, and a
 video of its camera."""
@@ -27,9 +27,9 @@ EXAMPLES = """\
   nxtdrive export runs/lena-then-rilakkuma-001 --mcap lena.mcap --webm
   nxtdrive export runs/lena-then-rilakkuma-001 --csv"""
 MAX_PAGE_BYTES = 40_000_000
-"""Pictures of a page together; without --fps a page has as many a second as fit."""
+"""All pictures of a page; without --fps a page has as many pictures per second as fit."""
 IN_FOLDER = Path()
-"""Stands for a file in the run's folder."""
+"""Stands for the default file in the run's folder."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,18 +66,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fps",
         metavar="NUMBER",
         type=number("pictures", float, 0.01, 1000),
-        help="pictures a second in the page (default: all, or as many as make 40 MB)",
+        help="pictures per second in the page (default: all, or as many as make 40 MB)",
     )
     parser.add_argument("--no-camera", action="store_true", help="leave the pictures out of page and messages")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write what is wanted; returns the exit code."""
+    """Write the requested files and return the exit code."""
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
     if args.html is None and args.mcap is None and args.csv is None and args.webm is None:
-        raise ConfigError("export what of the run?", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
+        raise ConfigError("no format is named.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
     if args.html is not None:
@@ -108,7 +108,7 @@ def _write_html(past: PastRun, pictures: CameraPictures | None, file: Path, fps:
 
 
 def _fitting_fps(camera: CameraPictures) -> float:
-    """Return how many pictures a second make at most `MAX_PAGE_BYTES`."""
+    """Return how many pictures per second make at most `MAX_PAGE_BYTES`."""
     size = sum(path.stat().st_size for each in camera.pictures if (path := camera.folder / each.file).is_file())
     return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 List, fetch, send and delete files on a brick. Names on the brick have at most
-19 characters; quote patterns (*, ?), which are those of a shell."""
+19 characters. Patterns are those of a shell (*, ?); quote them."""
 EXAMPLES = """\
   nxtdrive files ls
   nxtdrive files ls "*.rxe" --nxt usb:// --json
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
-    rm.add_argument("--force", action="store_true", help="delete system files (*.sys), too, without a question")
+    rm.add_argument("--force", action="store_true", help="also delete system files (*.sys), without asking")
     rm.add_argument("patterns", metavar="PATTERN", nargs="+", help="a name, or a pattern such as 'old*.rxe'")
     df = add_action(actions, "df", "free and used space", on_brick(_df))
     for action in (ls, get, put, rm, df):
@@ -114,7 +114,7 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
 
 
 def _check_deletion(name: str, *, force: bool) -> None:
-    """Ask before a file of the brick's own is deleted.
+    """Ask before deleting one of the brick's own files.
 
     Raises:
         ConfigError: The answer is no, or there is no terminal to ask in.

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 List the bricks on USB, those paired over Bluetooth (Linux), the serial ports a
 paired brick may be behind, and the simulated brick, as addresses for --nxt. Only
-bricks on USB are asked for their names: a paired brick may be off, and a port says
-nothing about the brick behind it; `nxtdrive info --nxt ADDRESS` does."""
+bricks on USB are asked for their names: a paired brick may be off, and a port does not
+show which brick is behind it; `nxtdrive info --nxt ADDRESS` does."""
 EXAMPLES = """\
   nxtdrive list
   nxtdrive list --json"""

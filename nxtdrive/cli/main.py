@@ -58,7 +58,7 @@ COMMANDS = {
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "calibrate": ("calibrate", "measure how the robot is built, and write it to a robot file"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
-    "what-if": ("what_if", "say what every other candidate of a decision would have cost"),
+    "what-if": ("what_if", "estimate what the other candidates of a decision would have cost"),
     "chances": ("chances", "count how often the choices of runs succeeded"),
     "export": ("export", "write a run as a replay in one HTML file, as MCAP, CSV or video"),
     "list": ("list_bricks", "find bricks and print their addresses"),
@@ -70,7 +70,7 @@ COMMANDS = {
     "sensor": ("sensor", "read or watch a sensor, identify what is plugged in"),
     "tone": ("tone", "play a tone on a brick"),
     "message": ("message", "write messages to mailboxes, and read them"),
-    "screenshot": ("screenshot", "save what a brick's display shows as an image"),
+    "screenshot": ("screenshot", "save a brick's display as an image"),
     "files": ("files", "list, download, upload and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
     "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
@@ -97,7 +97,7 @@ exit codes: 0 done, 1 mission not achieved, 2 usage or a bad file, 3 no brick,
 
 
 class CommandModule(Protocol):
-    """What each command's module provides."""
+    """The interface of each command's module."""
 
     DESCRIPTION: str
     """A paragraph for ``--help``."""
@@ -109,7 +109,7 @@ class CommandModule(Protocol):
         ...
 
     def run(self, args: argparse.Namespace) -> int:
-        """Do it, in a command without actions; returns the exit code."""
+        """Run a command that has no actions; returns the exit code."""
         ...
 
 
@@ -123,11 +123,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    os.environ.setdefault(BLAS_THREADS, "1")  # more wait for each other in a loop, which a busy machine lacks time for
+    os.environ.setdefault(BLAS_THREADS, "1")  # more threads wait in a loop, slow on a busy machine
     with signals_as_interrupt():
         code = _main(list(sys.argv[1:] if argv is None else argv))
         if argv is None:
-            ignore_signals()  # nothing is left but the end of the process
+            ignore_signals()  # the process is about to end
     return code
 
 
@@ -149,7 +149,7 @@ def _main(arguments: Sequence[str]) -> int:
         if code is None:
             error.add_note(_blame())
             raise
-        with suppress(OSError):  # of a standard error that cannot be written
+        with suppress(OSError):  # standard error cannot be written
             if args.verbose:
                 traceback.print_exc()
             complain(_sentence(error, args))
@@ -159,7 +159,7 @@ def _main(arguments: Sequence[str]) -> int:
 
 
 def _blame() -> str:
-    """Say whose bug an unknown error is."""
+    """Return whose bug an unknown error is, in words."""
     registry = sys.modules.get("behaviors.profiles.registry")
     if registry is None or not registry.loaded_from_elsewhere:
         return BUG
@@ -168,7 +168,7 @@ def _blame() -> str:
 
 
 def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse the arguments, and write what that has printed: help, the version."""
+    """Parse the arguments and flush what that has printed: help or the version."""
     try:
         return _parse(arguments)
     except SystemExit:
@@ -177,7 +177,7 @@ def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _run(args: argparse.Namespace, arguments: Sequence[str]) -> int:
-    """Run the command, and write what it has printed."""
+    """Run the command and flush what it has printed."""
     trace = getattr(args, "trace", None)
     if trace:
         args.nxt = _recorded(args.nxt, trace, arguments)
@@ -192,13 +192,13 @@ def _run(args: argparse.Namespace, arguments: Sequence[str]) -> int:
 
 
 def _sentence(error: Exception, args: argparse.Namespace) -> str:
-    """Say what is wrong and what to do."""
+    """Return the error with its remedy, in words."""
     if said := _overwritten(error):
         return said
     if isinstance(error, BrickNotFound) and str(getattr(args, "nxt", "")).startswith("usb:"):
         return f"{error} `nxtdrive doctor` looks for the cause."
     if isinstance(error, AddressError) and os.environ.get("NXT", "") == getattr(args, "nxt", None):
-        return f"{error} The address is that of $NXT."
+        return f"{error} The address comes from $NXT."
     if isinstance(error, NXTError):
         return str(error)
     match error:
@@ -209,7 +209,7 @@ def _sentence(error: Exception, args: argparse.Namespace) -> str:
         case MemoryError():
             return "there is not enough memory for it. Try smaller files."
         case RecursionError():
-            return "something in the file or command is nested too deeply. Make it flatter; -v shows where."
+            return "something in the file or command is nested too deeply. Simplify it; -v shows where."
     return str(error)
 
 
@@ -270,7 +270,7 @@ def _overwritten(error: Exception) -> str:
     others = sorted(set(packages_distributions().get("behaviors", ())) - {"nxtdrive"})
     culprit = " and ".join(others) or "another package"
     return (
-        f"{culprit} installed a package that is also called 'behaviors' and hides the one of nxtdrive ({error}). "
+        f"{culprit} installed a package that is also called 'behaviors' and hides nxtdrive's ({error}). "
         f"Give nxtdrive a virtual environment of its own, or remove the other: {pip_command('uninstall', *others)}, "
         "and install nxtdrive again."
     )
@@ -285,7 +285,7 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def make_parser(named: Container[str]) -> argparse.ArgumentParser:
-    """Make the parser of the command line; of the commands only those `named` are imported and have their arguments."""
+    """Make the parser of the command line; only the commands in `named` are imported and get their arguments."""
     parser = _Parser(
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",

@@ -29,7 +29,7 @@ simulated one in real time. Needs the extra nxtdrive[mcp]; docs/mcp.md explains 
 EXAMPLES = """\
   nxtdrive mcp
   nxtdrive mcp --nxt usb:// --camera 0 --max-mm 300
-  nxtdrive mcp --web                      # people watch on a page with a STOP"""
+  nxtdrive mcp --web                # people watch on a page with a STOP button"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,14 +49,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         type=number("millimetres", float, 10, 5000),
         default=1000.0,
-        help="farthest that one call drives, 10 to 5,000 (default: 1000)",
+        help="longest distance that one call drives, 10 to 5,000 (default: 1000)",
     )
-    parser.add_argument("--web", action="store_true", help="also serve the page of `nxtdrive web`, which has a STOP")
+    parser.add_argument(
+        "--web", action="store_true", help="also serve the page of `nxtdrive web`, which has a STOP button"
+    )
     add_port_argument(parser, "TCP port of --web")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until the assistant leaves; returns the exit code."""
+    """Serve until the assistant disconnects; return the exit code."""
     from importlib.util import find_spec
 
     if find_spec("mcp") is None:
@@ -90,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
 
 @contextmanager
 def _page(robot: Robot, assistant: Assistant, address: str, listener: socket.socket) -> Iterator[None]:
-    """Serve the page of the robot, and say where; standard output belongs to the protocol."""
+    """Serve the robot's page and print its address to standard error; standard output belongs to the protocol."""
     from nxtdrive.tools.web.app import Server, serving
     from nxtdrive.tools.web.runs import Runs
 

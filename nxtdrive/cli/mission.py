@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=_height_mm,
-        help="how high the real thing is: measure it; A4 upright is 297, A4 across 210, A5 upright 210",
+        help="real height of what the photograph shows; measure it: A4 upright is 297, A4 across 210, A5 upright 210",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
@@ -82,7 +82,7 @@ def _check(args: argparse.Namespace) -> int:
 
 
 def report_file(file: str, mistakes: list[str]) -> None:
-    """Print that a file is good, or its mistakes."""
+    """Print that a file is valid, or its mistakes."""
     if mistakes:
         complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
     else:
@@ -153,7 +153,7 @@ def _new(args: argparse.Namespace) -> int:
     from nxtdrive.recording.output_file import write_file
 
     if args.picture is None and args.height_mm is not None:
-        raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what is that high.")
+        raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what has that height.")
     target = RED_BOX if args.picture is None else _pictured(args.picture, args.height_mm)
     mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
     world = mission.with_name(f"{mission.stem}-world.toml")
@@ -220,7 +220,7 @@ def _asked_height_mm(across: bool) -> float:
     usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
     remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise ConfigError("How high is the real thing? All distances are measured by it.", remedy=remedy)
+        raise ConfigError("How high is the real thing? All distances are computed from it.", remedy=remedy)
     try:
         return _height_mm(input(f"How high is the real thing, in mm ({usual})? "))
     except (argparse.ArgumentTypeError, EOFError) as error:

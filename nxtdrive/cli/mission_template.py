@@ -26,8 +26,8 @@ _HEAD = """\
 name = {title}
 targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
 profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
-rounds = 1                 # how often to go through the list for what was given up
-# time_limit_s = 600       # end then, whatever has been reached
+rounds = 1                 # passes through the list; later ones retry what was given up
+# time_limit_s = 600       # end after this time, whatever has been reached
 
 {target}
 
@@ -46,7 +46,7 @@ rounds = 1                 # how often to go through the list for what was given
 #
 # [target.sheet]
 # detector = "qr"          # a printed QR code
-# text = "7"               # what it says, all of it; short texts are read from farther away
+# text = "7"               # its whole text; short texts are read from farther away
 # height_mm = 160          # of the code, without the white around it
 #
 # [target.face]
@@ -55,7 +55,7 @@ rounds = 1                 # how often to go through the list for what was given
 # height_mm = 180
 #
 # [target.cup]
-# detector = "onnx"        # what a neural network finds that you have as an ONNX file
+# detector = "onnx"        # an object that a neural network finds, given as an ONNX file
 # model = "yolox_s.onnx"   # beside this file
 # label = "cup"            # one of the model's labels
 # height_mm = 100          # may be left out: the robot then measures it by driving

@@ -28,7 +28,7 @@ Show motors, input ports, battery and link of a brick until Ctrl-C, even if the
 link is lost and comes back. Digital sensors, such as the ultrasonic
 one, identify themselves; touch, light, sound and color sensors do not: --sensor
 names one, sets up its port and shows its measurements. While a program runs on
-the brick, other ports are only read as it has set them up. In a terminal, the
+the brick, other ports are only read, in the mode that it has set. In a terminal, the
 readings of the last minute are plotted between their lowest and highest."""
 EXAMPLES = """\
   nxtdrive monitor
@@ -38,9 +38,9 @@ EXAMPLES = """\
 
 REDRAWS_PER_S = 8
 BLOCKS, ASCII = "▁▂▃▄▅▆▇█", "_.,-=+*#"
-"""Signs of a plot from the lowest to the highest reading; the second ones where the terminal has no blocks."""
+"""Characters of a plot from the lowest to the highest reading; the second set is for terminals without blocks."""
 SCALE_WIDTH, WIDEST_PLOT = 22, 60
-"""Characters of a line beside a plot: port and scale; and most characters of a plot."""
+"""Width of a line beside its plot (port and scale), and largest width of a plot, in characters."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -97,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
 def _kept(
     snapshots: Iterator[Snapshot], table: CsvFile, sensors: Mapping[int, Measuring[Any] | None]
 ) -> Iterator[Snapshot]:
-    """Pass on snapshots, each of them written as a row first; the measuring sensors have a column each."""
+    """Yield snapshots, each after writing it as a row, with a column for each measuring sensor."""
     begun: float | None = None
     for snapshot in snapshots:
         begun = snapshot.time_s if begun is None else begun
@@ -196,7 +196,7 @@ def _plots(snapshot: Snapshot, history: History, console: Console) -> Table:
 
 
 def _plot_line(plot: Plot, signs: str) -> str:
-    """Draw a plot with a sign for each part, and its scale behind it."""
+    """Return a plot with a character for each part, followed by its scale."""
     levels = (None if height is None else round(height * (len(signs) - 1)) for height in plot.heights)
     drawn = "".join(" " if level is None else signs[level] for level in levels)
     return f"{drawn} {plot.lowest:g} to {plot.highest:g}"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 DEFAULT_ADDRESS = "sim://"
 
 Run = Callable[[argparse.Namespace], int]
-"""Does what a command or an action of it says; returns the exit code."""
+"""Runs a command or one of its actions; returns the exit code."""
 T = TypeVar("T", int, float)
 
 
@@ -31,7 +31,7 @@ def add_action(actions: Any, name: str, summary: str, run: Run) -> argparse.Argu
 
 
 def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
-    """Have an action called with the brick at ``--nxt``, open; its None counts as exit code 0."""
+    """Make a command's function of an action that takes the open brick at ``--nxt``; its None counts as exit code 0."""
 
     def run(args: argparse.Namespace) -> int:
         from nxtdrive.brick import open_brick
@@ -47,7 +47,7 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
 
     Args:
         name: What is counted or measured, for the message: ``seconds``.
-        convert: `float`, or what makes a whole number of the text.
+        convert: `float`, or a function that makes a whole number of the text.
         low: Smallest value allowed.
         high: Largest value allowed; may be infinite, but the value may not.
     """
@@ -79,7 +79,7 @@ def new_file(text: str) -> Path:
 def existing(folder: Path) -> Path:
     """Return the folder of ``--folder``; `ConfigError` if there is none."""
     if not os.path.isdir(folder):
-        raise ConfigError(f"there is no folder {folder}.", remedy="Name with --folder the one of your missions.")
+        raise ConfigError(f"there is no folder {folder}.", remedy="Name the folder of your missions with --folder.")
     return folder
 
 

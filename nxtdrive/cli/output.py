@@ -1,7 +1,7 @@
 """What the command line writes: escaped text, JSON, and tables and live lines drawn with rich.
 
-Text from outside never reaches the terminal as it is. Commands write by the functions of this module, which escape what
-a terminal would obey (`firmware_protocol.printable`); `guarded_output` is the net below them.
+Text from outside never reaches the terminal unescaped. Commands write with the functions of this module, which escape
+what a terminal would obey (`firmware_protocol.printable`); `guarded_output` is the net below them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _SPELLED = {
     "…": "...",
     "→": "->",
 }
-"""What our own texts write for a character that the output's encoding lacks, as under ``LC_ALL=C``."""
+"""Replacements in our own texts for characters that the output's encoding lacks, as under ``LC_ALL=C``."""
 
 _ERRORS = "nxtdrive.spelled"
 
@@ -96,7 +96,7 @@ def finish_output() -> None:
 
 
 def drop_output() -> None:
-    """Discard what is still buffered for standard output, and what follows; else Python complains when it ends."""
+    """Discard what is still buffered for standard output, and what follows; else Python reports an error at its end."""
     with contextlib.suppress(OSError):  # a stream without a file has nothing buffered
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
@@ -104,7 +104,7 @@ def drop_output() -> None:
 
 
 def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noqa: ANN401 - rich's options
-    """Return a console of rich's that escapes text and takes none of it for markup, on standard output or error."""
+    """Return a rich console that escapes text and treats none of it as markup, on standard output or error."""
     from nxtdrive.cli.safe_console import SafeConsole
 
     file = sys.stderr if stderr else sys.stdout
@@ -113,7 +113,7 @@ def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noq
 
 @contextlib.contextmanager
 def guarded_output() -> Iterator[None]:
-    """Escape text written to standard output and error in the block, and spell what their encoding lacks.
+    """Escape text written to standard output and error in the block, and replace characters that their encoding lacks.
 
     This is a net for text that was not escaped where it was printed: it keeps line feeds and tabs. What `make_console`
     makes writes past it and escapes by itself. When an error leaves the block the net stays, for the traceback.
@@ -157,7 +157,7 @@ class _Guard:
 
 
 def _spelled(error: UnicodeError) -> tuple[str, int]:
-    """Replace what cannot be encoded: by what our texts mean, else by escapes."""
+    """Replace characters that cannot be encoded: by `_SPELLED`, else by escapes."""
     lost = cast("UnicodeEncodeError", error)
     characters = lost.object[lost.start : lost.end]
     words = (_SPELLED.get(each) or each.encode("unicode_escape").decode("ascii") for each in characters)

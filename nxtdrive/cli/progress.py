@@ -10,14 +10,14 @@ from nxtdrive.cli.output import make_console
 T = TypeVar("T")
 
 SHOWN_AFTER_S = 2.0
-"""What takes less time needs no bar."""
+"""Work that takes less time gets no bar."""
 
 
 def with_progress(what: str, clock: Callable[[], float] | None = None) -> Callable[[Sequence[T]], Iterator[T]]:
     """Return a function that passes items on and shows a bar after a while, where standard error is a terminal.
 
     Args:
-        what: What is being made, such as the name of a file.
+        what: Label of the bar, such as the name of the file being made.
         clock: Returns seconds; the console's if None.
     """
 

@@ -1,4 +1,4 @@
-"""A room as text and as an image: what stands where, with names and scale."""
+"""A room as text and as an image: all objects, with names and scale."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sim_backend.world.world_file import WorldFile
 
 COLUMNS = ROWS = 72
-"""Of the text, at most."""
+"""Largest size of the text."""
 ASPECT = 2.0
 """Height of a character divided by its width."""
 ARROWS = ">v<^"
@@ -33,7 +33,7 @@ BOX: Color = (190, 194, 200)
 
 
 def sketch(world: WorldFile) -> str:
-    """Return the room as text: the map, and below it what stands where."""
+    """Return the room as text: the map, and below it a list of the objects."""
     width_mm, depth_mm = world.floor.size_mm
     cell_mm = max(width_mm / COLUMNS, depth_mm / ASPECT / ROWS)
     columns, rows = max(3, round(width_mm / cell_mm)), max(3, round(depth_mm / cell_mm / ASPECT))

@@ -1,4 +1,4 @@
-"""``nxtdrive run``: the main job."""
+"""``nxtdrive run``: runs a mission."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--confirm-recovery",
         action="store_true",
-        help="after each failure show what could be done and wait for you to confirm it or choose, in a terminal or "
+        help="after each failure show the candidates and wait for you to confirm or choose one, in a terminal or "
         "on the page of --web",
     )
     parser.add_argument(
@@ -94,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the mission; returns the exit code."""
+    """Run the mission and return the exit code."""
     from behaviors.observers import Observers
     from nxtdrive.mission.assembly import MissionRun, open_robot
     from nxtdrive.recording.status_line import StatusLine

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _require_known(command: AnyCommand, brick: Brick) -> None:
-    """Refuse a command that the brick's firmware does not have; some of these it answers with bytes of no meaning."""
+    """Refuse a command that the brick's firmware does not have; it answers some of them with meaningless bytes."""
     from firmware_protocol.system import GetVersions
     from firmware_protocol.telegram import OLDEST
 
@@ -68,8 +68,8 @@ def _require_known(command: AnyCommand, brick: Brick) -> None:
     firmware = brick.request(GetVersions()).firmware
     if firmware < command.since:
         raise LocalProtocolError(
-            f"the brick's firmware {firmware} does not know {command.__name__}.",
-            remedy=f"Firmware {command.since} and later do; `nxtdrive send --list` prints all commands.",
+            f"the brick's firmware {firmware} does not have {command.__name__}.",
+            remedy=f"Firmware {command.since} and later have it; `nxtdrive send --list` prints all commands.",
         )
 
 

@@ -52,7 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_json_argument(action)
     for action in (read, watch):
         action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
-        action.add_argument("kind", metavar="KIND", nargs="?", help="what is plugged in; a digital sensor says so")
+        action.add_argument(
+            "kind", metavar="KIND", nargs="?", help="what is plugged in; digital sensors identify themselves"
+        )
     watch.add_argument(
         "--every",
         metavar="S",
@@ -109,7 +111,7 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
         kind = identity.kind if identity else ""
         if kind not in KINDS:
             raise ConfigError(
-                f"the sensor on port {port} does not say what it is.", remedy=f"Name it: {', '.join(KINDS)}."
+                f"the sensor on port {port} does not identify itself.", remedy=f"Name it: {', '.join(KINDS)}."
             )
     return make_sensor(kind, brick.link, port)
 

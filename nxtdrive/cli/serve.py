@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until a signal comes; returns the exit code."""
+    """Serve until a signal arrives; return the exit code."""
     from nxtdrive.mission import setup
     from nxtdrive.mission.assembly import open_robot
     from nxtdrive.mission.line_server import LineServer, sessions

@@ -14,11 +14,11 @@ from nxtdrive.cli.sim_record import add_record_arguments, record
 DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.
 
-serve  opens ports until Ctrl-C: a serial port as a brick's Bluetooth has, TCP,
+serve  opens ports until Ctrl-C: a serial port as over Bluetooth, TCP,
        nxt-python's nxt-server, USB/IP; any number at once, all of them
        connected to one brick. Its camera is a stream, or a USB webcam.
-exec   runs a program that looks for a brick on USB; it finds the simulated one.
-check  replays a recorded conversation with a real brick, reports differences.
+exec   runs a program that looks for a brick on USB and finds the simulated one.
+check  replays a recorded conversation with a brick and reports differences.
 record records a conversation with a real brick, or a simulated one."""
 EXAMPLES = """\
   nxtdrive sim serve --pty /tmp/nxt

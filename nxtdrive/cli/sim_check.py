@@ -22,10 +22,10 @@ FIRMWARES = ("1.29", "1.05", "1.32")
 """Firmware versions the simulated brick can behave as."""
 
 LISTED = 50
-"""Of more scenarios than this, only those that differ are listed."""
+"""With more scenarios than this, only those that differ are listed."""
 
 EXAMPLE_LENGTH = 240
-"""Characters of an example; the JSON has them all."""
+"""Longest example in characters; the JSON has all of it."""
 
 
 def add_check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,13 +36,13 @@ def add_check_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--firmware",
         choices=FIRMWARES,
-        help="which one to behave as (default: the one recorded, which is 1.29 where the file does not say)",
+        help="which firmware to simulate (default: the one recorded, which is 1.29 where the file does not say)",
     )
     parser.add_argument(
         "--scenario", metavar="NAME", action="append", help="only these, as motor_sync_AB or 'g_motor_*'; repeatable"
     )
     parser.add_argument(
-        "--causes", action="store_true", help="group all differences of all steps by cause, instead of the scenarios"
+        "--causes", action="store_true", help="list the differences of all steps by cause instead of the scenarios"
     )
     add_json_argument(parser)
 

@@ -1,4 +1,4 @@
-"""``nxtdrive sim exec``: runs a program with the simulated brick on its USB.
+"""``nxtdrive sim exec``: runs a program that finds the simulated brick on USB.
 
 The brick runs in this process on the wall clock, whatever the program does: it may compute, use threads, start other
 programs or be killed.
@@ -31,7 +31,7 @@ HOOK = Path(sim_backend.doors.__file__).parent / "usb_hook"
 """Folder of the `sitecustomize` that puts the brick below pyusb, and of the program that puts it below libusb."""
 
 VARIABLE = "NXTDRIVE_SIM_USB"
-"""Environment variable that tells the hook where the brick is."""
+"""Environment variable with the brick's address, for the hook."""
 
 CAN_UMOCKDEV = "import gi; gi.require_version('UMockdev', '1.0'); from gi.repository import UMockdev"
 
@@ -57,7 +57,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
             child = _start([*_native(), "127.0.0.1", str(door.port), serial_number, *program], os.environ)
         else:
             child = _start(program, environment(os.environ, door.port, serial_number))
-        # the terminal sends Ctrl-C to the program, too, and the program decides what it means
+        # the terminal also sends Ctrl-C to the program, which decides what to do
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
     if not switchboard.telegrams:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "script", metavar="SCRIPT", type=Path, help="a telegram in hex, a command or !tick MS a line, # notes"
+        "script", metavar="SCRIPT", type=Path, help="one telegram in hex, command or !tick MS per line; # begins a note"
     )
     parser.add_argument(
         "--out", metavar="FILE.jsonl", type=Path, help="the recording (default: the script's name with .jsonl)"
@@ -38,7 +38,7 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--with-identity",
         action="store_true",
-        help="keep the brick's name and address, other devices' and the screen, which are blanked otherwise",
+        help="keep names and addresses of the brick and other devices, and the screen; otherwise they are blanked",
     )
     add_brick_arguments(parser)
 

@@ -107,7 +107,7 @@ class Output:
         self._off = False
 
     def serving(self, doors: list[str], camera: str, attach: list[str]) -> None:
-        """Report the addresses, and the commands that plug what is on USB/IP into this computer."""
+        """Report the addresses, and the commands that attach what is on USB/IP to this computer."""
         nxt = None if not doors else USB if doors[0].startswith(UsbIpClient.scheme) else doors[0]
         command = shlex.join(["nxtdrive", "run", "--nxt", nxt, "--camera", camera]) if nxt else None
         if self._json:

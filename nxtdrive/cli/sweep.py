@@ -35,7 +35,7 @@ EXAMPLES = """\
   nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
 
 SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
-    # a profile that never gives up takes the whole time of every mission; the smoke suite is to take a minute
+    # a profile that never gives up takes the whole time of every mission; the smoke suite should take a minute
     "smoke": ((100, 100), ("thesis", "adaptive", "random-walk", "oracle")),
     "full": ((100, 199), ()),
     "reality": ((100, 104), ("thesis", "adaptive", "random-walk", "oracle")),
@@ -44,7 +44,7 @@ SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
 """Seeds and agents of each suite (none: all). Other seeds are held out for reports: --seeds."""
 DEFAULT_OUT = Path("sweep.jsonl")
 MAX_SEEDS = 100_000
-"""Of each class; the list of missions is kept in memory."""
+"""Largest number of seeds of each class; the list of missions is kept in memory."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--eyes",
         choices=("geometric", "camera"),
         default="geometric",
-        help="how targets are seen: geometric draws detections from geometry and a law fitted to the detector, without "
+        help="how targets are seen: geometric samples detections by geometry and a law fitted to the detector, without "
         "images; camera renders frames and searches them (default: geometric)",
     )
     parser.add_argument(
@@ -92,7 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the sweep, or draw a map; returns the exit code."""
+    """Run the sweep, or draw a map; return the exit code."""
     from nxtdrive.mission.setup import read_robot_file
     from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
@@ -119,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
     for path in (out, summary_path(out)):
         if os.path.lexists(path) and not args.resume:
             raise ConfigError(
-                f"{path} exists already.", remedy="Go on with it (--resume), or name another file (--out)."
+                f"{path} exists already.", remedy="Continue it with --resume, or name another file with --out."
             )
     swept = _sweep(tasks, out, args)
     content = summary(swept, _command(tasks, args))
@@ -133,7 +133,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
-    """Return the command that gives the same lines, with everything said that a suite or a default says."""
+    """Return the command that gives the same lines, with all values of the suite and all defaults spelt out."""
     classes, agents = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.agent for task in tasks)
     seeds = f"{min(task.seed for task in tasks)}-{max(task.seed for task in tasks)}"
     command = ["nxtdrive", "sweep", "--classes", ",".join(classes), "--seeds", seeds]
@@ -162,10 +162,12 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
         try:
             return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
         except BrokenExecutor as error:
-            raise ConfigError(f"a worker died ({error}).", remedy="Go on with --resume, and fewer --workers.") from None
+            raise ConfigError(
+                f"a worker died ({error}).", remedy="Continue with --resume and fewer --workers."
+            ) from None
         except KeyboardInterrupt:
             progress.stop()
-            screen.print(f"interrupted; the missions so far are in {out}: go on with --resume", markup=False)
+            screen.print(f"interrupted; the missions so far are in {out}: continue with --resume", markup=False)
             raise
 
 

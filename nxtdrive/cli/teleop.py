@@ -109,7 +109,7 @@ def _check() -> None:
 
     if find_spec("textual") is None:
         raise ConfigError(
-            "teleop draws with textual, which is not installed.",
+            "teleop needs textual, which is not installed.",
             remedy=f"Install it: {install_extra('tui')}",
         )
     if not all(stream and stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):
@@ -160,7 +160,7 @@ def _open_camera(
         return None, str(error.args[0])
     if isinstance(camera, ReplayCamera) and not target:
         raise ConfigError(
-            f"--camera {source} is a recording, in which only a target is looked for.",
+            f"--camera {source} is a recording, which is used only to look for a target.",
             remedy="Name one: --target NAME.",
         )
     return camera, ""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 STOP = "s"
 CHECK_INTERVAL_S = 0.2
-"""How often a wait for the operator looks for signals."""
+"""How often a wait for the operator checks for signals."""
 
 
 class TerminalOperator:

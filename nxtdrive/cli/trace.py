@@ -99,7 +99,7 @@ def _diff(args: argparse.Namespace) -> int:
     from nxtdrive.transports.trace_file import read_trace
 
     lines = differences(read_trace(args.file).exchanges(), read_trace(args.other).exchanges())
-    return _report(lines, "the same was said")
+    return _report(lines, "the traffic is the same")
 
 
 def _replay(args: argparse.Namespace) -> int:

@@ -38,7 +38,7 @@ EXAMPLES = """\
 PORT = 7080
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
 ELSEWHERE = ("192.0.2.1", 9)
-"""An address for documentation (RFC 5737): asking for the way there names this computer's own; nothing is sent."""
+"""An address for documentation (RFC 5737): the route to it gives this computer's own address; nothing is sent."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,7 +90,7 @@ def require_extra() -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until Ctrl-C; returns the exit code."""
+    """Serve until Ctrl-C; return the exit code."""
     require_extra()
     from nxtdrive.tools.web.access import Pin
 
@@ -132,10 +132,10 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
 
 
 def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
-    """Serve the pages of a class.
+    """Serve the pages of a classroom.
 
     Raises:
-        ConfigError: The class's file has mistakes.
+        ConfigError: The classroom's file has mistakes.
     """
     from nxtdrive.mission import setup
     from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_classroom
@@ -183,7 +183,7 @@ def _can_print(text: str) -> bool:
 
 
 def _own_address() -> str:
-    """Return this computer's address in the network, or its name where there is no way out of the network."""
+    """Return this computer's address in the network, or its name without a route out of the network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(ELSEWHERE)

@@ -1,4 +1,4 @@
-"""``nxtdrive what-if``: what every other candidate of a decision would have cost."""
+"""``nxtdrive what-if``: estimates what the other candidates of a decision would have cost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from nxtdrive.tools.sweep.what_if import Rollout, Source
 
 DESCRIPTION = """\
-Repeat a simulated mission up to each decision, take every candidate there, and say
+Repeat a simulated mission up to each decision, take every candidate there, and print
 what each would have cost: the mean seconds to the targets that were still open. Each
 candidate is tried in several futures, which differ in their random events. A run of
 a real robot is repeated in a simulated room made from its map. The regret of a decision
@@ -52,13 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--decision",
         metavar="N",
         type=number("decision", int, 1, math.inf),
-        help="only this one, from 1 (default: all)",
+        help="only this decision, counted from 1 (default: all)",
     )
     parser.add_argument(
         "--sample",
         metavar="N",
         type=number("decisions", int, 1, math.inf),
-        help="only this many decisions of each mission, drawn at random, always the same ones",
+        help="only this many decisions of each mission, chosen at random, the same ones each time",
     )
     parser.add_argument(
         "--futures",
@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play all branches; returns the exit code."""
+    """Play all branches; return the exit code."""
     if args.decision is not None and len(args.run_paths) > 1:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
     from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
@@ -118,8 +118,8 @@ def _played(
     choices = tuple((each.time_s, each.chose) for each in base.decisions)
     if isinstance(source, RecordedRun) and choices != source.choices:
         raise ConfigError(
-            f"{name} cannot be repeated: the same mission makes other decisions now.",
-            remedy="Another version of nxtdrive, a person or another program had a part in it.",
+            f"{name} cannot be repeated: the same mission leads to other decisions now.",
+            remedy="It was made with another version of nxtdrive, or a person or another program intervened.",
         )
     found: dict[int, dict[int, list[float]]] = {}
     for branch, cost_s in costs(branches(source, base, args.futures, _wanted(base, args)), executor, watch):
@@ -131,7 +131,7 @@ def _played(
 
 
 def _wanted(base: Rollout, args: argparse.Namespace) -> list[int]:
-    """Return the numbers of the decisions to look at, from 0."""
+    """Return the numbers of the decisions to examine, from 0."""
     numbers = list(range(len(base.decisions)))
     if args.decision is not None:
         if args.decision > len(numbers):
@@ -237,4 +237,4 @@ def _show(name: str, told: list[dict[str, Any]]) -> None:
         console.print(table)
         write_line(f"regret {each['regret_s']:.1f} s ({each['biased_regret_s']:.1f} s with the bias)")
     if not told:
-        write_line(f"{name}: the mission came to no decision")
+        write_line(f"{name}: the mission had no decision")

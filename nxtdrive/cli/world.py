@@ -14,7 +14,7 @@ from nxtdrive.cli.options import add_action, add_json_argument, new_file, writin
 from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
 
 DESCRIPTION = """\
-Check the simulated rooms that sim:// opens, draw one with everything in it, or
+Check the simulated rooms that sim:// opens, draw one with all its objects, or
 write a commented room to start from. docs/worlds.md has all tables and keys."""
 EXAMPLES = """\
   nxtdrive world show arena              # the room of `nxtdrive run`
@@ -23,7 +23,7 @@ EXAMPLES = """\
   nxtdrive world show my-room.toml --out my-room.png"""
 
 TEMPLATE = "room"
-"""The bundled world that a new one begins as."""
+"""The bundled world that a new one starts as."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

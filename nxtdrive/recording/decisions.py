@@ -152,7 +152,7 @@ def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:
     if decision.evidence is None:
         return Replay(None, why_not="this version does not understand the journal's evidence")
     if isinstance(policy, Weighing) and not decision.weighed:
-        return Replay(None, why_not="the journal has neither what was in the way nor where else to look from")
+        return Replay(None, why_not="the journal has neither the obstacle nor other places to look from")
     choice = policy.select(decision.evidence)
     return Replay(choice, differs=decision.choice is None or not same(choice, decision.choice))
 

@@ -35,7 +35,7 @@ GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 ROOMS = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".json", ".py", ".toml", ".png")
 """Results depend on the files of `ROOMS` with these extensions."""
-GO_ON = "What is done is in the file: go on with --resume."
+GO_ON = "What is done is in the file: continue with --resume."
 
 T = TypeVar("T")
 

@@ -129,7 +129,7 @@ class ResultFile:
         except OSError as error:
             raise ConfigError(
                 f"{self._path} cannot be written ({error.strerror}); the results before are in it.",
-                remedy="Make room, and go on with --resume.",
+                remedy="Make room, and continue with --resume.",
             ) from error
 
     def __enter__(self) -> Self:

@@ -149,7 +149,7 @@ def test_the_help_shows_every_kind_of_address(scheme, capsys):
 def test_a_wrong_address_in_the_environment_is_called_that(monkeypatch, capsys):
     monkeypatch.setenv("NXT", "warp")
     assert main(["info"]) == USAGE
-    assert "The address is that of $NXT." in capsys.readouterr().err
+    assert "The address comes from $NXT." in capsys.readouterr().err
     assert main(["info", "--nxt", "warp://9"]) == USAGE
     assert "$NXT" not in capsys.readouterr().err
 

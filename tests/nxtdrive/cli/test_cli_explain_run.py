@@ -88,7 +88,7 @@ def test_another_policy_says_where_it_would_have_chosen_otherwise(runs, explaine
         first["replay"]["choice"].get("wait_s") == 7.0
     )
     said = explained(runs["adaptive"], "--profile", "thesis")
-    assert "thesis would have chosen otherwise in" in said
+    assert "thesis would have chosen differently in" in said
     assert "wait up to 7.0 s" in said, "the mission's own numbers count"
 
 
@@ -98,10 +98,10 @@ def test_what_a_thesis_journal_does_not_tell_is_not_made_up(runs, explained):
     assert told["decisions"]
     for decision in told["decisions"]:
         assert decision["replay"]["choice"] is None
-        assert "has neither what was in the way" in decision["replay"]["why_not"]
+        assert "has neither the obstacle" in decision["replay"]["why_not"]
         assert decision["candidates"] == []
     said = explained(runs["thesis"], "--policy", "adaptive")
-    assert "cannot be told" in said
+    assert "unknown: " in said
     assert "the thesis's rule" in said
 
 

@@ -149,8 +149,8 @@ def test_the_installed_program_works_and_survives_a_closed_pipe():
 def test_a_command_that_the_firmware_lacks_is_not_sent(words, firmware, since, capsys):
     assert main(["send", *words, "--nxt", f"sim://?firmware={firmware}"]) == USAGE
     message = capsys.readouterr().err
-    assert f"firmware {firmware} does not know {words[0]}" in message
-    assert f"Firmware {since} and later do" in message
+    assert f"firmware {firmware} does not have {words[0]}" in message
+    assert f"Firmware {since} and later have it" in message
 
 
 def test_a_command_of_the_communitys_firmware_is_sent_to_it(capsys):

@@ -52,7 +52,7 @@ LONGEST_S = 30.0
 MOST_MEMORY = 6_000_000_000
 """Address space while files are read, bytes."""
 REFUSALS = (ConfigError, CameraError, AddressError, LocalProtocolError)
-NET = ("nested too deeply. Make it flatter", "not enough memory", "standard output or a file cannot be used")
+NET = ("nested too deeply. Simplify it", "not enough memory", "standard output or a file cannot be used")
 """Messages of `nxtdrive.cli.main` for errors that the readers of files should have refused."""
 
 Read = Callable[[Path, Random], str]
