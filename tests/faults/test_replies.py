@@ -32,4 +32,4 @@ def _careless(dialogue, command, now, timeout_s, opened=Dialogue.open):
 def test_the_value_of_another_request_is_found(monkeypatch):
     monkeypatch.setattr(Dialogue, "open", _careless)
     texts = [violation.text for violation in CAMPAIGN.run(1, range(CAMPAIGN.batch)).violations]
-    assert any("is answered with" in text for text in texts)
+    assert any("gets the reply" in text for text in texts)

@@ -1,11 +1,11 @@
-"""Measure how exactly the end of the free floor is seen, in rendered rooms.
+"""Measure how accurately the end of the free floor is detected, in rendered rooms.
 
     python -m tools.dev.free_floor_accuracy [--rooms 80] [--places 4] [--seed 1] [--conditions "plain,JPEG 20"]
 
 Each room has one floor, one wall and boxes or persons of one texture; all combinations take turns. The detector learns
-as it does on a robot: from frames with nothing within the sonar's 700 mm. Where the floor really ends comes from the
-same view, twice as fine, with a flat colour for each kind of surface. The tables of docs/vision.md section 3 come
-from here.
+as it does on a robot: from frames with nothing within the sonar's 700 mm. The true end of the floor comes from the
+same view at twice the resolution, with a flat colour for each kind of surface. The tables of docs/vision.md section 3
+come from here.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ RUGS: tuple[Color, ...] = ((60, 60, 140), (110, 70, 50), (190, 205, 215), (70, 7
 """Wine red, dark blue, beige, grey."""
 
 FLOOR, RUG, WALL, BOX = (255, 255, 255), (0, 255, 0), (255, 0, 0), (0, 0, 255)
-"""Colours of the kinds of surfaces; what is above the walls is nearly white."""
+"""Colours of the kinds of surfaces; everything above the walls is nearly white."""
 
 LENS_MM = 200.0
 WALL_MM = 2500.0
@@ -49,7 +49,7 @@ CONE_DEG = 15.0
 """Half of the sonar's cone."""
 
 LEARNED = 10
-"""Frames that are learned from in each room."""
+"""Number of frames in each room from which the detector learns."""
 TRIES = 2000
 FINER = 2
 NEAR_PX = 2.5
@@ -66,13 +66,13 @@ class Condition:
 
     Attributes:
         turn_deg_s: The robot turns while it looks, not while it learns.
-        brightness: The frame is so much brighter than those that were learned from.
-        fade: Light falls off over the frame, in any direction, from this much more to this much less.
+        brightness: Factor by which the frame is brighter than those of learning.
+        fade: Light falls off over the frame, in any direction, from this share more to this share less.
         shadow: Stripes of the floor have this share of the light.
         rug: Rugs lie on the floor.
         effects: The camera.
-        size: Of the frames.
-        tilt_deg: The camera looks up by this.
+        size: Size of the frames.
+        tilt_deg: Angle by which the camera looks up.
     """
 
     turn_deg_s: float = 0.0
@@ -102,7 +102,7 @@ CONDITIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """What stands on which floor, and places to look from: first those to learn from."""
+    """Objects and floor of a room, and places to look from, beginning with those for learning."""
 
     floor: str
     wall: str
@@ -117,11 +117,11 @@ class Ray:
     """One direction of a frame. Rows are those of a frame `DETECTOR.width_px` wide, from its upper edge.
 
     Attributes:
-        floor: Texture.
-        obstacle: Texture of what ends the floor.
-        end_px: Where it does.
-        rug_px: Where a rug begins; None without one in front of the obstacle.
-        seen_px: Where the detector has it; None if it says nothing.
+        floor: Texture of the floor.
+        obstacle: Texture of the obstacle that ends the floor.
+        end_px: Row in which the floor ends.
+        rug_px: Row in which a rug begins; None without one in front of the obstacle.
+        seen_px: Row in which the detector sees the end; None without a result.
     """
 
     floor: str
@@ -137,13 +137,13 @@ class Ray:
 
 
 class Painted(TextureLibrary):
-    """The bundled textures with a floor on which something lies.
+    """The bundled textures, with a floor that has rugs or shadows on it.
 
     Args:
-        seed: Of the textures.
+        seed: Seed of the textures.
         floor: The floor's name.
-        condition: Says what lies on it.
-        rng: Decides where.
+        condition: Which of these lie on it.
+        rng: Chooses the places.
 
     Attributes:
         rugs: A floor for `Kinds`.
@@ -218,7 +218,7 @@ def make_room(number: int, places: int, seed: int) -> Room:
 
 
 def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
-    """Return how far away the nearest thing in the sonar's cone is."""
+    """Return the distance of the nearest object in the sonar's cone."""
     nearest_mm = math.inf
     for x, y in GeometricFloor(law=FloorLaw(0.0, frozenset(), 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
         bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
@@ -262,7 +262,7 @@ def faded(image: Image, share: float, towards: float) -> Image:
 
 
 def compare(room: Room, kinds: Image, ends: NDArray[np.float64]) -> Iterable[Ray]:
-    """Yield the directions in which floor is visible in a frame of kinds, with what the detector says."""
+    """Yield the directions in which floor is visible in a frame of kinds, with the detector's results."""
     seen = {int(u * DETECTOR.columns / DETECTOR.width_px): float(v) for u, v in ends}
     for column in range(DETECTOR.columns):
         upwards = kinds[::-1, int((column + 0.5) / DETECTOR.columns * DETECTOR.width_px) * FINER + FINER // 2]
@@ -302,7 +302,7 @@ def alike(rays: Iterable[Ray]) -> Iterable[str]:
 
 
 def on_rugs(rays: Iterable[Ray]) -> str:
-    """Say how often the floor ends at a rug that lies in front of what really ends it."""
+    """Return how often the detected floor ends at a rug in front of the true end, in words."""
     over = [ray for ray in rays if ray.rug_px is not None]
     there = sum(ray.seen_px is not None and abs(ray.seen_px - (ray.rug_px or 0.0)) <= NEAR_PX for ray in over)
     beyond = sum(abs(ray.error_px) <= NEAR_PX for ray in over)
@@ -313,7 +313,7 @@ def on_rugs(rays: Iterable[Ray]) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the tables."""
-    parser = argparse.ArgumentParser(prog="free_floor_accuracy", description="How exactly the floor's end is seen.")
+    parser = argparse.ArgumentParser(prog="free_floor_accuracy", description="How accurately the floor's end is seen.")
     parser.add_argument("--rooms", type=int, default=80)
     parser.add_argument("--places", type=int, default=4, help="to look from, per room")
     parser.add_argument("--seed", type=int, default=1)

@@ -3,8 +3,8 @@
     python -m tools.dev.living_room [--frames 10] [--rooms 1000] [--only fox,map]
         [--conditions "roll 15,glare"] [--seeds tune|report] [--detector haar]
 
-For every print and condition: the range, which is the distance up to which 90 % of the frames find the print where it
-is. Each condition is applied to the same rendered frames, so that only the condition differs. The tables of
+For every print and condition: the range, which is the distance up to which the print is found at its place in 90 % of
+the frames. Each condition is applied to the same rendered frames, so that only the condition differs. The tables of
 docs/vision.md come from here.
 """
 
@@ -48,7 +48,7 @@ OFF_PX, OFF_SHARE = 6.0, 0.25
 
 SAME_SIZE = 1.35
 KEPT = 0.8
-"""Share of the ideal camera's range that a condition is to leave."""
+"""Share of the ideal camera's range that should remain under a condition."""
 
 TURN_PX = 3.5
 """Smear of a turn at the mission's 36 degrees a second, in a fiftieth of a second."""
@@ -65,7 +65,7 @@ class Camera:
     """One frame's conditions.
 
     Attributes:
-        roll_deg: The camera is rolled by this, clockwise.
+        roll_deg: Roll of the camera, clockwise.
         gain: Factor of the pixel values of blue, green, red, before they are cut at 255.
         smear_px: Horizontal blur.
         jpeg: Quality.
@@ -84,7 +84,7 @@ def _gray(gain: float) -> tuple[float, float, float]:
 
 
 def _mixture(rng: random.Random) -> Camera:
-    """Draw what a living room may show: a little of everything."""
+    """Return random conditions of a living room: a little of everything."""
     light, warm = math.exp(rng.uniform(-0.7, 0.7)), math.exp(rng.uniform(-0.25, 0.25))
     return Camera(
         roll_deg=rng.uniform(-10, 10),
@@ -111,7 +111,7 @@ CONDITIONS: dict[str, Callable[[random.Random], Camera]] = {
     "glare": lambda _: Camera(glare=0.2),
     "living room": _mixture,
 }
-"""Light x3 is three times the light on the sensor of a camera with gamma 2.2; pixels x3 is three times the values."""
+"""Light x3 is three times the light on the sensor of a camera with gamma 2.2; pixels x3 triples the pixel values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +163,7 @@ class LivingRoom:
     Args:
         files: The prints.
         distractors: Further sheets that hang in the rooms.
-        seed: Of the rooms.
+        seed: Seed of the rooms.
     """
 
     def __init__(self, files: Mapping[str, Path], distractors: Sequence[str], seed: int) -> None:
@@ -226,9 +226,9 @@ def is_right(found: Detection, u: float, v: float, height_px: float, part: float
 
 
 def range_m(rates: Sequence[float]) -> float:
-    """Return up to which distance the rate is at least `SHARE`, by interpolation; 0 if it nowhere is.
+    """Return the distance up to which the rate is at least `SHARE`, by interpolation; 0 if it is so nowhere.
 
-    One cell may fall short before it, if the next is good again: a few frames make a rate uncertain.
+    One nearer cell may fall short if the next is good again: with a few frames a rate is uncertain.
     """
     good = [rate >= SHARE for rate in rates]
     last = -1

@@ -1,4 +1,4 @@
-"""Builds small ONNX models for tests: one for each layout with constant outputs, and one that finds what is red.
+"""Builds small ONNX models for tests: one for each layout with constant outputs, and one that finds red areas.
 
 They have no trained weights, and few operators, so that every runtime can run them.
 """
@@ -17,7 +17,7 @@ SIDE = 64
 """Width and height of the models' input."""
 LABELS = ("bowl", "cup", "cat")
 BOX = (16.0, 8.0, 48.0, 40.0)
-"""Where the models with constant outputs see a cup: left, top, right, bottom in pixels of their input."""
+"""Where the models with constant outputs detect a cup: left, top, right, bottom in pixels of their input."""
 SCORE = 0.8
 LAYOUTS = ("yolox", "yolox-decoded", "yolo", "e2e", "detr", "detr-post", "boxes", "boxes-scored")
 
@@ -26,7 +26,7 @@ Shape = Sequence[int | str]
 
 
 def outputs_of(layout: str) -> dict[str, Floats]:
-    """Return what a model of a layout returns if it sees a cup at `BOX`, and fainter things elsewhere."""
+    """Return what a model of a layout returns if it detects a cup at `BOX`, and less certain objects elsewhere."""
     left, top, right, bottom = BOX
     centred = ((left + right) / 2, (top + bottom) / 2, right - left, bottom - top)
     if layout in ("yolox", "yolox-decoded"):
@@ -80,12 +80,12 @@ def constant_model(
     """Return a model that returns the same for every image.
 
     Args:
-        outputs: What it returns.
-        shape: Of its input; texts leave dimensions open.
-        dtype: Of its input.
-        whole: Outputs that are whole numbers.
-        told_size: It has a second input, which takes the size of the frame and scales the boxes.
-        metadata: What the file says of itself; by default its labels.
+        outputs: The values that it returns.
+        shape: Shape of its input; texts leave dimensions open.
+        dtype: Type of its input.
+        whole: Names of the outputs that are whole numbers.
+        told_size: Whether it has a second input, which takes the size of the frame and scales the boxes.
+        metadata: The file's metadata; by default its labels.
     """
     inputs = [helper.make_tensor_value_info("images", dtype, list(shape))]
     nodes = [

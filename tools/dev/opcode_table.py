@@ -16,14 +16,14 @@ INTRODUCTION = """\
 # The protocol as nxtdrive declares it
 
 `tools/dev/opcode_table.py` generates this file from the declarations in `firmware_protocol/`; change those, then run
-`python -m tools.dev.opcode_table > docs/protocol.md`. What the firmware makes of each command is in
+`python -m tools.dev.opcode_table > docs/protocol.md`. How the firmware handles each command is in
 [firmware.md](firmware.md), sections 2 to 6.
 
 A request is its kind (`00` direct, `01` system, plus `80` if no reply is wanted), its opcode and its fields; a reply is
 `02`, the opcode, a status byte and its fields. Integers are little-endian: `u16` is unsigned with 16 bits, `s8` signed
 with 8. Text is Latin-1, padded with zeros. The leading fields of a reply that bear the name of a field of the request
 repeat it. Commands marked † came with
-firmware 1.28; those marked ‡ only firmware 1.32 has, which is the community's."""
+firmware 1.28; those marked ‡ exist only in firmware 1.32, which is the community's."""
 
 _MARKS = {"1.05": "", "1.28": " †", "1.32": " ‡"}
 
@@ -41,7 +41,7 @@ def document() -> str:
         "## Status bytes",
         _table(("status", "meaning", "what to do"), _status_rows()),
         "## IO maps",
-        "Offsets are bytes from the map's beginning; `0 + 32 i` is a variable that is there once for each motor, port, "
+        "Offsets are bytes from the map's beginning; `0 + 32 i` is a variable that exists once for each motor, port, "
         "button or line.",
         *_io_maps(),
     ]

@@ -1,4 +1,4 @@
-"""The picture "lena": a drawn portrait of a woman with a straw hat.
+"""The picture "lena": a drawing of a woman with a straw hat.
 
 Our own drawing, in the role that a well-known photograph (which is not free) plays in many vision programs. It is
 shaded enough for OpenCV's frontal face cascades to take it for a face. Lengths are millimetres on an A4 sheet.

@@ -1,4 +1,4 @@
-"""Twenty prints that differ: photographs, the built-in drawings, and further drawings that are hard in one way each.
+"""Twenty prints that differ: photographs, the built-in drawings, and further drawings, each hard in one way.
 
 Photographs come from scikit-image (of the extra `test`); all are in the public domain or CC0 by its documentation.
 """
@@ -26,7 +26,7 @@ PHOTOGRAPHS: dict[str, tuple[int, int, int, int]] = {
     "hubble_deep_field": (0, 872, 0, 620),
     "retina": (0, 1411, 0, 1411),
 }
-"""Photograph of scikit-image -> rows and columns that are printed."""
+"""Rows and columns that are printed of each photograph from scikit-image, by name."""
 
 DISTRACTORS = ("brick", "grass", "gravel", "immunohistochemistry", "page", "text", "cell")
 """Photographs that hang in the rooms, but are never the target."""
@@ -86,7 +86,7 @@ def draw_book() -> Image:
 
 
 def draw_text() -> Image:
-    """Draw a poster of nothing but words."""
+    """Draw a poster with words only."""
     picture = np.full((594, 420, 3), 235, np.uint8)
     words = ("WANTED", "one small", "robot, white,", "answers to", "NXT", "reward:", "5 batteries")
     for row, word in enumerate(words):
@@ -96,7 +96,7 @@ def draw_text() -> Image:
 
 
 def draw_stripes() -> Image:
-    """Draw stripes: alike along one direction."""
+    """Draw stripes, which look the same along one direction."""
     canvas = Canvas((230, 230, 230))
     for row, color in enumerate(((60, 60, 200), (180, 120, 40), (60, 170, 220), (80, 150, 60), (60, 60, 200))):
         canvas.fill(polygon((0, 60 * row), (210, 60 * row), (210, 60 * row + 34), (0, 60 * row + 34)), color)

@@ -1,11 +1,11 @@
-"""Print what each effect of reality does to each profile, as the table of docs/reality.md.
+"""Print how each effect of reality affects each profile, as the table of docs/reality.md.
 
 ::
 
     nxtdrive sweep --suite reality --seeds 21000-21019 --profiles thesis,adaptive,oracle --out reality.jsonl --resume
     python -m tools.dev.reality_table reality.jsonl
 
-An effect's cost is the difference to the same missions without it, in the class `plain`; classes with rooms of their
+An effect's cost is the difference from the same missions without it, in the class `plain`; classes with rooms of their
 own have none.
 """
 
@@ -38,7 +38,7 @@ def rows(lines: Sequence[Line]) -> Iterator[str]:
 
 
 def _cells(kind: str, lines: Sequence[Line], plain: Sequence[Line]) -> str:
-    """Return success with its cost, and the mishaps a mission, of one agent in one class."""
+    """Return success with its cost, and the mishaps per mission, of one agent in one class."""
     if not lines:
         return " | "
     found = figures(lines)

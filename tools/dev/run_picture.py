@@ -22,8 +22,8 @@ from nxtdrive.recording.run_reader import read_run
 
 MARGIN_PX, GAP_PX = 40, 16
 MOMENTS = {"arrive": 1.0, "wait": -0.2, "reached": -0.2, "finished": -0.2}
-"""States whose first entry is shown, and by how many seconds later: an approach shows a second after it begins, the
-cause of the others a moment before them.
+"""States whose first entry is shown, and how many seconds later: an approach shows a second after it begins, the
+cause of the others is visible a moment before them.
 """
 
 

@@ -1,11 +1,11 @@
-"""Draw what the adaptive profile knows and expects when it chooses a viewpoint, over the scenario's true walls.
+"""Draw the adaptive profile's map and beliefs when it chooses a viewpoint, over the scenario's true walls.
 
     python -m tools.dev.search_map CLASS SEED [--from S] [--to S] [--most N] --out FILE.png
 
 One map for each decision: cells are red where the map has an obstacle and green where it is free, blue lines are the
-true walls, a blue cross the true target, violet discs the belief. Each place that is considered has its gain in
-thousandths, black, and the seconds to get there, green; circles mark the robot (black) and the viewpoints that are
-offered (violet).
+true walls, a blue cross the true target, violet discs the belief. Each place that is considered has a label with its
+gain in thousandths (black) and the seconds to get there (green); circles mark the robot (black) and the viewpoints that
+are offered (violet).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ AROUND_PX = 60
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the mission and write the picture."""
-    parser = argparse.ArgumentParser(prog="search_map", description="What the search for a target knows and expects.")
+    parser = argparse.ArgumentParser(prog="search_map", description="Map and beliefs of the search for a target.")
     parser.add_argument("kind", metavar="CLASS", help="class of the scenario")
     parser.add_argument("seed", metavar="SEED", type=int)
     parser.add_argument("--from", dest="start_s", metavar="S", type=float, default=0.0, help="first moment, seconds")
@@ -81,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _watched(
     watch: Callable[[AdaptiveProfile, Mission, Evidence], None],
 ) -> Callable[[SkillContext, Mission, TargetQueue], AdaptiveProfile]:
-    """Return how to make an adaptive profile of which each decision is watched before it is taken."""
+    """Return a function that makes an adaptive profile and observes each decision before it is taken."""
 
     class Watched(AdaptiveProfile):
         def __init__(self, context: SkillContext, mission: Mission, queue: TargetQueue) -> None:
@@ -101,9 +101,9 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
     """Draw one decision.
 
     Args:
-        world: What the profile knows.
-        mission: With the numbers of the profile.
-        evidence: What it decides on: the target, and the viewpoints that are offered.
+        world: The profile's world model.
+        mission: The mission, with the profile's parameters.
+        evidence: The evidence of the decision: the target, and the viewpoints that are offered.
         truth: The scenario's world, with true walls.
     """
     image = _floor(world)
@@ -127,7 +127,7 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
 
 
 def from_start(place_mm: Point, truth: WorldFile) -> Point:
-    """Return a place of the world as the robot's odometry has it: ahead of its start, and to the right."""
+    """Return a place of the world in the robot's odometry frame: ahead of its start, and to the right."""
     x, y = (float(to - start) for to, start in zip(place_mm, truth.robot.start_mm, strict=True))
     heading = math.radians(truth.robot.heading_deg)
     return x * math.cos(heading) + y * math.sin(heading), y * math.cos(heading) - x * math.sin(heading)

@@ -18,15 +18,15 @@ PICTURE = Path("docs/images/statechart.svg")
 PAGE_TEXT = """\
 # The statechart of a mission
 
-The states in which a mission can be and what leads from one to another, for readers of a [journal](journal.md) and
-developers of profiles. Written by `python -m tools.dev.statechart` from the class `behaviors.chart.MissionChart`; a
-test holds it equal.
+The states of a mission and the transitions between them, for readers of a [journal](journal.md) and
+developers of profiles. `python -m tools.dev.statechart` writes this page from the class `behaviors.chart.MissionChart`;
+a test keeps both in step.
 
 ![The statechart of a mission as a picture](images/statechart.svg)
 
-Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and what
-was measured. An event that means nothing in the current state changes nothing. The motors never wait for the chart: the
-safety stop acts first and reports afterwards.
+Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and its
+measurements. An event without a transition from the current state changes nothing. The motors never wait for the chart:
+the safety stop acts first and reports afterwards.
 
 ## States
 
@@ -36,14 +36,14 @@ safety stop acts first and reports afterwards.
 
 {events}
 
-In the [journal](journal.md) each event has its reason and what was measured.
+In the [journal](journal.md) each event has its reason and its measurements.
 
 ## Transitions
 
 {transitions}
 
-"At once" is a transition that the chart makes by itself when it enters a state and the guard holds. `resume_here` and
-`recover_here` are history states: back to the state that was left.
+"At once" marks a transition that the chart makes by itself when it enters a state and the guard holds. `resume_here`
+and `recover_here` are history states: back to the state that was left.
 
 {guards}
 

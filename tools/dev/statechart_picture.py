@@ -1,4 +1,4 @@
-"""The statechart as a picture to hang up; the layout is by hand, and what is drawn comes from the chart.
+"""The statechart as a picture to hang up; the layout is by hand, the content comes from the chart.
 
 ``python -m tools.dev.statechart`` writes it.
 """
@@ -71,7 +71,7 @@ BEGINNINGS: dict[str, tuple[Place, Place]] = {
     "seeing": ((1345, 780), (1345, 803)),
     "trusted": ((1345, 1024), (1345, 1047)),
 }
-"""The dots from which regions and compounds begin, and where their arrows end."""
+"""The dots at which regions and compounds begin, and where their arrows end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Route:
     """How the arrow between two states is drawn.
 
     Attributes:
-        color: Of line and label.
+        color: Colour of line and label.
         points: Its corners.
         label: The middle of its label's first line.
     """
@@ -172,7 +172,7 @@ NOTES = (
 )
 LINE_PX = 14
 WIDEST = 28
-"""Characters of a sentence that fit into the width of a state."""
+"""Number of characters that fit into the width of a state."""
 
 
 def picture() -> str:
@@ -267,7 +267,7 @@ def _lines(text: str) -> list[str]:
 
 
 def _circle(parent: Xml.Element, name: str, place: Place) -> None:
-    """Draw a history, or the end of all."""
+    """Draw a history state, or the final state."""
     group = Xml.SubElement(parent, "g", {"data-state": name})
     Xml.SubElement(group, "title").text = STATES[name]
     at = {"cx": f"{place[0]:g}", "cy": f"{place[1]:g}"}
@@ -280,13 +280,13 @@ def _circle(parent: Xml.Element, name: str, place: Place) -> None:
 
 
 def _beginning(parent: Xml.Element, begin: Place, end: Place) -> None:
-    """Draw the dot from which a region begins, and its arrow."""
+    """Draw the dot at which a region begins, and its arrow."""
     Xml.SubElement(parent, "circle", {"cx": f"{begin[0]:g}", "cy": f"{begin[1]:g}", "r": "6", "fill": INK})
     _path(parent, (begin, end), INK)
 
 
 def _path(parent: Xml.Element, points: Sequence[Place], color: str) -> None:
-    """Draw a line with round corners and an arrowhead."""
+    """Draw a line with rounded corners and an arrowhead."""
     d = f"M{points[0][0]:g} {points[0][1]:g}"
     for before, corner, after in zip(points, points[1:], points[2:], strict=False):
         near, far = _towards(corner, before), _towards(corner, after)

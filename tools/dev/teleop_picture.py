@@ -1,7 +1,7 @@
 """Takes the documentation's picture of `nxtdrive teleop`, with the simulated robot.
 
-Usage: ``python -m tools.dev.teleop_picture [FILE]``. The program runs in a terminal of its own and is driven towards
-the first target; Textual presses the keys and keeps the screen as SVG, which Chromium draws.
+Usage: ``python -m tools.dev.teleop_picture [FILE]``. The program runs in a terminal of its own and drives towards
+the first target; Textual presses the keys and saves the screen as SVG, which Chromium renders.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def _drive(svg: Path) -> None:
-    """Run the program in a terminal until it has kept its screen and ended."""
+    """Run the program in a terminal until it has saved its screen and ended."""
     command = [sys.executable, "-m", "nxtdrive", "teleop", "--nxt", "sim://open", "--target", "lena", "--no-gamepad"]
     keep = {
         "TEXTUAL_PRESS": KEYS,

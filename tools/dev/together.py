@@ -2,8 +2,8 @@
 
     python -m tools.dev.together [--pictures 12] [--frames 1] [--seeds tune|report]
 
-Each of the prints hangs in rooms at several distances, among six others, in every condition; all of them are looked
-for. A detection is the same if its box is, to a pixel. Times are CPU time of one thread.
+Each of the prints hangs in rooms at several distances, among six others, in every condition; all of them are targets.
+Detections are the same if their boxes are, to a pixel. Times are CPU time of one thread.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def frames(room: LivingRoom, names: Sequence[str], number: int) -> Iterator[tupl
 
 
 def compared(alone: Sequence[Detection], together: Sequence[Detection]) -> str:
-    """Say how two looks for a picture differ."""
+    """Return how two looks for a picture differ, in words."""
     if bool(alone) != bool(together):
         return "found alone only" if alone else "found at once only"
     pairs = zip(alone, together, strict=False)
@@ -56,7 +56,7 @@ def compared(alone: Sequence[Detection], together: Sequence[Detection]) -> str:
 
 
 def timed(detectors: Mapping[str, Detector], image: Image) -> tuple[dict[str, list[Detection]], float]:
-    """Return what is found, and the CPU time in ms."""
+    """Return the detections, and the CPU time in ms."""
     start_s = time.thread_time()
     found = detect_each(detectors, image)
     return found, 1000 * (time.thread_time() - start_s)
@@ -64,8 +64,8 @@ def timed(detectors: Mapping[str, Detector], image: Image) -> tuple[dict[str, li
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the figures."""
-    parser = argparse.ArgumentParser(prog="together", description="What pictures cost that are looked for at once.")
-    parser.add_argument("--pictures", type=int, default=12, help="how many are looked for")
+    parser = argparse.ArgumentParser(prog="together", description="Cost of looking for several pictures at once.")
+    parser.add_argument("--pictures", type=int, default=12, help="number of pictures to look for")
     parser.add_argument("--frames", type=int, default=1, help="rooms per print and distance")
     parser.add_argument("--seeds", choices=SEEDS, default="report", help="which rooms")
     args = parser.parse_args(argv)

@@ -26,7 +26,7 @@ SIZES = {"web-phone": (390, 844), "web-screen": (1440, 1110)}
 DECISIONS = 2
 WAIT_S = 240
 COLORS = 256
-"""Colours of a picture's palette, which keeps it below 200 kB."""
+"""Number of colours of a picture's palette; this keeps it below 200 kB."""
 
 
 def main() -> None:

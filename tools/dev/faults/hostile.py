@@ -30,7 +30,7 @@ _EDGES = (0, 0, 1, 1, 2, 3, 100, 101, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 
 
 
 def peak_memory_kb() -> int:
-    """Return the most memory that this process has used."""
+    """Return the peak memory use of this process."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // (1024 if sys.platform == "darwin" else 1)
 
 
@@ -44,7 +44,7 @@ def random_request(rng: Random) -> bytes:
 
 
 def well_formed(rng: Random, command: type[Command[Any]]) -> bytes:
-    """Return a request of this command with random fields, one in four of them without the wish for a reply."""
+    """Return a request of this command with random fields; one in four wants no reply."""
     head = bytes((command.kind | (NO_REPLY if rng.random() < 0.25 else 0), command.opcode))
     if command in (IOMapRead, IOMapWrite) and rng.random() < 0.9:
         return head + _io_map_access(rng, write=command is IOMapWrite)

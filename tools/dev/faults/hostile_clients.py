@@ -1,4 +1,4 @@
-"""Clients that do what no well-behaved client does, for the campaign `servers`. None of them ever waits."""
+"""Misbehaving clients for the campaign `servers`. None of them ever waits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from random import Random
 BLOCK = 1 << 16
 """Bytes that a greedy client tries to send in a step."""
 SMALL_BUFFER = 4096
-"""Receive buffer of a client that does not read: it is full at once."""
+"""Receive buffer of a client that does not read; it fills up at once."""
 MANY = 40
 """Clients of the kind "many"; above the limit of each server."""
 CROWD = 6
@@ -28,11 +28,11 @@ class Connection(ABC):
 
     @abstractmethod
     def finish_sending(self) -> None:
-        """Close the sending side, or what comes nearest to it."""
+        """Close the sending side, or the nearest equivalent."""
 
     @abstractmethod
     def reset(self) -> None:
-        """Leave without a word."""
+        """Disconnect abruptly."""
 
 
 class Socket(Connection):
@@ -74,7 +74,7 @@ class Port(Connection):
             os.write(self._file, data)
 
     def finish_sending(self) -> None:
-        """Close the port: it has no sides."""
+        """Close the port, since it has no separate sending side."""
         self.reset()
 
     def reset(self) -> None:
@@ -101,7 +101,7 @@ class Hostile:
         self._connections = [self._connect() for _ in range(MANY if kind == "many" else CROWD)]
 
     def step(self) -> None:
-        """Do a little of it."""
+        """Do one step."""
         for number, connection in enumerate(self._connections):
             match self.kind:
                 case "slow":
@@ -123,7 +123,7 @@ class Hostile:
         self._steps += 1
 
     def leave(self) -> None:
-        """Leave without a word."""
+        """Disconnect abruptly."""
         for connection in self._connections:
             connection.reset()
 

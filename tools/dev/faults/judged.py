@@ -30,14 +30,14 @@ from .program_mutation import COMPILED, damaged
 from .programs import TIME_LIMIT_S, random_program
 
 HANG_S = 0.03
-"""Processor time after which the firmware is taken to hang; most programs take a fifth of that."""
+"""Processor time after which the firmware counts as hanging; most programs take a fifth of that."""
 
 STEPS_MS = (8, 1, 2, 3, 10, 20, 60)
-"""How long a program runs before each question for its status."""
+"""How long a program runs before each query of its status."""
 
 NAME = "a.rxe"
 _PIECE, _LONGEST = 58, 6000
-"""Bytes of a file in a telegram, and most bytes of a program that is damaged."""
+"""Bytes of a file in a telegram, and largest size of a program that is damaged."""
 _RANDOM_SHARE = 0.25
 _CLUMPS_AT = 34
 """Where the number of clumps is in a program file."""
@@ -54,7 +54,7 @@ class Judge(NamedTuple):
     Attributes:
         version: The version.
         command: Starts it.
-        poisoned: Starts one whose memory begins with other bytes, if there is one; what differs on it is not defined.
+        poisoned: Starts a variant whose memory begins with other bytes, if any; what differs on it is undefined.
     """
 
     version: str
@@ -115,7 +115,7 @@ def _content(rng: Random, compiled: list[bytes]) -> bytes:
 
 
 def compare(judge: Judge, content: bytes) -> tuple[str, float]:
-    """Return what comes of a program, and the processor time in s that the simulated brick takes."""
+    """Return a program's outcome, and the simulated brick's processor time in seconds."""
     lines = conversation(judge.version, content)
     expected = answers(judge.command, lines)
     begun = time.process_time()
@@ -135,11 +135,11 @@ def compare(judge: Judge, content: bytes) -> tuple[str, float]:
     theirs, ours = _statuses(lines, expected), _statuses(lines, found)
     if theirs != ours:
         return f"violated: status {','.join(ours)} instead of {','.join(theirs)}", seconds
-    return f"same status, another answer to {_first_difference(lines, expected, found)}", seconds
+    return f"same status, another reply to {_first_difference(lines, expected, found)}", seconds
 
 
 def conversation(version: str, content: bytes) -> list[str]:
-    """Return the telegrams and control lines: store the program, start it, ask for its status, stop it, look.
+    """Return the telegrams and control lines: store the program, start it, query its status, stop it, read the results.
 
     The records of the clumps, with which the pool begins, have addresses of LEGO's firmware and are left out.
     """

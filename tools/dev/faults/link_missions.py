@@ -25,19 +25,19 @@ from .wire_transports import plug_in
 
 PROFILES = ("thesis", "adaptive")
 CAMERA_EVERY = 25
-"""One mission in this many looks through the camera, which takes some seconds."""
+"""One mission out of this number uses rendered camera frames, which takes some seconds."""
 TELEGRAMS = 900
-"""About as many as a mission has, over a quick link."""
+"""Roughly the number of telegrams of a mission over a fast link."""
 LATENCIES_MS = (2, 2, 45)
 STILL_MS, STILL_MM_S = 2300, 1.0
 NO_BRICK = "no brick"
-"""The outcome if the brick fails while it is opened."""
+"""The outcome when opening the brick fails."""
 SETTING_UP = 12
 """Telegrams until the mission begins; an error of the link then ends the program."""
 
 
 def mission_trial(seed: int, number: int) -> tuple[str, list[str]]:
-    """Run a mission with a fault; returns its outcome and what is wrong."""
+    """Run a mission with a fault; return its outcome and any violations."""
     random = Random(f"{seed}:{number}")  # noqa: S311 - repeatable
     profile, kind = PROFILES[number % 2], KINDS[number // 2 % len(KINDS)]
     transport, latency_ms = random.choice(TRANSPORTS), random.choice(LATENCIES_MS)
@@ -53,7 +53,7 @@ def mission_trial(seed: int, number: int) -> tuple[str, list[str]]:
 def perform_mission(
     profile: str, transport: str, fault: Fault, *, latency_ms: int = 2, camera: bool = False
 ) -> tuple[str, list[str]]:
-    """Perform a mission in an open room; returns how it ended and what is wrong."""
+    """Perform a mission in an open room; return how it ended and any violations."""
     wire = Wire(Simulation("open", seed=1), transport, fault, latency_ms)
     with tempfile.TemporaryDirectory() as folder:
         return _perform(wire, mission_of(profile), Path(folder), camera=camera)
@@ -116,7 +116,7 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
 
 
 def _record_wrong(folder: Path, report: Report) -> list[str]:
-    """Return what is missing in the run folder."""
+    """Return the files missing from the run folder."""
     names = {path.name for path in folder.iterdir()}
     wrong = [f"{name} is missing" for name in (MISSION, JOURNAL, SUMMARY, MAP) if name not in names]
     records = [json.loads(line) for line in (folder / JOURNAL).read_text(encoding="utf-8").splitlines()]

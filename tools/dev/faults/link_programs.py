@@ -1,4 +1,4 @@
-"""Short programs for the campaign of link faults; each is a list of actions, with what must be true of their values."""
+"""Short programs for the campaign of link faults; each is a list of actions with checks of their values."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ ANGLE_DEG, ANGLE_TOLERANCE_DEG = 80.0, 20.0
 PROGRAM = bytes.fromhex(
     "4d696e6473746f726d734e585400000500000a0000000a0000000a000000000000000100020000000a000100ffffffff0000000025400000"
 )
-"""A program that runs for ever."""
+"""A program that runs forever."""
 STORED = {"stored.txt": bytes(range(256)) + bytes(range(45)), "loop.rxe": PROGRAM}
 """Files on the brick before the program begins."""
 WRITTEN = bytes(255 - i % 251 for i in range(150))
 SETTINGS = "NVConfig.sys"
 BATTERY_MV = (7500, 8100)
 PICTURE_MM, ECHO_MM = 2300.0, 120.0
-"""Where the axle is when the sonar touches the picture ahead, and how old and rough an echo may be."""
+"""Position of the axle when the sonar touches the picture ahead, and how old and how inaccurate an echo may be."""
 POSE_MM, POSE_DEG = 60.0, 10.0
-"""How far odometry may be off."""
+"""Largest error of odometry."""
 UNSEEN_SHARE = 2.0
-"""Farther by this factor after a restart of the brick, whose wheels turned unseen to the end of their lease."""
+"""Larger by this factor after a restart of the brick, whose wheels turned unobserved until their lease ended."""
 
 
 @dataclass
 class Trial:
-    """A program's brick, and what is wrong with its values.
+    """A program's brick, and the wrong values that the program read.
 
     Attributes:
-        simulation: The truth.
+        simulation: The ground truth.
         brick: The driver.
         rover: The same as a vehicle.
-        wrong: Values that are not those of the question, in words.
+        wrong: Values that do not fit their request, in words.
     """
 
     simulation: Simulation
@@ -59,7 +59,7 @@ class Trial:
         return self.simulation.brick is not self._first
 
     def expect(self, right: bool, what: str, value: object) -> None:
-        """Note a value that is not right."""
+        """Record a wrong value."""
         if not right:
             self.wrong.append(f"{what} is {value!r}")
 
@@ -151,7 +151,7 @@ def _battery(trial: Trial) -> None:
 
 
 def _registers(trial: Trial) -> None:
-    """Read registers of several sizes in turn: a byte that is left over would shift them."""
+    """Read registers of several sizes in turn: a byte that is left over would shift the next ones."""
     sonar = trial.brick.ultrasonic(4)
     for register, size, content in ((0x08, 8, b"LEGO\0\0\0\0"), (0x10, 8, b"Sonar\0\0\0"), (0x00, 5, b"V1.0\0")):
         value = sonar.read(register, size)
@@ -166,7 +166,7 @@ def _identity(trial: Trial) -> None:
 def _ports(trial: Trial) -> None:
     for port in InputPort:
         values = trial.brick.request(GetInputValues(port))
-        trial.expect(values.port == port, f"the port asked for as {port}", values.port)
+        trial.expect(values.port == port, f"the requested port {port}", values.port)
 
 
 # --- files, programs, messages ---

@@ -1,4 +1,4 @@
-"""Link faults at every telegram, under short driver programs and under missions; judged by the simulation's truth."""
+"""Link faults at every telegram, under short driver programs and missions; judged by the simulation's ground truth."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from .wire import KINDS, TRANSPORTS, Exchange, Fault, Wire
 from .wire_transports import plug_in
 
 MISSION_EVERY = 60
-"""One trial in this many is a mission, which takes as long as a hundred of the others."""
+"""One trial out of this number is a mission, which takes as long as a hundred others."""
 GOLDEN = (math.sqrt(5) - 1) / 2
-"""Multiples of it, modulo 1, spread evenly however many there are."""
+"""Its multiples, modulo 1, are spread evenly, whatever their number."""
 COMBINATIONS = tuple(product(PROGRAMS, TRANSPORTS, KINDS, (False, True)))
 """Program, transport, kind of fault, and whether the link reconnects."""
 
@@ -35,21 +35,21 @@ STILL_MS = 2000
 """A lease is 0.6 s at the commanded speed, and a motor then coasts for half a second (docs/motion.md)."""
 WATCHED_MS = 300
 UNDER_WAY_MS = 5
-"""Telegrams that were under way when the brick fell silent have arrived by then."""
+"""Telegrams that were in transit when the brick fell silent have arrived by then."""
 COAST_S = 0.2
 SPARE_DEG = 15.0
-"""A motor without power coasts with a time constant of 0.15 s, and the regulator may be ahead by some degrees."""
+"""A motor without power coasts with a time constant of 0.15 s, and the regulator may be some degrees ahead."""
 DOUBLED_MS = 1100
 """How old a value may be after a reply that arrived twice (docs/connecting.md)."""
 LONGEST_CALL_S = 40.0
-"""A request waits 30 s for a lost link, and then for its reply."""
+"""Longest time of a request: it waits 30 s for a lost link, and then for its reply."""
 
 
 class Witness:
-    """Sees each request of a link, and compares its reply with what the brick sent for this very request.
+    """Compares the reply to each request of a link with the one that the brick sent for this very request.
 
     Args:
-        brick: Its link's requests are watched.
+        brick: The brick whose requests are watched.
         wire: What the brick received and sent.
     """
 
@@ -73,7 +73,7 @@ class Witness:
         if self._wire.doubles:  # within this time, the second copy of a reply may pass for that to a like request
             first = min(first, next((i for i, each in enumerate(sent) if each.time_ms >= since_ms), first))
         if not any(_answers(each, command, reply, exact=not self._wire.doubles) for each in sent[first:]):
-            self.wrong.append(f"{reply} is the answer of {command}, which the brick did not send for it")
+            self.wrong.append(f"{reply} is the reply to {command}, which the brick did not send for it")
         return reply
 
 
@@ -89,7 +89,7 @@ def _answers(exchange: Exchange, command: Command[Any], reply: object, *, exact:
 
 
 class Stillness:
-    """Notes motors that turn although the brick has not been reached for longer than a lease.
+    """Records motors that still turn although the brick has been unreachable for longer than a lease.
 
     Args:
         wire: The wire, whose losses are watched.
@@ -115,7 +115,7 @@ class Stillness:
         return [_limit_deg(output) for output in self._simulation.brick.output.outputs]
 
     def rotations(self) -> list[float]:
-        """Return the angle of each motor, whatever becomes of the brick's counters."""
+        """Return the angle of each motor, independent of the brick's counters."""
         return [output.plant.angle for output in self._simulation.brick.output.outputs]  # type: ignore[union-attr]
 
     def _watch(self, begun: list[float], limits: list[float]) -> None:
@@ -127,7 +127,7 @@ class Stillness:
         self.watch("the loss of the link")
 
     def watch(self, since: str) -> None:
-        """Compare the motors in a moment; they must stand."""
+        """Check the motors after a moment; they must be at rest."""
         before = self.rotations()
 
         def compare() -> None:
@@ -139,7 +139,7 @@ class Stillness:
 
 
 def _limit_deg(output: Output) -> float:
-    """Return how far a motor may turn without another command: for its lease, and then by its momentum."""
+    """Return how far a motor may turn without another command: during its lease, and then by its momentum."""
     commanded = abs(output.power) / 100 * FULL_SPEED_DEG_S
     turning: float = abs(output.plant.free_speed)  # type: ignore[union-attr]  # the motors of a `Simulation` have it
     return max(LEASE_DEG, commanded * LEASE_S) + max(commanded, turning) * COAST_S + SPARE_DEG
@@ -157,7 +157,7 @@ def new_simulation() -> Simulation:
 
 
 def run_program(actions: Sequence[Action], wire: Wire, *, reconnecting: bool = False) -> tuple[str, list[str]]:
-    """Run a program that goes on with its next action after each error; returns the outcome and what is wrong."""
+    """Run a program that continues with its next action after each error; return the outcome and any violations."""
     simulation, still, errors = wire.simulation, Stillness(wire), set()
     witness: Witness | None = None
     trial: Trial | None = None
@@ -186,11 +186,11 @@ def run_program(actions: Sequence[Action], wire: Wire, *, reconnecting: bool = F
 
 
 def _files_wrong(simulation: Simulation) -> list[str]:
-    """Return what is wrong with the brick's files: one that was changed, or a part of one."""
+    """Return the violations in the brick's files: one that was changed, or a part of one."""
     files = {file.name: bytes(file.content) for file in simulation.brick.loader.flash.files}
     wrong = [f"{name} was changed" for name, content in STORED.items() if files.get(name) != content]
     if files.get("new.txt", WRITTEN) != WRITTEN:
-        wrong.append("a part of new.txt is left on the brick")
+        wrong.append("a part of new.txt was left on the brick")
     return wrong
 
 
@@ -214,7 +214,7 @@ def _program_trial(seed: int, number: int) -> tuple[str, list[str]]:
 
 
 def trials(seed: int, numbers: range) -> Tally:
-    """Make these trials."""
+    """Run these trials."""
     logging.getLogger("nxtdrive").setLevel(logging.ERROR)  # each lost link is a warning
     tally = Tally()
     for number in numbers:
@@ -231,9 +231,9 @@ def trials(seed: int, numbers: range) -> Tally:
 
 
 CAMPAIGN = Campaign(
-    "Whatever befalls the link at whatever telegram, motors stand within a lease and their coasting, no value answers "
-    "another question, each call ends in time with a value or an error of the driver, and a mission goes on or ends as "
-    "promised with a complete run folder.",
+    "Whatever happens to the link, at any telegram, motors stand still within a lease and their coasting, no reply is "
+    "taken for the reply to another request, each call ends in time with a value or an error of the driver, and a "
+    "mission goes on or ends as promised with a complete run folder.",
     "link faults",
     count=20_000,
     batch=60,

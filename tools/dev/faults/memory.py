@@ -11,7 +11,7 @@ from itertools import pairwise
 
 @contextmanager
 def traced() -> Iterator[Callable[[], int]]:
-    """Trace allocations within the block; gives a function that returns the bytes in use."""
+    """Trace allocations within the block; yield a function that returns the bytes in use."""
     tracemalloc.start()
 
     def used() -> int:
@@ -25,10 +25,10 @@ def traced() -> Iterator[Callable[[], int]]:
 
 
 def least_growth(steps: Iterable[Callable[[], object]]) -> int:
-    """Take the steps one after the other; return the least number of bytes that any but the first leaves in use.
+    """Run the steps one after the other; return the least number of bytes that any but the first leaves in use.
 
-    What leaks leaves something behind with each step. A cache that is filled once, or another thread of the process, is
-    no leak.
+    A leak leaves something behind with each step; a cache that is filled once, or another thread of the process, does
+    not.
     """
     with traced() as used:
         in_use = [(step(), used())[1] for step in steps]

@@ -1,7 +1,7 @@
 """Campaign: damaged and odd neural networks.
 
 Each is loaded and run as a target's would be, in a process of its own with a limit on memory: that may crash, as a
-runtime does now and then, but it must not say anything else than why it refuses the file.
+runtime does now and then, but it must not print anything except why it refuses the file.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _goods() -> tuple[bytes, ...]:
 
 
 def damaged(number: int, seed: int) -> tuple[bytes, Options]:
-    """Return the model of a trial, and how it is read."""
+    """Return the model of a trial, and the options with which it is read."""
     random = Random(f"{seed} {number}")  # noqa: S311 - not for secrets
     content = random.choice(_goods())
     if random.random() < 0.7:
@@ -103,7 +103,7 @@ def _wire(model: onnx.ModelProto, random: Random) -> None:
 
 
 def _part(model: onnx.ModelProto, random: Random) -> None:
-    """Leave something out, or have it twice."""
+    """Leave something out, or repeat it."""
     graph = model.graph
     parts = random.choice((graph.node, graph.initializer, graph.input, graph.output))
     if parts and random.random() < 0.5:
@@ -124,7 +124,7 @@ _CHANGES: tuple[Callable[[onnx.ModelProto, Random], None], ...] = (
 
 
 def read_apart(path: Path, options: Options) -> tuple[str, str]:
-    """Load and run a model in a forked process; returns the outcome, and what it said."""
+    """Load and run a model in a forked process; return the outcome and its output."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
     child = os.fork()
     if child == 0:

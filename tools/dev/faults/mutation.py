@@ -47,7 +47,7 @@ VALUES = (
         b"3000000000",
     ),
 )
-"""Written in place of a value."""
+"""Odd values that replace valid ones."""
 BYTES = (
     b"\0",
     b"\xff",

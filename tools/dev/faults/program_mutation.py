@@ -17,7 +17,7 @@ _LONG = 0xE
 
 
 class _Parts(NamedTuple):
-    """Where the parts of a program are; the table begins at `_TABLE`."""
+    """Offsets of the parts of a program; the table begins at `_TABLE`."""
 
     numbers: tuple[int, ...]
     descriptors: int
@@ -32,7 +32,7 @@ def compiled_programs() -> list[bytes]:
 
 
 def damaged(random: Random, content: bytes) -> bytes:
-    """Return a program with one to three damages."""
+    """Return a program damaged in one to three places."""
     parts, result = _parts(content), bytearray(content)
     for _ in range(random.choice((1, 1, 1, 1, 2, 2, 3))):
         random.choice(_WAYS)(random, parts, result)

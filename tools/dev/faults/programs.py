@@ -29,10 +29,10 @@ START_MS, STEPS_MS = 10, (1, 5, 40)
 """How long a program takes to start, and then runs; it gets messages in between."""
 
 TIME_LIMIT_S = 5.0
-"""Most processor time that one program may take; the slowest sensible ones take a hundredth of it."""
+"""Largest processor time of one program; the slowest sensible ones take a hundredth of it."""
 
 MEMORY_LIMIT_KB = 64 * 1024
-"""Most memory that a batch may need."""
+"""Largest memory that a batch may need."""
 
 NAME = "a.rxe"
 _COMPILED_SHARE = 0.7
@@ -105,7 +105,7 @@ def run(seed: int, numbers: range) -> Tally:
 
 
 def _content(rng: Random) -> bytes:
-    """Return a damaged compiled program, or one of random instructions, of which some are damaged, too."""
+    """Return a damaged compiled program, or one of random instructions, some of which are damaged as well."""
     if rng.random() < _COMPILED_SHARE:
         return damaged(rng, rng.choice(_compiled()))
     content = random_program(rng)
@@ -144,7 +144,7 @@ def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     if pool != POOL_SIZE:
         return f"violated: the memory pool has {pool} bytes"
     if battery is None or not battery.startswith(GetBatteryLevel.encode_reply()):
-        return f"violated: GetBatteryLevel is answered with {battery!r}"
+        return f"violated: GetBatteryLevel gets the reply {battery!r}"
     return f"{'started' if loaded and loaded[-1] == ProgramStatus.RUNNING else 'not started'}, {ended.name.lower()}"
 
 

@@ -36,25 +36,25 @@ BATCH = 250
 """Operations over one link."""
 
 TIMEOUT_S, LATE_S, LIMIT_S = 1.0, 1.6, 5.0
-"""Timeout of a reply, delay of a late one, and most time of one request: two timeouts, and a drained stream."""
+"""Timeout of a reply, delay of a late one, and longest time of one request: two timeouts, and a drained stream."""
 
 MEMORY_LIMIT_KB = 64 * 1024
-"""Most memory that a batch may need."""
+"""Largest memory that a batch may need."""
 
 TRANSFER_LIMIT_S = 60.0
-"""Most time of a transfer of many requests; each attempt ends at its first missing reply."""
+"""Longest time of a transfer of many requests; each attempt ends at its first missing reply."""
 
 CHANGES = ("changed", "truncated", "extended", "wrong size")
-"""What is done to the bytes of a reply; of these, a changed value may pass for a right one."""
+"""Changes to the bytes of a reply; of these, a changed value may pass for a right one."""
 
 MOVES = ("twice", "late", "lost", "after an earlier one")
-"""What is done to whole replies."""
+"""Changes to whole replies."""
 
 STREAMED = ("wrong length", "behind noise", "cut off", "in pieces")
-"""What is done to a reply in a stream."""
+"""Changes to a reply in a stream."""
 
 WHOLE = ("truncated", *MOVES, "cut off", "in pieces")
-"""What is done during transfers: changed bytes of a file cannot be told from right ones."""
+"""Changes during transfers, without changed bytes of a file, which nobody can distinguish from right ones."""
 
 CONTENT = bytes(range(200))
 LISTED = [FileEntry("a.bin", len(CONTENT)), FileEntry("NVConfig.sys", 6)]
@@ -82,8 +82,8 @@ class _Wire:
         fault: What happens to the next reply, or empty.
         rate: Share of the other replies that are tampered with.
         faults: What may happen to them.
-        sound: All replies of the brick, untouched, by what the driver can tell of a request from its reply.
-        tells: Whether it knows that a telegram waits.
+        sound: All replies of the brick, untouched, by the part of a request that its reply repeats.
+        tells: Whether it can report that a telegram waits.
         brick: The brick.
     """
 
@@ -120,7 +120,7 @@ class _Wire:
         return self.brick.receive(telegram)
 
     def tamper(self, fault: str, reply: bytes) -> None:
-        """Put a reply on the way, tampered with."""
+        """Send a reply, tampered with."""
         match fault:
             case "changed":
                 self.arrive(mutated(self.rng, reply))
@@ -144,7 +144,7 @@ class _Wire:
                 self.arrive(reply)
 
     def arrive(self, data: bytes, delay_s: float = 0.0) -> None:
-        """Have a telegram arrive, after those before it."""
+        """Deliver a telegram after earlier ones."""
         self._last_s = max(self._last_s, self._now_s + delay_s)
         self._due.append((self._last_s, data))
 
@@ -174,7 +174,7 @@ class _Wire:
 
 
 class _Stream(StreamTransport):
-    """The same brick behind a stream of bytes, read by the driver's own code for streams."""
+    """The same brick behind a byte stream, which the driver's own code reads."""
 
     simulated = True
 
@@ -275,7 +275,7 @@ def _request(rig: _Rig, rng: Random) -> str:
         outcome = f"{fault}: right value" if reply in sound else f"{fault}: changed value"
         echo = type(command).encode_reply(reply)[: len(head)]
         if outcome.endswith("changed value") and (fault not in (*CHANGES, *STREAMED[:2]) or echo != head):
-            return f"violated: {command} is answered with {reply} ({fault})"
+            return f"violated: {command} gets the reply {reply} ({fault})"
     took_s = wire.now() - begun
     return outcome if took_s <= LIMIT_S else f"violated: {command} took {took_s:.1f} s ({fault})"
 
@@ -322,7 +322,7 @@ def _after(rig: _Rig, outcome: str) -> str:
 
 
 def reply_head(telegram: bytes) -> bytes:
-    """Return what a good reply to a request begins with."""
+    """Return the first bytes of a valid reply to a request."""
     return COMMANDS[Kind(telegram[0]), telegram[1]].reply_head(telegram)
 
 

@@ -1,6 +1,6 @@
 """Hostile clients at `nxtdrive sim serve` and `nxtdrive serve`, in processes and over sockets of the operating system.
 
-Outcomes depend on the machine's speed by nature: the limits are those that the documents promise, with time to spare.
+Outcomes depend on the machine's speed by nature: the limits are those that the documents promise, with a margin.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ END_S = 2.0
 MEMORY_LIMIT_KB = 64_000
 """How much the server's memory may grow."""
 ROUNDS = 12
-"""Steps of the hostile clients, with a request of each well-behaved one after each."""
+"""Number of steps of the hostile clients; each well-behaved client sends a request after each step."""
 
 Address = tuple[str, int]
 
@@ -87,7 +87,7 @@ class Server(ABC):
             raise Broken(f"the server ended with exit code {self.process.returncode}: {said[-500:]}")
 
     def kill(self) -> None:
-        """End it in any case."""
+        """End the server in any case."""
         self.process.kill()
         self.process.communicate()
 
@@ -109,7 +109,7 @@ class SimServe(Server):
         }
 
     def clients(self) -> Iterator[Good]:
-        """Connect one at each TCP port."""
+        """Connect one client at each TCP port."""
         yield Program(self._tcp, framed=True)
         yield Program(self._nxt_server, framed=False)
         yield Viewer(self._camera)
@@ -124,7 +124,7 @@ class Serve(Server):
         self.doors = {"line": (self._address, b"why\n")}
 
     def clients(self) -> Iterator[Good]:
-        """Connect the one that is served."""
+        """Connect the one client that is served."""
         yield Agent(self._address)
 
 
@@ -147,7 +147,7 @@ class Good(ABC):
         try:
             answer = self._ask()
         except OSError as error:
-            raise Broken(f"{type(self).__name__} was not answered: {error or type(error).__name__}") from error
+            raise Broken(f"{type(self).__name__} got no reply: {error or type(error).__name__}") from error
         if not answer:
             raise Broken(f"{type(self).__name__} was disconnected")
 
@@ -197,12 +197,12 @@ class Agent(Good):
         self._socket.sendall(b"connect\n")
         answer = self._stream.readline()
         if answer not in (b"1\n", b""):
-            raise Broken(f"connect was answered {answer!r}")
+            raise Broken(f"connect got the reply {answer!r}")
         return answer
 
 
 def run(seed: int, numbers: range) -> Tally:
-    """Make the trials of these numbers; of four, one is of `nxtdrive serve`."""
+    """Run the trials of these numbers; one in four is of `nxtdrive serve`."""
     tally = Tally()
     for number in numbers:
         rng = Random(f"{seed}/{number}")  # noqa: S311 - not for secrets
@@ -221,7 +221,7 @@ def run(seed: int, numbers: range) -> Tally:
 
 
 def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leaves: bool) -> None:
-    """Make one trial: well-behaved clients are served beside hostile ones, then Ctrl-C ends the server.
+    """Run one trial: well-behaved clients are served beside hostile ones, then Ctrl-C ends the server.
 
     Args:
         server: A fresh server.
@@ -256,7 +256,7 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
 
 
 def _connected(server: Server, stack: contextlib.ExitStack) -> list[Good]:
-    """Connect well-behaved clients, each of which is answered; the stack closes them."""
+    """Connect well-behaved clients, each of which gets a reply; the stack closes them."""
     good = []
     for client in server.clients():
         good.append(stack.enter_context(contextlib.closing(client)))
@@ -286,7 +286,7 @@ def _host_and_port(text: str) -> Address:
 
 
 CAMPAIGN = Campaign(
-    promise="Whatever the clients of a server do, a well-behaved client beside them is served, the server's memory is "
+    promise="Whatever the clients of a server do, a well-behaved client is served beside them, the server's memory is "
     "bounded, and Ctrl-C ends it within 2 s with exit code 0.",
     unit="trials",
     count=60,

@@ -27,11 +27,11 @@ from .campaign import Campaign, Tally, Violation
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LATEST_S = 5.0
-"""The signal comes at a random moment up to this time after the start; commands are at work after 1 to 2 s."""
+"""The signal arrives at a random moment up to this time after the start; commands begin their work after 1 to 2 s."""
 AGAIN_S = 0.1
-"""Every other signal is sent twice, as a terminal that is closed does; the second finds the program ending."""
+"""Every other signal is sent twice, as when a terminal is closed; the second arrives while the program is ending."""
 LIMIT_S = 40.0
-"""A process that has not ended by then hangs."""
+"""A process that has not ended by then counts as hanging."""
 COAST_S = 1.2
 STILL_S = 0.3
 SERVED, CAMERA = "{nxt}", "{camera}"
@@ -43,8 +43,8 @@ class Case:
 
     Attributes:
         words: Its arguments; those of the served brick are filled in.
-        code: Its documented exit code after a signal, once it is at work; None: 128 + the signal's number.
-        terminal: Whether it needs one.
+        code: Its documented exit code after a signal, once it has begun its work; None: 128 + the signal's number.
+        terminal: Whether it needs a terminal.
     """
 
     words: tuple[str, ...]
@@ -90,7 +90,7 @@ class Ended:
 
 
 class Served:
-    """A simulated brick behind a pseudo-terminal, and a second way to it for the truth.
+    """A simulated brick behind a pseudo-terminal, and a second link to it for the ground truth.
 
     Args:
         folder: For the pseudo-terminal.
@@ -180,7 +180,7 @@ def _drain(file: int) -> None:
 
 
 def judge(case: Case, number: int, ended: Ended, folder: Path) -> tuple[str, list[str]]:
-    """Return the outcome and what is wrong."""
+    """Return the outcome and any violations."""
     if ended.code is None:
         return "hung", [f"it hangs after {LIMIT_S:g} s"]
     run = next((folder / "runs").glob("*"), None)
@@ -220,7 +220,7 @@ def _served(numbers: range, cases: dict[int, Case]) -> Iterator[Served | None]:
 
 
 def trials(seed: int, numbers: range) -> Tally:
-    """Make these trials."""
+    """Run these trials."""
     tally, names = Tally(), list(CASES)
     cases = {number: CASES[names[number % len(names)]] for number in numbers}
     with _served(numbers, cases) as served:

@@ -38,14 +38,14 @@ WARM_HOURS = 2
 GROWTH_BLOCKS = 1000
 """Growth of the number of Python's objects, roughly, after the second hour; a leak of one per poll would exceed it."""
 TRACED_EVERY, LEFT_BYTES = 6, 50_000
-"""One hour in this many traces all allocations, which takes five times as long; then what is left is limited."""
+"""One hour out of this number traces all allocations, which takes five times as long, and limits what it leaves."""
 SPARE_TELEGRAMS = 12
-"""Keep-alive telegrams of an hour more or less than those of the timers: lost links, a mission, reconnections."""
+"""Tolerance of an hour's number of keep-alive telegrams: lost links, a mission and reconnections change it."""
 KEEP_ALIVE = KeepAlive.opcode
 
 
 def trials(_seed: int, numbers: range) -> Tally:
-    """Let these hours pass, one after the other, on one link."""
+    """Simulate these hours, one after the other, on one link."""
     logging.getLogger("nxtdrive").setLevel(logging.ERROR)  # each lost link is a warning
     wire = Wire(Simulation("open", seed=1), USB, None)
     _age(wire.simulation)
@@ -58,7 +58,7 @@ def trials(_seed: int, numbers: range) -> Tally:
                 with traced() as used:
                     wrong = _hour(brick, wire, number)
                     if used() > LEFT_BYTES:
-                        wrong.append(f"an hour has left {used()} bytes behind")
+                        wrong.append(f"an hour left {used()} bytes behind")
             else:
                 wrong = _hour(brick, wire, number)
             gc.collect()
@@ -74,7 +74,7 @@ def trials(_seed: int, numbers: range) -> Tally:
 
 
 def _age(simulation: Simulation) -> None:
-    """Let the brick have been on for almost 50 days."""
+    """Set the brick's counter as if it had been on for almost 50 days."""
     brick, sleep = simulation.brick, UI.field("SleepTimeout")
     brick.receive(sleep.write(0).encode())
     brick.tick(WRAP_MS - BEFORE_WRAP_MS - brick.now_ms)
@@ -89,7 +89,7 @@ def _tick_ms(brick: Brick) -> int:
 
 
 def _hour(brick: Brick, wire: Wire, number: int) -> list[str]:
-    """Let an hour pass; returns what is wrong."""
+    """Simulate an hour; return any violations."""
     begun_s, wrong = brick.now(), []
     for work in (_poll, _lose, _pursue, _idle):
         try:
@@ -128,7 +128,7 @@ def _lose(brick: Brick, wire: Wire, _number: int, _end_s: float) -> list[str]:
 
 
 def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
-    """Pursue a mission, then go back to where it began; a link is lost amid every other one."""
+    """Pursue a mission, then go back to where it began; the link is lost in the middle of every other mission."""
     mission, clock = mission_of(PROFILES[number % 2]), MissionClock(brick)
     body = setup.build_body(brick, mission)
     eyes = setup.geometric_eyes(brick, mission, wire.simulation.webcam)

@@ -35,7 +35,7 @@ BATCH = 250
 
 PAUSES_MS = (*[0] * 8, *[1] * 6, 2, 3, 5, 10, 20, 101)
 LONG_PAUSES_MS = (400, 1000, 5000)
-"""Time between telegrams, and once in a thousand times."""
+"""Time between telegrams, and the long pause that occurs once in a thousand times."""
 
 WORLDS = 0.1
 """Share of the bricks that drive a robot in a world; the others have motors and sensors on a bench."""
@@ -79,7 +79,7 @@ class _Rig:
         return [(telegram, self.brick.receive_bluetooth(frame(telegram))) for telegram in telegrams]
 
     def revive(self) -> None:
-        """Switch a brick on again that was told to switch itself off."""
+        """Switch a brick on again after it was told to switch itself off."""
         self.brick.io_control.power_word = self.brick.ui.force_off = 0
 
 
@@ -119,7 +119,7 @@ def _try(rig: _Rig, rng: Random, telegram: bytes) -> str:
         rig.frames.reset()  # as a pause does
         replies = rig.exchange(frame(CHECK) if rig.bluetooth else CHECK)
         if len(replies) != 1 or not replies[0][1][LENGTH_SIZE if rig.bluetooth else 0 :].startswith(GOOD):
-            return f"violated: after it GetBatteryLevel is answered with {replies}"
+            return f"violated: after it GetBatteryLevel gets the reply {replies}"
     return outcome
 
 
@@ -141,7 +141,7 @@ def _pieces(rng: Random, telegram: bytes) -> list[bytes]:
 
 
 def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
-    """Return the outcome that a reply stands for."""
+    """Return the outcome that a reply means."""
     if rig.bluetooth and len(request) > BLUETOOTH_TELEGRAM_LIMIT and (len(request) == SPLIT or not _is_write(request)):
         return _judge_pieces(request, reply)
     limit = USB_TELEGRAM_LIMIT
@@ -176,7 +176,7 @@ def _judge_pieces(request: bytes, reply: bytes) -> str:
     while rest and rest[LENGTH_SIZE + 1 : LENGTH_SIZE + 2] != bytes([Read.opcode]):  # long reads are cut short
         end = LENGTH_SIZE + int.from_bytes(rest[:LENGTH_SIZE], "little")
         if len(rest) < end or replies == pieces:
-            return f"violated: a telegram of {pieces} pieces is answered with {reply.hex()}"
+            return f"violated: a telegram of {pieces} pieces gets the reply {reply.hex()}"
         replies, rest = replies + 1, rest[end:]
     return "split"
 

@@ -21,9 +21,9 @@ from sim_backend.simulation import Simulation
 
 FOREVER_MS = 10**9
 REBOOT_MS = 8000
-"""A brick that was restarted takes this long until it accepts a link again."""
+"""Time that a restarted brick takes until it accepts a link again."""
 MERGE_MS = 15
-"""A serial stream that merges passes its bytes on this often."""
+"""Interval at which a merging serial stream passes its bytes on."""
 
 USB, STREAM, BYTES, MERGED = "USB packets", "serial stream", "serial, single bytes", "serial, merged"
 TRANSPORTS = (USB, STREAM, BYTES, MERGED)
@@ -60,7 +60,7 @@ KINDS = (
 """All kinds of faults."""
 
 STATUSES = (0x20, 0xBD, 0xBF, 0xC0, 0xDB, 0xDD, 0xDE, 0xE0, 0xEC, 0xFB, 0xFF)
-"""Refusals. Those that answer the question are left out: "no such file" ends a listing, and 0xEC says that no program
+"""Refusals. Those that are regular answers are left out: "no such file" ends a listing, and 0xEC says that no program
 runs."""
 SPLIT_MS = (20, 450)
 """Range of the pause within a reply."""
@@ -71,9 +71,9 @@ class Fault:
     """One fault of a wire.
 
     Attributes:
-        kind: Of `KINDS`.
+        kind: One of `KINDS`.
         at: Number of the telegram that it happens to, from 0, counted over all links of the wire.
-        draw: Seed of its details.
+        draw: Seed of its random details.
     """
 
     kind: str
@@ -97,12 +97,12 @@ class Exchange:
 
 
 class Wire:
-    """The way between the driver and a simulated brick; at most one link is open at a time.
+    """The connection between the driver and a simulated brick; at most one link is open at a time.
 
     Args:
         simulation: Holds brick and clock.
-        transport: Of `TRANSPORTS`.
-        fault: What happens to it, if anything.
+        transport: One of `TRANSPORTS`.
+        fault: The fault that occurs, if any.
         latency_ms: Round trip.
 
     Attributes:
@@ -134,7 +134,7 @@ class Wire:
         """Open a link and return its number.
 
         Raises:
-            OSError: The brick is away.
+            OSError: The brick cannot be reached.
         """
         if not self.reachable:
             raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
@@ -187,7 +187,7 @@ class Wire:
             self.simulation.advance(max(1, min(news) - now_ms))
 
     def take(self) -> bytes:
-        """Return the packet that has arrived, or the bytes that have, as the operating system would pass them on."""
+        """Return the packet or the bytes that have arrived, as the operating system would pass them on."""
         data = self._arrivals.popleft()[1]
         if not data and self._fault is not None:
             self._fail(ERRORS[self._fault.kind])
@@ -226,8 +226,8 @@ class Wire:
     def falsifies(self) -> bool:
         """Whether its fault changes values in a way that no driver can see.
 
-        Telegrams have no checksum; and over USB, where replies that arrive twice are looked for once a second only, the
-        second copy of a reply passes for that to the next request of the same form (docs/connecting.md).
+        Telegrams have no checksum; and over USB, where the driver checks only once a second for replies that arrive
+        twice, the second copy of a reply passes for that to the next request of the same form (docs/connecting.md).
         """
         kind = "" if self._fault is None else self._fault.kind
         return kind == FLIPPED or (kind == DOUBLED and self.transport == USB)
@@ -308,10 +308,10 @@ class Wire:
         return reply
 
     def pull(self, kind: str) -> None:
-        """Cut the link, and keep the brick away for a while.
+        """Cut the link, and keep the brick unreachable for a while.
 
         Args:
-            kind: Of `PULLED_MS`.
+            kind: One of `PULLED_MS`.
         """
         simulation = self.simulation
         self._away_until_ms = simulation.now_ms + PULLED_MS[kind]
@@ -328,7 +328,7 @@ class Wire:
 
 
 def restart(simulation: Simulation) -> None:
-    """Switch the brick off and on: only its files are left."""
+    """Switch the brick off and on again; only its files remain."""
     old = simulation.brick
     simulation.brick = new = SimBrick(firmware=old.firmware, flash=old.loader.flash, seed=simulation.seed)
     for port, output in zip("ABC", old.output.outputs, strict=True):

@@ -72,7 +72,7 @@ class _Bus(UsbBackend):
         self.wire = wire
 
     def enumerate_devices(self) -> Any:  # noqa: ANN401 - as its base declares
-        """Yield the brick, unless it is away."""
+        """Yield the brick if it can be reached."""
         return super().enumerate_devices() if self.wire.reachable else iter(())
 
     def bulk_write(self, *args: Any) -> int:  # noqa: ANN401 - as its base declares
@@ -105,7 +105,7 @@ class VirtualUsb(_Clock, UsbTransport):
 
 
 class _Port:
-    """The wire as pyserial shows it."""
+    """The wire as pyserial presents it."""
 
     def __init__(self, wire: Wire) -> None:
         self.timeout = 0.0
@@ -165,7 +165,7 @@ class VirtualSerial(_Clock, SerialTransport):
 
 
 def plug_in(wire: Wire) -> VirtualUsb | VirtualSerial:
-    """Open the wire by the driver's transport."""
+    """Open the wire with the driver's transport."""
     if wire.transport == USB:
         return VirtualUsb.open(Address.parse("usb://"), backend=_Bus(wire))
     return VirtualSerial.plug_in(wire)
