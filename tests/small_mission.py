@@ -1,4 +1,4 @@
-"""A mission that is as short as one can be; in the world `open` it ends soon."""
+"""A minimal mission; in the world `open` it ends soon."""
 
 MISSION = """
 [mission]

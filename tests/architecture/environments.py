@@ -1,4 +1,4 @@
-"""Environments without nxtdrive, into which tests put it."""
+"""Environments without nxtdrive, in which tests install it."""
 
 from __future__ import annotations
 

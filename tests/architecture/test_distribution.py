@@ -1,4 +1,4 @@
-"""What is published: the wheel and the source distribution pass the index's checks and run outside a checkout."""
+"""The published packages: the wheel and the source distribution pass the index's checks and run outside a checkout."""
 
 from __future__ import annotations
 

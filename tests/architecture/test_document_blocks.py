@@ -1,4 +1,4 @@
-"""Every block of code that a document shows is run on the simulated brick; `NOT_RUN` gives the reasons of the rest."""
+"""Every block of code in a document is run on the simulated brick; `NOT_RUN` gives the reasons for the others."""
 
 from __future__ import annotations
 

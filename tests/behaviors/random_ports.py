@@ -1,4 +1,4 @@
-"""A robot, camera and clock with random faults, for missions that must stand anything."""
+"""A robot, camera and clock with random faults, for missions that must survive anything."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The chart tells everything that a mission does: each profile reports it, and the journal shows it."""
+"""The chart shows everything that a mission does: each profile reports it, and the journal shows it."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _states(records: list[Record]) -> Iterator[str]:
             yield (last := record.state)
 
 
-def test_a_robot_that_stands_before_a_doubtful_target_verifies_it():
+def test_a_robot_that_stands_in_front_of_a_doubtful_target_verifies_it():
     records = _journal(Facing(300.0), targets=["a"], time_limit_s=30.0)
     assert list(_states(records)) == ["idle", "search", "arrive", "verify", "reached", "finished"]
 

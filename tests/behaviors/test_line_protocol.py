@@ -1,4 +1,4 @@
-"""The line protocol's grammar: what a line means, and that no bytes break it."""
+"""The line protocol's grammar: the meaning of a line, and that no bytes break it."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_line_is_a_verb_and_perhaps_an_argument(line, request_):
         (b"bye bye", 0),
     ],
 )
-def test_what_is_no_request_has_its_answer(line, reply):
+def test_a_line_that_is_not_a_request_has_its_reply(line, reply):
     bad = parse(line)
     assert isinstance(bad, BadLine)
     assert bad.reply == reply

@@ -228,7 +228,7 @@ KEYS = [(table, key) for table, model in MODELS.items() for key in sorted(model.
 
 
 @given(st.sampled_from(KEYS), VALUES)
-def test_no_mistake_is_told_in_the_words_of_the_library(place, value):
+def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
     (table, key), tables = place, {"mission": {"targets": ["box"]}, "target": {"box": dict(BOX)}}
     (tables["target"]["box"] if table == "target" else tables.setdefault(table, {}))[key] = value
     try:

@@ -44,6 +44,6 @@ def test_a_program_that_says_nothing_finds_a_warning_in_the_log(caplog):
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit])
-def test_the_end_of_the_program_is_no_failure(error):
+def test_the_end_of_the_program_is_not_a_failure(error):
     with pytest.raises(error):
         Observers([_failing(error)])(RECORD)

@@ -68,7 +68,7 @@ def test_the_thesis_is_warned_of_a_height_that_it_cannot_measure(load, profile, 
         ("model = 3\nlabel = 4\n", "target.mug.model"),
     ],
 )
-def test_a_mistake_is_told_with_its_path(load, keys, message):
+def test_a_mistake_is_reported_with_its_path(load, keys, message):
     with pytest.raises(MissionError, match=message):
         load(keys)
 

@@ -74,7 +74,7 @@ def test_the_journal_keeps_all_of_a_choice(choice):
     "known",
     [{}, {"reason": "never_seen"}, {"reason": "bored", "exist": True, "researches": 0}, {"here": 3}],
 )
-def test_what_is_no_evidence_is_refused(known):
+def test_anything_that_is_not_evidence_is_refused(known):
     with pytest.raises(ValueError, match="Evidence"):
         evidence_from("lena", known)
 

@@ -1,4 +1,4 @@
-"""The sonar and the apparent size of a target agree, or one of them is wrong."""
+"""Agreement between the sonar and the apparent size of a target."""
 
 import pytest
 

@@ -58,7 +58,7 @@ def test_an_installed_profile_is_found_by_its_name(tmp_path):
         ("patient:PatientPolicy", "lacks own_policy, skill, learn, evidence"),
     ],
 )
-def test_what_is_no_profile_is_a_sentence(tmp_path, name, text, capsys):
+def test_anything_that_is_not_a_profile_gives_a_sentence(tmp_path, name, text, capsys):
     (tmp_path / "odd.py").write_text("1 / 0\n", encoding="utf-8")
     with pytest.raises(MissionError, match=text):
         find_profile(name)

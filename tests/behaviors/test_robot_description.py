@@ -1,4 +1,4 @@
-"""Robot files: which value counts, what is refused, and what the values are used for."""
+"""Robot files: precedence, refused values, and where values are used."""
 
 import math
 from datetime import date
@@ -128,7 +128,7 @@ def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
         (MISSION, "absent.toml", "absent.toml: cannot be read"),
     ],
 )
-def test_a_robot_file_that_is_not_there_is_told_with_what_named_it(tmp_path, mission, robot, said):
+def test_a_missing_robot_file_is_reported_with_what_named_it(tmp_path, mission, robot, said):
     path = _file(tmp_path, "m.toml", mission)
     with pytest.raises(MissionError, match=said):
         load_mission(path, robot=tmp_path / robot if robot else None, usual_robot=tmp_path / "gone.toml")

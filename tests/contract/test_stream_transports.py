@@ -1,4 +1,4 @@
-"""What only serial ports, TCP and Bluetooth can do wrong."""
+"""Failures that only serial ports, TCP and Bluetooth have."""
 
 import errno
 import os
@@ -44,7 +44,7 @@ def test_a_port_is_held_by_one_program(terminal):
     open_transport(terminal).close()
 
 
-def test_a_missing_port_is_no_brick():
+def test_a_missing_port_means_no_brick():
     with pytest.raises(BrickNotFound, match=r"there is no serial port /dev/rfcomm99.*nxtdrive list"):
         open_transport("serial:///dev/rfcomm99")
 
@@ -90,7 +90,7 @@ def test_the_port_does_not_become_the_controlling_terminal(terminal):
     assert done.stdout.strip() == "none"
 
 
-def test_a_server_that_is_not_there_is_no_brick():
+def test_a_missing_server_means_no_brick():
     with pytest.raises(BrickNotFound, match="server"):
         open_transport("tcp://127.0.0.1:1", timeout_s=0.5)
 

@@ -1,4 +1,4 @@
-"""What every transport promises, whatever lies between it and the brick. The rigs are in conftest.py."""
+"""The promises of every transport, whatever lies between it and the brick. The rigs are in conftest.py."""
 
 import pytest
 
@@ -129,7 +129,7 @@ def test_half_a_reply_and_then_silence_does_not_swallow_the_next_one(stream_rig,
         assert brick.request(GetBatteryLevel()).voltage_mv > 1000
 
 
-def test_bytes_that_are_no_frames_are_refused_once(stream_rig, fault):
+def test_bytes_that_are_not_frames_are_refused_once(stream_rig, fault):
     with Brick(stream_rig.open({0: fault.NONSENSE}), timeout_s=PATIENCE_S) as brick:
         with pytest.raises(RemoteProtocolError):
             brick.request(GetBatteryLevel())

@@ -1,4 +1,4 @@
-"""What only USB can do wrong. The bus is in conftest.py; pyusb above it is real."""
+"""Failures that only USB has. The bus is in conftest.py; pyusb above it is real."""
 
 import errno
 import sys
@@ -41,7 +41,7 @@ def test_another_id_is_not_found_and_the_message_lists_what_is_there(usb_bus):
         open_usb(usb_bus(), "usb://001653FFFFFF")
 
 
-def test_an_empty_bus_is_no_brick(usb_bus):
+def test_an_empty_bus_has_no_brick(usb_bus):
     bus = usb_bus()
     bus.plugged = False
     with pytest.raises(BrickNotFound, match="Plug the brick in"):
@@ -50,7 +50,7 @@ def test_an_empty_bus_is_no_brick(usb_bus):
 
 
 @pytest.mark.parametrize("address", ["usb://12345", "usb://zz1653010203", "usb://001653010203?speed=3"])
-def test_what_is_no_usb_address_is_refused_before_anything_is_opened(usb_bus, address):
+def test_anything_that_is_not_a_usb_address_is_refused_before_anything_is_opened(usb_bus, address):
     with pytest.raises(AddressError):
         open_usb(usb_bus(), address)
 
@@ -97,7 +97,7 @@ def test_another_driver_than_libusb_s_is_named_with_the_remedy(usb_bus, monkeypa
     assert lego_devices(bus) == [(0x0694, 0x0002, "")]
 
 
-def test_what_a_dead_program_left_unread_is_no_answer(usb_bus):
+def test_what_a_dead_program_left_unread_is_not_an_answer(usb_bus):
     bus = usb_bus()
     bus.waiting = [b"\x02\x0b\x00\x00\x00"] * 3
     transport = open_usb(bus)
@@ -144,7 +144,7 @@ def test_an_endpoint_that_a_dead_program_left_halted_is_cleared(usb_bus):
     transport.close()
 
 
-def test_an_endpoint_that_cannot_be_cleared_is_no_endless_loop(usb_bus):
+def test_an_endpoint_that_cannot_be_cleared_causes_no_endless_loop(usb_bus):
     bus = usb_bus()
     bus.stays_halted = True
     bus.failures["bulk_read"] = errno.EPIPE

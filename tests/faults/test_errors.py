@@ -1,4 +1,4 @@
-"""The campaign of errors: a sample, and that it finds broken promises."""
+"""The campaign of errors: a sample, and proof that it finds broken promises."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_what_is_left_behind_is_found(monkeypatch):
     assert "bytes behind" in violations
 
 
-def test_what_is_kept_once_is_no_leak(monkeypatch):
+def test_what_is_kept_once_is_not_a_leak(monkeypatch):
     kept = []
 
     def keep_once(*_):

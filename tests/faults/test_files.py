@@ -1,4 +1,4 @@
-"""A sample of the campaign of damaged files, and that it finds what it looks for."""
+"""A sample of the campaign of damaged files, and proof that it finds failures."""
 
 import pytest
 

@@ -50,5 +50,5 @@ def test_another_status_is_a_violation(tally):
 
 
 @pytest.mark.slow
-def test_a_firmware_without_answers_is_no_violation(tally):
+def test_a_firmware_without_answers_is_not_a_violation(tally):
     assert tally(" and sys.exit(1)").outcomes == {"1.05: LEGO's firmware hangs or crashes": 5}

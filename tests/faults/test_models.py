@@ -1,4 +1,4 @@
-"""A sample of the campaign of damaged neural networks, and that it finds what it looks for."""
+"""A sample of the campaign of damaged neural networks, and proof that it finds failures."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ def test_a_sample_of_damaged_networks_is_accepted_or_refused():
         (None, "accepted"),
     ],
 )
-def test_an_error_of_another_kind_is_told(tmp_path, monkeypatch, fault, outcome):
+def test_an_error_of_another_kind_is_reported(tmp_path, monkeypatch, fault, outcome):
     class Broken:
         def __init__(self, path, options):
             if fault is not None:
@@ -41,6 +41,6 @@ def test_an_error_of_another_kind_is_told(tmp_path, monkeypatch, fault, outcome)
     assert models.read_apart(tmp_path / "x.onnx", Options())[0] == outcome
 
 
-def test_a_crash_is_told(tmp_path, monkeypatch):
+def test_a_crash_is_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(models, "OnnxModel", lambda path, options: signal.raise_signal(signal.SIGUSR2))
     assert models.read_apart(tmp_path / "x.onnx", Options()) == ("crashed its process", "SIGUSR2")

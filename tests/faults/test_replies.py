@@ -1,4 +1,4 @@
-"""Hostile replies to the driver: a sample of the campaign, and proof that it finds what breaks its promise."""
+"""Hostile replies to the driver: a sample of the campaign, and proof that it finds broken promises."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The campaign `servers`: some of its trials, and that a server that breaks the promise is found."""
+"""The campaign `servers`: some of its trials, and proof that it finds a server that breaks its promise."""
 
 from __future__ import annotations
 

@@ -245,7 +245,7 @@ def test_the_end_of_a_file_comes_with_data():
     assert reply == FileData(0, 3, b"ab\0")
 
 
-def test_in_progress_is_no_error():
+def test_in_progress_is_not_an_error():
     assert opened(SetProperty.bluetooth(False)).feed(bytes.fromhex("021f01")) == Ack()
 
 

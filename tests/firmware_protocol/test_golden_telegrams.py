@@ -1,4 +1,4 @@
-"""The declarations against what the real firmware said: tests/golden/firmware.jsonl, docs/firmware.md section 0."""
+"""The declarations against replies of the real firmware: tests/golden/firmware.jsonl, docs/firmware.md section 0."""
 
 import json
 from pathlib import Path

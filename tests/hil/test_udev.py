@@ -1,4 +1,4 @@
-"""Who may open the brick: the udev rule, installed as `doctor` does it, under the real udevd."""
+"""Permission to open the brick: the udev rule, installed as `doctor` does it, under the real udevd."""
 
 import grp
 

@@ -50,7 +50,7 @@ def test_an_ordinary_picture_is_read_as_it_is(tmp_path, caplog):
 @pytest.mark.parametrize(
     "content", [b"", b"\x89PNG", b"GIF89a" + bytes(100), _png_of(100, 100), b"x" * 1000, bytes(99)]
 )
-def test_what_is_no_picture_is_refused(tmp_path, content):
+def test_anything_that_is_not_a_picture_is_refused(tmp_path, content):
     path = tmp_path / "picture.png"
     path.write_bytes(content)
     with pytest.raises(InputFileError, match=r"not an image OpenCV can read"):

@@ -40,7 +40,7 @@ def test_a_damaged_one_is_named(compressed, damage):
 
 
 @pytest.mark.parametrize("text", ["", "-1", "1.0", "²", "٣", " 1", "1_0", "9" * 19, "9" * 5000])
-def test_what_is_no_whole_number_of_64_bits_is_none(text):
+def test_what_is_not_a_whole_number_of_64_bits_is_none(text):
     assert whole_number(text) is None
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a file that is not TOML, and where."""
+"""Mistakes in files that are not TOML, and their places."""
 
 import pytest
 

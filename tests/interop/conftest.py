@@ -1,4 +1,4 @@
-"""Simulated bricks for programs of other people, which run unmodified in processes of their own."""
+"""Simulated bricks for third-party programs, which run unmodified in processes of their own."""
 
 import contextlib
 import os

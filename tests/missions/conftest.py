@@ -1,4 +1,4 @@
-"""Whole missions on the simulated brick, watched from outside by the simulation's truth."""
+"""Whole missions on the simulated brick, watched from outside by the simulation's ground truth."""
 
 from __future__ import annotations
 

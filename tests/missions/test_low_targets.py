@@ -1,4 +1,4 @@
-"""A target lower than the sonar is reached though the sonar hears what is behind it; one of a wrong size is not."""
+"""A target lower than the sonar is reached though the sonar measures an object behind it; one of wrong size is not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Missions in which a person has the last word, and what can be told of a mission from its journal."""
+"""Missions in which a person has the last word, and how a journal explains a mission."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run tells people besides its journal: hints, and the truth beside the belief."""
+"""Output of a run besides its journal: hints, and the true distance beside the estimate."""
 
 from __future__ import annotations
 
@@ -112,14 +112,14 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
 
 
 @pytest.mark.slow
-def test_a_height_that_is_too_large_is_told_when_driving_has_shown_it(perform, mission_for):
+def test_a_height_that_is_too_large_is_reported_when_driving_has_shown_it(perform, mission_for):
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
     assert "height_mm = 600" in hint
     assert "nxtdrive calibrate camera" in hint
 
 
 @pytest.mark.parametrize(("brick_id", "hints"), [("", 0), ("001653010203", 0), ("0016530A1B2C", 1)])
-def test_the_robot_file_of_another_brick_is_told(brick_id, hints, mission_for, tmp_path):
+def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_for, tmp_path):
     path = tmp_path / "robot.toml"
     path.write_text(f'[robot]\nradius_mm = 140.0\n[calibration]\nbrick_id = "{brick_id}"\n', encoding="utf-8")
     mission = described_by(mission_for("lena"), load_robot_file(path))

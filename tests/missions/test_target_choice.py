@@ -1,4 +1,4 @@
-"""Another target comes first when it can be had sooner, unless the mission wants them in order."""
+"""Another target comes first when it can be reached sooner, unless the mission wants them in order."""
 
 from __future__ import annotations
 

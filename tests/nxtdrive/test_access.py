@@ -1,4 +1,4 @@
-"""What the operating system denies, and the remedy: for each cause another one."""
+"""Access that the operating system denies, with a remedy for each cause."""
 
 import errno
 import grp

@@ -1,4 +1,4 @@
-"""Addresses: every text is either one or a clear refusal."""
+"""Addresses: every text is either valid or clearly refused."""
 
 import os
 import subprocess

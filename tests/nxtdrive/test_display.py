@@ -125,7 +125,7 @@ def test_black_pixels_are_squares_of_ink(tmp_path):
         (["nxt.png", "--scale", "0"], "scale must be a whole number"),
     ],
 )
-def test_what_cannot_be_written_is_said(tmp_path, monkeypatch, capsys, arguments, sentence):
+def test_what_cannot_be_written_is_reported(tmp_path, monkeypatch, capsys, arguments, sentence):
     monkeypatch.chdir(tmp_path)
     try:
         code = main(["screenshot", *arguments, "--nxt", "sim://open"])

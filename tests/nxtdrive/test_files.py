@@ -270,7 +270,7 @@ def test_nothing_is_ever_appended(watched):
     assert transport.requests(OpenWriteData) == []
 
 
-def test_a_link_lost_in_the_middle_is_told_and_leaves_no_part_of_the_file(lab):
+def test_a_link_lost_in_the_middle_is_reported_and_leaves_no_part_of_the_file(lab):
     room = lab(faults=LinkFaults(unplugged_ms=((20, 1000),)))
     with pytest.raises(LinkLost):
         room.brick.files.write("data.bin", bytes(5000))

@@ -48,7 +48,7 @@ def test_it_is_asked_in_no_language_but_english(bluetoothctl, monkeypatch):
     ],
     ids=["no adapter", "no bus", "no service"],
 )
-def test_who_cannot_be_asked_is_an_error_with_a_remedy(bluetoothctl, monkeypatch, script, message):
+def test_a_tool_that_cannot_be_run_is_an_error_with_a_remedy(bluetoothctl, monkeypatch, script, message):
     monkeypatch.setattr(pairing, "COMMAND_TIMEOUT_S", 0.1)
     bluetoothctl(script)
     with pytest.raises(LinkError, match=message) as raised:

@@ -68,7 +68,7 @@ def test_a_very_short_program_counts_as_started(room):
     assert room.brick.programs.running is None
 
 
-def test_a_file_that_is_no_good_program_is_an_error(room):
+def test_a_file_that_is_not_a_good_program_is_an_error(room):
     with pytest.raises(BrickBusy, match=r"cannot run bad\.rxe"):
         room.brick.programs.start("bad.rxe")
 

@@ -66,7 +66,7 @@ def test_only_one_thread_attempts_and_the_link_is_open_again_afterwards():
     assert (core.state, core.due) == (LinkState.OPEN, float("inf"))
 
 
-def test_a_loss_is_told_only_to_a_program_that_drove_motors():
+def test_a_loss_is_reported_only_to_a_program_that_drove_motors():
     for driven in (False, True):
         core = LinkCore()
         core.motors_driven = driven

@@ -1,4 +1,4 @@
-"""The rover in a simulated room: how exactly it drives, and what stops it."""
+"""The rover in a simulated room: how accurately it drives, and what stops it."""
 
 import math
 
@@ -352,12 +352,12 @@ def test_motions_beyond_reason_are_refused(lab, motion):
         motion(Rover(lab().brick.link))
 
 
-def test_a_setting_that_is_no_number_is_refused_as_one():
+def test_a_setting_that_is_not_a_number_is_refused():
     with pytest.raises(LocalProtocolError, match="must be a number, not nan"):
         in_range("speed_mm_s", math.nan, -math.inf, math.inf)
 
 
-def test_a_counter_that_is_reset_is_no_motion(lab):
+def test_a_counter_that_is_reset_is_not_motion(lab):
     room = lab()
     rover = Rover(room.brick.link)
     rover.straight(500)
@@ -380,7 +380,7 @@ def test_a_sonar_that_falls_out_while_driving_is_an_error_and_a_stop(lab):
 
 
 @pytest.mark.parametrize("turned_deg", [-60, 20, 150])
-def test_counters_that_are_reset_to_zero_are_no_motion_however_little_the_robot_had_moved(lab, turned_deg):
+def test_counters_that_are_reset_to_zero_are_not_motion_however_little_the_robot_had_moved(lab, turned_deg):
     room = lab()
     rover = room.brick.rover()
     rover.turn(turned_deg)

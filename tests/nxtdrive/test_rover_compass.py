@@ -1,4 +1,4 @@
-"""The rover's compass correction: what it corrects, what it rejects, and what it costs."""
+"""The rover's compass correction: corrections, rejections and cost."""
 
 import logging
 import math
@@ -89,7 +89,7 @@ def test_a_veer_on_straight_ways_is_seen(lab):
 
 
 @LINKS
-def test_who_drives_by_drive_is_corrected_at_the_next_rest(lab, latency_ms):
+def test_a_robot_driven_by_drive_is_corrected_at_the_next_rest(lab, latency_ms):
     room = lab(slip(turn_percent=8) + COMPASS, latency_ms=latency_ms)
     rover = equipped(room)
     for _ in range(4):
@@ -243,7 +243,7 @@ def test_a_compass_that_falls_out_leaves_the_wheels(lab, caplog):
     assert [record.levelname for record in caplog.records] == ["WARNING"]
 
 
-def test_one_missed_answer_is_no_loss(lab):
+def test_one_missed_answer_is_not_a_loss(lab):
     room = lab(slip(turn_percent=8) + COMPASS)
     rover = equipped(room)
     rover.turn(180)

@@ -91,7 +91,7 @@ def test_the_next_call_is_another_try(lab):
     ],
     ids=str,
 )
-def test_wheels_that_turn_are_no_stall(lab, latency_ms, battery_mv, legs, asks_pose):
+def test_wheels_that_turn_are_not_a_stall(lab, latency_ms, battery_mv, legs, asks_pose):
     room = lab(f"battery_mv = {battery_mv}\n", latency_ms=latency_ms)
     rover = Rover(room.brick.link, safety=UNGUARDED)
     for leg in legs:
@@ -99,7 +99,7 @@ def test_wheels_that_turn_are_no_stall(lab, latency_ms, battery_mv, legs, asks_p
 
 
 @LINKS
-def test_swaying_is_no_stall(lab, latency_ms):
+def test_swaying_is_not_a_stall(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     rover = Rover(room.brick.link)
     for i in range(60):
@@ -125,7 +125,7 @@ def test_after_a_stop_for_an_obstacle_the_wheels_get_their_time_again(lab, laten
 
 
 @pytest.mark.parametrize("lease_s", [0.3, 0.6, 10])
-def test_standing_after_an_expired_lease_is_no_stall(lab, lease_s):
+def test_standing_after_an_expired_lease_is_not_a_stall(lab, lease_s):
     room = lab()
     rover = Rover(room.brick.link, safety=UNGUARDED, settings=DriveSettings(lease_s=lease_s))
     for pause_s in (0.2, 0.5, 0.9, 3.0, 12.0):

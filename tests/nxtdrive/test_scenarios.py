@@ -64,7 +64,7 @@ def test_far_targets_are_out_of_sight_at_the_start():
 @pytest.mark.parametrize("kind", ALL_CLASSES)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6))
-def test_no_picture_stands_or_comes_to_stand_before_another(kind, seed):
+def test_no_picture_stands_or_comes_to_stand_in_front_of_another(kind, seed):
     world = generate_scenario(kind, seed).world
     places = {picture.name: [picture.at_mm] for picture in world.pictures}
     for event in world.events:

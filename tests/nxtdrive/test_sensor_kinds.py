@@ -1,4 +1,4 @@
-"""Every sensor of the driver on its simulated device: values, ages, round trips, and who is plugged in."""
+"""Every sensor of the driver on its simulated device: values, ages, round trips, and identification."""
 
 from itertools import islice
 
@@ -99,14 +99,14 @@ def test_the_colour_of_a_surface(lab, surface, color):
     assert sensor.color is color
 
 
-def test_an_old_firmware_that_knows_no_colours_is_said_so(lab):
+def test_an_old_firmware_without_colours_is_reported(lab):
     room = lab(firmware="1.05")
     room.attach(3, ColorSensor(lambda: (50, 50, 50)))
     with pytest.raises(LocalProtocolError, match=r"1\.29"):
         _ = room.brick.color(3).color
 
 
-def test_a_colour_sensor_that_is_not_there_is_no_colour(lab):
+def test_a_missing_colour_sensor_gives_no_colour(lab):
     room = lab()
     room.attach(3, None)
     with pytest.raises(LinkTimeout, match="plugged in"):
@@ -240,7 +240,7 @@ def test_values_in_words(value, unit, words):
     assert in_words(value, unit) == words
 
 
-def test_bytes_left_over_by_a_neighbour_program_are_no_reading(lab):
+def test_bytes_left_over_by_a_neighbour_program_are_not_a_reading(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: 50))
     sonar = room.brick.ultrasonic(4)

@@ -44,7 +44,7 @@ def test_what_is_written_is_read_back(tmp_path_factory, entries, command):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"nxttrace": 2}', "[1]", "not json", '{"nxttrace": 1}'])
-def test_what_is_no_trace_is_refused(tmp_path, text):
+def test_anything_that_is_not_a_trace_is_refused(tmp_path, text):
     path = tmp_path / "talk.nxttrace"
     path.write_text(text)
     with pytest.raises(ConfigError):

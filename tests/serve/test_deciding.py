@@ -1,4 +1,4 @@
-"""A client that only decides: ``choose`` runs the mission to the next decision, ``evidence`` tells which."""
+"""A client that only decides: ``choose`` runs the mission to the next decision, ``evidence`` describes it."""
 
 from __future__ import annotations
 

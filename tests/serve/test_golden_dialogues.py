@@ -1,4 +1,4 @@
-"""The dialogues of the thesis's figures, replayed by a client that knows nothing but lines and numbers."""
+"""The dialogues of the thesis's figures, replayed by a client that handles only lines and numbers."""
 
 from __future__ import annotations
 

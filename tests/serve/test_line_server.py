@@ -118,7 +118,7 @@ def test_a_long_conversation_with_camera_and_detector_reaches_the_target(serve):
     assert served.at_rest
 
 
-def test_the_safety_stop_is_told_and_cuts_the_advance(serve):
+def test_the_safety_stop_is_reported_and_cuts_the_advance(serve):
     served = serve("open", advance_mm=800.0)
     client = served.client()
     reasons = []
@@ -401,7 +401,7 @@ def test_a_sonar_that_is_pulled_out_slows_the_robot_and_no_more(serve):
     assert served.simulation.time_s - begun_s > 1.3 * quick_s
 
 
-def test_a_camera_that_is_away_is_told_as_a_fault(serve):
+def test_a_camera_that_is_away_is_reported_as_a_fault(serve):
     served = serve()
     served.simulation.webcam.unplugged_ms = ((0, 10**9),)
     client = served.client()
@@ -409,7 +409,7 @@ def test_a_camera_that_is_away_is_told_as_a_fault(serve):
     assert client.ask("why") == Why.FAULT
 
 
-def test_a_link_that_breaks_is_told_and_connect_mends_it(serve):
+def test_a_link_that_breaks_is_reported_and_connect_mends_it(serve):
     served = serve(advance_mm=LONG_MM, faults=LinkFaults(unplugged_ms=((1000, 5000),)))
     client = served.client()
     assert client.ask("move_to 0") == 1

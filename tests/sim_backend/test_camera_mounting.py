@@ -95,7 +95,7 @@ def test_a_picture_above_the_frame_is_not_in_view():
 
 @pytest.mark.parametrize("latency_s", [0.0, 0.3])
 @pytest.mark.parametrize("rendered", [False, True])
-def test_a_frame_shows_what_was_before_the_camera_its_latency_ago(latency_s, rendered):
+def test_a_frame_shows_what_was_in_front_of_the_camera_its_latency_ago(latency_s, rendered):
     simulation = Simulation(world(latency_s=latency_s))
 
     def facing_away():

@@ -209,7 +209,7 @@ def test_an_unknown_texture_is_refused_with_the_names_there_are():
         TextureLibrary()["marble"]
 
 
-def test_a_file_that_is_no_picture_is_refused(tmp_path):
+def test_a_file_that_is_not_a_picture_is_refused(tmp_path):
     path = tmp_path / "broken.png"
     path.write_bytes(b"not a picture")
     with pytest.raises(ConfigError, match="PNG or JPEG"):

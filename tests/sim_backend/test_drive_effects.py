@@ -1,4 +1,4 @@
-"""Play of the gears, carpets, a battery under load, a dead zone, and things that swallow ultrasound."""
+"""Play of the gears, carpets, a battery under load, a dead zone, and objects that absorb ultrasound."""
 
 import math
 

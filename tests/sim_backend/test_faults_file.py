@@ -1,4 +1,4 @@
-"""Faults from a TOML file: all of a link's faults can be said, and all mistakes are said at once."""
+"""Faults from a TOML file: all of a link's faults can be written, and all mistakes are reported at once."""
 
 import pytest
 
@@ -63,6 +63,6 @@ def test_all_mistakes_are_said_at_once(faults):
 
 
 @pytest.mark.parametrize(("text", "says"), [("= 3", "not TOML"), (None, "No such file")])
-def test_what_is_no_file_of_faults_is_one_sentence(faults, tmp_path, text, says):
+def test_anything_that_is_not_a_file_of_faults_gives_one_sentence(faults, tmp_path, text, says):
     with pytest.raises(ConfigError, match=says):
         faults(text) if text else load_faults(tmp_path / "nowhere.toml")

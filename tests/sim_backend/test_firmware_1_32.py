@@ -1,4 +1,4 @@
-"""What the community's firmware 1.32 answers differently: docs/firmware.md section 11."""
+"""Different replies of the community's firmware 1.32: docs/firmware.md section 11."""
 
 import re
 

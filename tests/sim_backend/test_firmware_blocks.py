@@ -83,5 +83,5 @@ def test_repeats_of_sums_are_a_power_of_a_matrix() -> None:
 @pytest.mark.parametrize(
     "statement", ["B[4] = (I[4] + 1) & 255", "I[4] = (i[4] * i[5]) & 4294967295", "f[4] = f[4] + f[5]", "B[4] = now()"]
 )
-def test_other_statements_are_no_sums(statement: str) -> None:
+def test_other_statements_are_not_sums(statement: str) -> None:
     assert linear([statement]) is None

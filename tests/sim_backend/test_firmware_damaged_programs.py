@@ -154,7 +154,7 @@ def test_a_variable_without_a_type_is_a_byte_without_a_first_value():
 
 
 @pytest.mark.parametrize("firmware", ["1.05", "1.29"])
-def test_a_mutex_is_no_number(firmware):
+def test_a_mutex_is_not_a_number(firmware):
     variables = Variables()
     for value in (0x11, 0x22):
         variables.number(value)

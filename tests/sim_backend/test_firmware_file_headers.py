@@ -1,4 +1,4 @@
-"""Where files and their headers are in the flash: what is expected is what LEGO's firmware gave."""
+"""Places of files and their headers in the flash; the expected ones are those of LEGO's firmware."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The simulated brick's file system: what the recorded conversations do not already say."""
+"""The simulated brick's file system, beyond the recorded conversations."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""Programs on the simulated brick: what the recorded conversations, with their two instructions, do not say."""
+"""Programs on the simulated brick: beyond the recorded conversations with their two instructions."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""System calls, and what of a program's start and end other modules show, each answer as LEGO's firmware gave it.
+"""System calls, and how other modules show a program's start and end, each answer as LEGO's firmware gave it.
 
 Source: docs/firmware.md sections 8 to 8.5.
 """

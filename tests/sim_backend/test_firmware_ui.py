@@ -84,7 +84,7 @@ def test_the_status_after_the_end(bench, name, seen):
         ("c.rpg", [("e00d", 1), ("e00e", 757), ("8005", 1), ("8006", 3), ("8007", 38)]),
     ],
 )
-def test_a_file_that_is_no_program(bench, name, seen):
+def test_a_file_that_is_not_a_program(bench, name, seen):
     start(bench, name)
     assert observe(bench, STATE, 800) == seen
 
@@ -163,7 +163,7 @@ def test_inputs_are_reset_one_pass_after_the_end_and_with_the_menu(bench):
     assert types.index(0) == 752 - 104
 
 
-def test_a_file_that_is_no_program_counts_as_active_for_one_pass(bench):
+def test_a_file_that_is_not_a_program_counts_as_active_for_one_pass(bench):
     start(bench, "bad.rxe")
     bench.brick.tick(8)
     assert ask(bench, direct.MessageRead(5, 1, False)) == (Status.MAILBOX_EMPTY, b"\1" + bytes(60))

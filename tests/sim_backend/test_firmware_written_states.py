@@ -1,4 +1,4 @@
-"""What is written to maps while nothing runs, or something else does, pass by pass, as in LEGO's firmware."""
+"""Writes to maps while nothing runs, or something else does, pass by pass, as in LEGO's firmware."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The free floor by geometry: it ends where panels meet it, in the rows where the detector would have it."""
+"""The free floor by geometry: it ends where panels meet it, in the rows where the detector would see it."""
 
 import math
 import random

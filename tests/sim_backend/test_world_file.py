@@ -410,5 +410,5 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
         ("light = 3\n" + ROOM, "light: must be a table, not 3"),
     ],
 )
-def test_a_mistake_is_told_in_plain_words(text, expected):
+def test_a_mistake_is_reported_in_plain_words(text, expected):
     assert mistakes_in(text) == [expected]

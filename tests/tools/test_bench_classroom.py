@@ -1,4 +1,4 @@
-"""The benchmark of a class measures what it names."""
+"""The benchmark of a classroom measures what it names."""
 
 from __future__ import annotations
 

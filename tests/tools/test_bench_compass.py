@@ -1,4 +1,4 @@
-"""What docs/motion.md says about the compass, in one room."""
+"""The claims of docs/motion.md about the compass, in one room."""
 
 import statistics
 

@@ -1,4 +1,4 @@
-"""The Bluetooth adapter's end: the kernel behind it loses it."""
+"""The end of the Bluetooth adapter: the kernel loses it."""
 
 import socket
 import time

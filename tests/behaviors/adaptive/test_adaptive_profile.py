@@ -74,7 +74,7 @@ def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, r
     assert bench.world.floor.evidence.max() > GRID.solid
 
 
-def test_what_is_remembered_to_be_in_the_way_is_where_it_is_remembered(bench):
+def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
     """The echo is of whatever else is there now."""
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
@@ -245,7 +245,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 
 
 @pytest.mark.slow
-def test_who_comes_into_the_only_door_is_waited_for():
+def test_a_person_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
     trace, referee = perform(generate_scenario("doorway", 3013), "adaptive", "geometric")
     waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]

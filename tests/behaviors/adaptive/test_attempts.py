@@ -1,4 +1,4 @@
-"""What was tried where, and whether an approach is a new one."""
+"""Attempts by place, and whether an approach is a new one."""
 
 import pytest
 

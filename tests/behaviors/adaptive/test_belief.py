@@ -1,4 +1,4 @@
-"""Belief: what looks without a sighting, sightings and time make of it."""
+"""Belief: how it changes with sightings, with looks without one, and with time."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_the_arc_covers_where_the_target_was_seen(bearing_deg):
     assert _width_deg(arc) <= 120.0
 
 
-def test_the_arc_is_nearly_the_whole_turn_for_who_knows_nothing():
+def test_the_arc_is_nearly_the_whole_turn_without_knowledge():
     assert _width_deg(_belief().arc_from(0.0, 0.0, OccupancyGrid(), TURN_DEG_S)) >= 300.0
 
 

@@ -1,4 +1,4 @@
-"""What is believed of a target whose size is not in view."""
+"""Estimates of a target whose size is not in view."""
 
 import pytest
 

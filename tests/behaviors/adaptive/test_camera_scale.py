@@ -1,4 +1,4 @@
-"""How wrong distances by apparent size are: learned from echoes and from how a picture grows."""
+"""The error of distances by apparent size, learned from echoes and from how a picture grows."""
 
 from dataclasses import replace
 from random import Random
@@ -80,7 +80,7 @@ def test_a_box_beside_the_way_does_not_make_a_right_camera_wrong():
     assert _factor(scale) == pytest.approx(1.0, abs=0.1)
 
 
-def test_what_is_aside_says_nothing_and_before_anything_is_measured_the_robot_goes_nearer():
+def test_an_echo_to_the_side_is_ignored_and_before_anything_is_measured_the_robot_goes_nearer():
     scale = CameraScale(AHEAD_MM)
     scale.learn(_sighting(800.0, bearing_deg=20.0), Pose(), 400.0)
     assert _factor(scale) == 1.0

@@ -61,7 +61,7 @@ def test_a_target_that_was_seen_costs_the_way_there_and_its_chance_fades():
     assert 0.0 < later.chance < near.chance < 1.0
 
 
-def test_a_target_that_was_not_seen_is_no_prospect():
+def test_a_target_that_was_not_seen_is_not_a_candidate():
     assert _candidates(_world(window=WINDOW)).others(["door"], 0.0) == ()
 
 
@@ -73,13 +73,13 @@ def test_a_target_behind_something_costs_the_way_round():
     assert round_it.travel_s > straight.travel_s + 1.0
 
 
-def test_a_target_to_which_no_way_leads_is_no_prospect():
+def test_a_target_without_a_path_is_not_a_candidate():
     world = _world(window=WINDOW)
     _wall(world, (-8000.0, 8000.0), (500.0, 700.0))
     assert _candidates(world).others(["window"], 0.0) == ()
 
 
-def test_a_way_round_leads_to_where_the_straight_way_is_free():
+def test_a_path_round_leads_to_where_the_straight_path_is_free():
     world = _world(door=DOOR)
     _wall(world, (700.0, 800.0), (-350.0, 350.0))
     detour = _candidates(world).detour("door")
@@ -89,7 +89,7 @@ def test_a_way_round_leads_to_where_the_straight_way_is_free():
 
 
 @pytest.mark.parametrize("target", ["door", "window"])
-def test_there_is_no_way_round_to_what_was_not_seen_or_is_shut_off(target):
+def test_there_is_no_path_round_to_what_was_not_seen_or_is_shut_off(target):
     world = _world(door=DOOR)
     _wall(world, (700.0, 900.0), (-8000.0, 8000.0))
     assert _candidates(world).detour(target) is None

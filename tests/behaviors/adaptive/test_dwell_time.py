@@ -106,7 +106,7 @@ def test_what_moves_is_waited_for_at_least_as_long_as_what_stands_still(age_s, r
     assert moving_s >= still_s
 
 
-def test_what_moves_is_waited_for_longer_when_the_way_round_is_long():
+def test_what_moves_is_waited_for_longer_when_the_path_round_is_long():
     assert _wait_s(25.0, moving=True) > _wait_s(25.0, moving=False) > 0.0
 
 

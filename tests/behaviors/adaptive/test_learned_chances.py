@@ -1,4 +1,4 @@
-"""How often choices succeed is learned from counts, and rare situations take after common ones."""
+"""How often choices succeed is learned from counts, and rare situations borrow from common ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is not taken for a target, and what may be it in poor light."""
+"""Detections that are not taken for a target, and those that may be it in poor light."""
 
 from __future__ import annotations
 

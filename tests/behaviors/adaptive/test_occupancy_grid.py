@@ -1,4 +1,4 @@
-"""The floor map: what echoes and bumps mark, what they clear, and that it fades."""
+"""The occupancy grid: echoes and bumps mark and clear cells, and marks fade."""
 
 from __future__ import annotations
 
@@ -216,7 +216,7 @@ def test_where_the_robot_stands_nothing_else_is():
     assert _evidence_at(floor, 250.0, 0.0) > GRID.solid
 
 
-def test_what_blocks_the_way_is_in_the_way():
+def test_an_obstacle_on_the_path_blocks_it():
     floor = OccupancyGrid()
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0))
     floor.mark_obstacle(ORIGIN, 500.0)
@@ -228,7 +228,7 @@ def test_what_blocks_the_way_is_in_the_way():
     assert floor.clear_between((0.0, 600.0), (1500.0, 600.0))
 
 
-def test_a_way_that_ends_before_the_obstacle_is_clear():
+def test_a_path_that_ends_in_front_of_the_obstacle_is_clear():
     floor = OccupancyGrid()
     floor.mark_obstacle(ORIGIN, 1000.0)
     assert floor.clear_between((0.0, 0.0), (1500.0, 0.0), standoff_mm=900.0)

@@ -127,7 +127,7 @@ def test_a_short_way_round_is_better_than_a_gap_that_looks_too_narrow():
     assert max(y_mm for _, y_mm in PathPlanner(round_it, START, SPEED_MM_S).route_to(goal)) > 600.0
 
 
-def test_where_no_way_leads_it_takes_for_ever():
+def test_a_place_without_a_path_takes_forever():
     floor = _room()
     floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = GRID.most
     routes = PathPlanner(floor, START, SPEED_MM_S)
@@ -139,7 +139,7 @@ def test_where_no_way_leads_it_takes_for_ever():
     assert routes.reaches(here)
 
 
-def test_far_beyond_what_is_known_no_way_leads():
+def test_far_beyond_the_known_floor_there_is_no_path():
     routes = PathPlanner(_room(), START, SPEED_MM_S)
     assert not routes.reaches((6500.0, 6500.0))
     assert not routes.reaches((1e6, -1e6))
@@ -189,7 +189,7 @@ def test_the_straight_legs_of_a_way_cross_nothing_solid(discs, goal):
 
 
 @given(discs=DISCS, goal=GOALS)
-def test_a_way_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_time_says(discs, goal):
+def test_a_path_is_never_quicker_than_the_straight_line_nor_much_longer_than_its_time_says(discs, goal):
     routes = PathPlanner(_with_discs(discs), START, SPEED_MM_S)
     assume(routes.reaches(goal))
     (seconds,) = routes.seconds_to(np.array([goal]))

@@ -1,4 +1,4 @@
-"""What appeared in the sonar's beam since, and what the beam came to."""
+"""Obstacles that appeared in the sonar's beam, and obstacles that the beam reached by turning."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""On a link on which each request takes 0.3 s the robot looks at more frames, turns on, and keeps to its path."""
+"""On a link with 0.3 s per request the robot looks at more frames, keeps turning, and keeps to its path."""
 
 from __future__ import annotations
 

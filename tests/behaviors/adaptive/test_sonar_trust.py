@@ -1,4 +1,4 @@
-"""A sonar that hears nothing any more, or always the same, has no say."""
+"""A sonar that returns no echo any more, or always the same one, is ignored."""
 
 import numpy as np
 

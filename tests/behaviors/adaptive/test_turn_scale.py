@@ -1,4 +1,4 @@
-"""The scale of turns, from what the sonar hears twice in a turn of more than 360 degrees."""
+"""The scale of turns, from echoes that repeat in a turn of more than 360 degrees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The floor that a camera sees: how far it is free, how exactly that is known, and what it says about the map."""
+"""The floor that a camera sees: how far it is free, how accurate that is, and how it changes the map."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def test_what_is_placed_roughly_only_hints():
     assert not floor.seen.any()
 
 
-def test_an_echo_from_beyond_says_that_a_rug_is_no_obstacle():
+def test_an_echo_from_beyond_shows_that_a_rug_is_not_an_obstacle():
     floor = OccupancyGrid()
     _look(floor, _view(800.0), heard_mm=1900.0)
     assert _evidence_at(floor, 815.0) <= 0.0

@@ -227,7 +227,7 @@ def test_an_echo_belongs_to_where_the_robot_is_and_not_to_where_an_older_frame_w
     assert not world.floor.seen[cell(post_mm, 20.0)]
 
 
-def test_a_corrected_heading_is_no_turn(world):
+def test_a_corrected_heading_is_not_a_turn(world):
     beams = [(Pose(heading_deg=each), 900.0) for each in range(0, 370, 10)]
     world.floor.save()
     for i, (pose, range_mm) in enumerate(beams):

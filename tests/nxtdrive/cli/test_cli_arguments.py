@@ -1,4 +1,4 @@
-"""Arguments that cannot be meant are refused in a sentence, with exit code 2, before anything is opened."""
+"""Impossible arguments are refused in a sentence, with exit code 2, before anything is opened."""
 
 import argparse
 import contextlib
@@ -53,7 +53,7 @@ def _refusal(parser, action, text, capsys):
 
 
 @pytest.mark.parametrize(("parser", "action"), NUMERIC)
-def test_what_is_no_finite_number_is_refused(parser, action, capsys):
+def test_anything_that_is_not_a_finite_number_is_refused(parser, action, capsys):
     for text in NO_NUMBERS:
         said = _refusal(parser, action, text, capsys)
         assert repr(text) in said, f"{text!r} is accepted"
@@ -171,7 +171,7 @@ def test_seeds_that_are_too_many_are_refused(seeds, capsys):
         (["monitor", "--once", "--sensor", "4=ultrasonic", "--sensor", "4=touch"], "port 4 twice"),
     ],
 )
-def test_mistakes_between_arguments_are_told_at_once(words, says, capsys):
+def test_mistakes_between_arguments_are_reported_at_once(words, says, capsys):
     assert main(words) == USAGE
     captured = capsys.readouterr()
     assert says in captured.err

@@ -140,14 +140,14 @@ NAMED = {
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("kind", sorted(NAMED.keys() - {"sweep"}))
 @pytest.mark.parametrize("what", NOT_A_FILE)
-def test_what_is_no_file_is_refused(tmp_path, capsys, kind, what):
+def test_anything_that_is_not_a_file_is_refused(tmp_path, capsys, kind, what):
     NOT_A_FILE[what](tmp_path)
     _refused(NAMED[kind](tmp_path / "file"), capsys)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes in the file system")
 @pytest.mark.parametrize("what", sorted(NOT_A_FILE.keys() - {"missing"}))
-def test_a_sweep_does_not_go_on_with_what_is_no_file(tmp_path, capsys, what):
+def test_a_sweep_does_not_go_on_with_anything_but_a_file(tmp_path, capsys, what):
     NOT_A_FILE[what](tmp_path)
     _refused(NAMED["sweep"](tmp_path / "file"), capsys)
 

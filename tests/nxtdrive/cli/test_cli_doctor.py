@@ -40,7 +40,7 @@ def test_the_advice_calibrates_the_robot_that_was_examined(capsys, words, option
     assert findings["calibration"]["remedy"] == f"Measure the robot: nxtdrive calibrate{options}"
 
 
-def test_a_wrong_robot_file_is_said_before_the_motors_turn(capsys, monkeypatch, tmp_path):
+def test_a_wrong_robot_file_is_reported_before_the_motors_turn(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("NXT_ROBOT", str(tmp_path / "none.toml"))
     _, report, findings = _examine(capsys, "--nxt", "sim://")
     assert report["problems"] == 1
@@ -279,7 +279,7 @@ def test_a_motor_that_is_not_there(lab):
         (0x0694, 0x0002, None, None),
     ],
 )
-def test_a_device_that_is_no_nxt_with_lego_s_firmware_is_named(monkeypatch, vendor, product, name, says):
+def test_a_device_that_is_not_an_nxt_with_lego_s_firmware_is_named(monkeypatch, vendor, product, name, says):
     device = SimpleNamespace(idVendor=vendor, idProduct=product, product=name, serial_number="0016530A1B2C")
 
     def find(*, custom_match=lambda _: True, **_):

@@ -241,7 +241,7 @@ def test_verbose_shows_the_traceback_and_keeps_the_exit_code(capsys, mocker):
         ("RecursionError('maximum recursion depth exceeded')", "nested too deeply"),
     ],
 )
-def test_what_the_system_refuses_is_a_sentence(tmp_path, error, hint):
+def test_what_the_system_refuses_gives_a_sentence(tmp_path, error, hint):
     (tmp_path / "pydantic.py").write_text(f"raise {error}\n")
     done = _run_with(tmp_path, "mission", "show")
     assert done.returncode == USAGE

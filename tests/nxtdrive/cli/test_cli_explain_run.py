@@ -1,4 +1,4 @@
-"""``nxtdrive explain-run``: what a run's folder tells, to people and to programs."""
+"""``nxtdrive explain-run``: a run's folder explained to people and to programs."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def explained(capsys):
     return explain
 
 
-def test_a_decision_is_told_with_its_failure_evidence_candidates_choice_and_outcome(runs, explained):
+def test_a_decision_is_reported_with_its_failure_evidence_candidates_choice_and_outcome(runs, explained):
     said = explained(runs["adaptive"])
     for part in ("behind a corner  |  profile adaptive  |  achieved", "failed", "known", "could", "chose", "then"):
         assert part in said
@@ -113,7 +113,7 @@ def test_a_journal_alone_is_enough_and_says_that_the_numbers_are_defaults(runs, 
     assert "default numbers" in explained(alone)
 
 
-def test_a_run_that_was_killed_is_told_up_to_there(runs, explained, tmp_path):
+def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path):
     journal = (runs["thesis"] / "journal.jsonl").read_bytes()
     cut = tmp_path / "journal.jsonl"
     cut.write_bytes(journal[: journal.index(b'"kind": "choice"') + 600])
@@ -125,14 +125,14 @@ def test_a_run_that_was_killed_is_told_up_to_there(runs, explained, tmp_path):
     assert "unfinished" in explained(cut)
 
 
-def test_a_journal_of_the_first_format_is_told_and_its_evidence_understood(explained):
+def test_a_journal_of_the_first_format_is_reported_and_its_evidence_understood(explained):
     told = explained(FIRST_FORMAT, "--json")
     assert [each["replay"]["differs"] for each in told["decisions"]] == [False] * 4
     assert told["damaged_lines"] == []
     assert "lena was not recognised since the last search began" in explained(FIRST_FORMAT)
 
 
-def test_a_journal_of_the_second_format_is_told(explained):
+def test_a_journal_of_the_second_format_is_reported(explained):
     told = explained(SECOND_FORMAT, "--json")
     assert len(told["decisions"]) == 5
     assert told["damaged_lines"] == []
@@ -178,7 +178,7 @@ def test_a_run_without_a_decision_says_so(explained, tmp_path):
     ("content", "sentence"),
     [(None, "holds no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],
 )
-def test_what_is_no_run_is_one_sentence(capsys, tmp_path, content, sentence):
+def test_anything_that_is_not_a_run_gives_one_sentence(capsys, tmp_path, content, sentence):
     if content is not None:
         (tmp_path / "journal.jsonl").write_text(content)
     assert main(["explain-run", str(tmp_path)]) == USAGE

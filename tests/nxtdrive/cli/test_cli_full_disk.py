@@ -125,14 +125,14 @@ def test_output_that_cannot_be_written_is_a_sentence(command, buffered):
 
 
 @pytest.mark.slow
-def test_a_closed_output_is_no_mistake():
+def test_a_closed_output_is_not_a_mistake():
     ran = subprocess.run(
         ["sh", "-c", '"$0" -m nxtdrive files ls >&-', sys.executable], capture_output=True, text=True, check=False
     )
     assert (ran.returncode, ran.stderr) == (DONE, "")
 
 
-def test_a_table_whose_reader_has_left_is_no_mistake(monkeypatch):
+def test_a_table_whose_reader_has_left_is_not_a_mistake(monkeypatch):
     """As of `nxtdrive monitor --once | true`."""
     reader, writer = os.pipe()
     os.close(reader)

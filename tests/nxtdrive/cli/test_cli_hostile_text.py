@@ -1,4 +1,4 @@
-"""Names and texts from outside never reach the terminal as they are, and forge no line, whatever prints them."""
+"""Names and texts from outside never reach the terminal unescaped and cannot forge a line, whatever prints them."""
 
 from __future__ import annotations
 

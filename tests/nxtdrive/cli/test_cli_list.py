@@ -1,4 +1,4 @@
-"""``nxtdrive list``: addresses to copy, whatever is missing on this computer."""
+"""``nxtdrive list``: addresses to copy, even if this computer lacks something."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""``nxtdrive mission``: everything that is wrong at once, everything that counts in one view."""
+"""``nxtdrive mission``: all mistakes at once, and all numbers in one view."""
 
 import json
 

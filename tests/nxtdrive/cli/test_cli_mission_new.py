@@ -207,7 +207,7 @@ def test_a_picture_that_cannot_be_found_is_refused_with_what_to_do(image, height
     assert not list(Path().glob("*.toml"))
 
 
-def test_what_is_no_picture_is_refused(capsys):
+def test_anything_that_is_not_a_picture_is_refused(capsys):
     Path("cat.jpg").write_text("meow", encoding="utf-8")
     assert main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "297"]) == USAGE
     assert "not an image" in capsys.readouterr().err

@@ -18,7 +18,7 @@ def test_only_what_takes_longer_shows_a_bar(monkeypatch, second_s, shown):
     assert ("making camera.webm" in sys.stderr.getvalue()) == shown
 
 
-def test_nothing_is_shown_where_standard_error_is_no_terminal(capsys):
+def test_nothing_is_shown_where_standard_error_is_not_a_terminal(capsys):
     times = iter(range(0, 1000, 10))
     assert list(with_progress("camera.webm", lambda: next(times))(range(3))) == [0, 1, 2]
     assert capsys.readouterr().err == ""

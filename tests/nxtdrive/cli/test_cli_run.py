@@ -158,7 +158,7 @@ def test_bad_input_is_one_sentence_and_nothing_moves(capsys, arguments, code, se
         ("[thesis]\nadvance_mm = 0.15\n", "advance_mm is a number in millimetres"),
     ],
 )
-def test_mistakes_in_a_mission_file_are_told_before_anything_moves(capsys, small, addition, sentence):
+def test_mistakes_in_a_mission_file_are_reported_before_anything_moves(capsys, small, addition, sentence):
     Path(small).write_text(MISSION + addition, encoding="utf-8")
     assert main(["run", small]) == 2
     assert sentence in capsys.readouterr().err
@@ -166,7 +166,7 @@ def test_mistakes_in_a_mission_file_are_told_before_anything_moves(capsys, small
 
 
 @pytest.mark.slow
-def test_a_brick_that_says_nothing_is_told_after_two_seconds(capsys):
+def test_a_brick_that_says_nothing_is_reported_after_two_seconds(capsys):
     master, slave = pty.openpty()
     try:
         code = main(["run", "--nxt", f"serial://{os.ttyname(slave)}", "--camera", "sim"])

@@ -149,7 +149,7 @@ def test_wrong_numbers_are_refused_before_anything_is_opened(words, tmp_path):
         (["--pty", "/nowhere/nxt"], "/nowhere/nxt"),
     ],
 )
-def test_what_cannot_be_served_is_one_sentence(words, hint, tmp_path, capsys):
+def test_what_cannot_be_served_gives_one_sentence(words, hint, tmp_path, capsys):
     assert main(["sim", "serve", "--pty", str(tmp_path / "nxt"), *words]) == USAGE
     assert hint in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

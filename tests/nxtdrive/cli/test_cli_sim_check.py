@@ -1,4 +1,4 @@
-"""``nxtdrive sim check``: recordings of many kinds, and files that are none."""
+"""``nxtdrive sim check``: recordings of many kinds, and files that are not recordings."""
 
 import json
 from pathlib import Path
@@ -49,7 +49,7 @@ def test_every_scenario_begins_at_power_on(recording):
     assert check(recording({"scenario": "a", **tick}, {"scenario": "b", **tick})) == DONE
 
 
-def test_a_difference_is_told_in_words_and_the_rest_is_still_compared(recording, capsys):
+def test_a_difference_is_reported_in_words_and_the_rest_is_still_compared(recording, capsys):
     wrong = {"request": "000b", "reply": "020b004b1e"}
     assert check(recording(BATTERY, wrong, BATTERY)) == NOT_ACHIEVED
     out = capsys.readouterr().out
@@ -190,7 +190,7 @@ def test_a_firmware_that_is_not_simulated_is_refused_unless_another_one_is_named
         ({"firmware": 1.29}, BATTERY),
     ],
 )
-def test_a_file_that_is_no_recording_is_refused(lines, recording, capsys):
+def test_a_file_that_is_not_a_recording_is_refused(lines, recording, capsys):
     assert check(recording(*lines)) == USAGE
     assert "talk.jsonl" in capsys.readouterr().err
 

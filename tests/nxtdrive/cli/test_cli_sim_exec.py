@@ -133,7 +133,7 @@ signal.pause()
 
 
 @pytest.mark.parametrize("options", [[], ["--native"]])
-def test_what_cannot_be_run_is_one_sentence(options, capsys):
+def test_what_cannot_be_run_gives_one_sentence(options, capsys):
     assert main(["sim", "exec", *options, "--", "no-such-program"]) == USAGE
     assert "no-such-program cannot be run" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""``info``, ``explain`` and ``send``: what a brick says and what its bytes mean."""
+"""``info``, ``explain`` and ``send``: a brick's replies and the meaning of their bytes."""
 
 import contextlib
 import io

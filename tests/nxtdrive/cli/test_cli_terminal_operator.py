@@ -72,7 +72,7 @@ def test_a_number_chooses(asked, typed, kind):
 
 
 @pytest.mark.parametrize("wrong", ["0", "4", "-1", "yes", "²", "[bold]"])
-def test_what_is_no_answer_is_asked_again(asked, wrong):
+def test_an_invalid_answer_is_asked_for_again(asked, wrong):
     choice, shown = asked(wrong, "2")
     assert choice.kind is MOVE_TO
     assert f"There is no {wrong!r}." in shown

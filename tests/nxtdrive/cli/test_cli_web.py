@@ -1,4 +1,4 @@
-"""``nxtdrive web``: what is wrong is said before anything is opened."""
+"""``nxtdrive web``: mistakes are reported before anything is opened."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from nxtdrive.cli.main import main
         (["--folder", "nosuch"], "there is no folder nosuch"),
     ],
 )
-def test_mistakes_are_told(arguments, says, capsys):
+def test_mistakes_are_reported(arguments, says, capsys):
     assert main(["web", "--port", "0", *arguments]) == 2
     assert says in capsys.readouterr().err
 
 
-def test_all_mistakes_of_a_class_are_told_at_once(tmp_path, capsys):
+def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, capsys):
     file = tmp_path / "classroom.toml"
     file.write_text('[[robot]]\nname = "Ada"\nnxt = "usv://"\n[[robot]]\nname = ""\ncolour = 3\n', encoding="utf-8")
     assert main(["web", "--port", "0", "--classroom", str(file)]) == 2

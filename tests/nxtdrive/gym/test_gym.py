@@ -1,4 +1,4 @@
-"""The Gymnasium environments keep Gymnasium's rules, repeat themselves for a seed, and reward what the truth says."""
+"""The Gymnasium environments keep Gymnasium's rules, repeat themselves for a seed, and reward by the ground truth."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_an_action_takes_the_candidate_of_its_number_or_the_first():
             candidate_number(action, 3)
 
 
-def test_a_robot_that_stands_before_a_target_has_arrived_there_once():
+def test_a_robot_that_stands_in_front_of_a_target_has_arrived_there_once():
     env = WheelEnv()
     env.reset(options={"kind": "open", "seed": 7})
     target = generate_scenario("open", 7).mission.mission.targets[0]

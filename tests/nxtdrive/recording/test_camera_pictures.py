@@ -1,4 +1,4 @@
-"""The camera's pictures of a run: which are kept, with what index, and what a damaged index does."""
+"""The camera's pictures of a run: which are kept, their index, and the effect of a damaged index."""
 
 from __future__ import annotations
 

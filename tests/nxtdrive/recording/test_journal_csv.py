@@ -96,7 +96,7 @@ def test_the_documented_lines_read_all_runs_by_pandas(tmp_path, monkeypatch, cap
     assert runs["t"].max() == 3.3
 
 
-def test_text_that_is_no_unicode_makes_a_table_too(tmp_path):
+def test_text_that_is_not_unicode_makes_a_table_too(tmp_path):
     record = '{"t": 0, "kind": "start", "state": "idle", "target": "a\\ud800", "mission": "m"}\n'
     (tmp_path / "journal.jsonl").write_text(record, encoding="utf-8")
     assert main(["export", str(tmp_path), "--csv"]) == DONE

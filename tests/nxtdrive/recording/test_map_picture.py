@@ -1,4 +1,4 @@
-"""The map of a run: what is on it, in the legend and in the notes, for runs of every kind."""
+"""The map of a run, its legend and its notes, for runs of every kind."""
 
 from __future__ import annotations
 

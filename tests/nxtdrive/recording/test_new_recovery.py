@@ -1,4 +1,4 @@
-"""A recovery that is added to the registry is known everywhere that a person, or the chart, hears of recoveries."""
+"""A recovery that is added to the registry appears everywhere that recoveries are shown, and in the chart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind, from records alone."""
+"""The files of a run, from records alone."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def test_its_files_lie_beside_the_mission(installed):
         ([Detection((1, 2, 3, 4), 0.5, (*CORNERS[:2], *CORNERS[:1:-1]))], "not a convex quadrilateral"),
     ],
 )
-def test_what_is_no_detection_is_refused_with_a_sentence(installed, answer, text):
+def test_anything_that_is_not_a_detection_is_refused_with_a_sentence(installed, answer, text):
     detector = make_detector({"detector": "Answers"}).detector
     detector._detector.answer = answer
     with pytest.raises(ConfigError) as refused:

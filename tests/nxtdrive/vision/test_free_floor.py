@@ -1,4 +1,4 @@
-"""The free floor in frames: it ends where geometry says, and where nothing is known nothing is said."""
+"""The free floor in frames: it ends where geometry says, and there is no result where nothing is known."""
 
 import math
 
@@ -97,7 +97,7 @@ def test_it_is_not_ready_before_it_has_learned(look):
     assert len(fresh.ends(image)) == 24
 
 
-def test_columns_whose_lowest_pixels_are_no_floor_tell_nothing(detector, look):
+def test_columns_whose_lowest_pixels_are_not_floor_have_no_result(detector, look):
     ends = detector.ends(look([wall(2000.0), *box(350.0, 0.0, half_mm=80.0)]))
     hidden_px = 320 / 2 / math.tan(math.radians(30.0)) * 80.0 / 350.0
     aside_px = np.abs(ends[:, 0] - 160.0)

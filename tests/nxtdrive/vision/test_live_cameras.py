@@ -218,7 +218,7 @@ def test_frames_of_other_kinds_become_frames_of_the_usual_one(mocker, frame, sha
 
 
 @pytest.mark.parametrize("frame", [None, np.zeros((12, 16, 2), np.uint8), cv2.error("damaged"), MemoryError()])
-def test_a_camera_whose_frames_are_no_pictures_is_reported(mocker, frame):
+def test_a_camera_whose_frames_are_not_pictures_is_reported(mocker, frame):
     mocker.patch("cv2.VideoCapture", side_effect=[OddCamera(frame)])
     with pytest.raises(CameraError, match=r"Camera 0 gives no frames"):
         open_camera("0", clock=WallClock())

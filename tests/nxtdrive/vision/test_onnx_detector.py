@@ -160,7 +160,7 @@ def test_the_fainter_of_two_that_overlap_and_other_labels_are_left_out(detector)
     assert len(detector(model("e2e"), "bowl").detect(FRAME)) == 1
 
 
-def test_no_number_is_no_place(detector):
+def test_nan_is_not_a_place(detector):
     outputs = outputs_of("boxes")
     outputs["boxes"][0] = np.nan
     assert detector(constant_model(outputs)).detect(FRAME) == []
@@ -232,7 +232,7 @@ def test_a_wrong_file_is_refused_with_the_reason(detector, content, message):
 
 
 @pytest.mark.parametrize("file", [".", "missing.onnx", "/dev/zero"])
-def test_what_is_no_file_is_refused(tmp_path, file):
+def test_anything_that_is_not_a_file_is_refused(tmp_path, file):
     with pytest.raises(ConfigError):
         OnnxDetector(tmp_path / file, "cup")
 
@@ -254,14 +254,14 @@ def test_wrong_options_are_refused(detector, options, message):
 NO_TEXT = model("yolo").replace(b"ReduceMean", b"\xf5educeMean")
 
 
-def test_a_name_that_is_no_text_is_refused_without_a_word_of_the_runtime(detector, capfd):
+def test_a_name_that_is_not_a_text_is_refused_without_a_word_of_the_runtime(detector, capfd):
     with pytest.raises(ConfigError, match=r"onnxruntime .* cannot load"):
         detector(NO_TEXT)
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("runtime", RUNTIMES)
-def test_an_output_whose_name_is_no_text_is_refused(detector, runtime):
+def test_an_output_whose_name_is_not_a_text_is_refused(detector, runtime):
     with pytest.raises(ConfigError, match=r"cannot (load|run) .*model\.onnx"):
         detector(model("yolo").replace(b"output0", b"outpu\xf40"), runtime=runtime)
 
@@ -272,7 +272,7 @@ def test_what_crashes_opencv_is_refused(tmp_path):
         make_detector({"detector": "onnx", "model": "cups.onnx", "label": "cup", "runtime": "opencv"}, tmp_path)
 
 
-def test_an_operator_that_opencv_does_not_know_is_told_with_the_way_out(detector):
+def test_an_operator_that_opencv_does_not_know_is_reported_with_the_way_out(detector):
     from onnx import ModelProto, helper
 
     proto = ModelProto.FromString(model("boxes"))

@@ -42,7 +42,7 @@ def test_bearing_is_positive_to_the_right(detector, scene, bearing_deg):
 
 
 @pytest.mark.parametrize("slant_deg", [-45, -30, 30, 45])
-def test_it_finds_the_picture_seen_from_aside(detector, scene, slant_deg):
+def test_it_finds_the_picture_seen_from_the_side(detector, scene, slant_deg):
     bearing_deg, depth_mm = locate(detector, scene.render(1500, -3, slant_deg=slant_deg))
     assert bearing_deg == pytest.approx(-3, abs=0.7)
     assert depth_mm == pytest.approx(1500, rel=0.15)

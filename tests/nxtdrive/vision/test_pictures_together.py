@@ -1,4 +1,4 @@
-"""Pictures that are looked for at once are found as each alone is."""
+"""Looking for several pictures at once finds each as looking for it alone does."""
 
 import cv2
 import numpy as np

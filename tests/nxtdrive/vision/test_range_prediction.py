@@ -1,4 +1,4 @@
-"""What is said of a photograph before anything looks for its print."""
+"""Predictions for a photograph before its print is looked for."""
 
 import cv2
 import numpy as np

@@ -45,7 +45,7 @@ def test_a_picture_is_seen_where_it_hangs(targets, name, distance_mm, bearing_de
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("slant_deg", [-40, 40])
-def test_a_picture_is_seen_from_aside(targets, name, slant_deg):
+def test_a_picture_is_seen_from_the_side(targets, name, slant_deg):
     found = targets[name].detector.detect(room(name, 1500, 3, slant_deg))
     bearing_deg, distance_mm = PINHOLE.locate(found[0], targets[name].height_mm)
     assert bearing_deg == pytest.approx(3, abs=0.8)

@@ -1,4 +1,4 @@
-"""Which score a picture needs, so that chance does not reach it."""
+"""The score that a picture needs so that chance matches do not reach it."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def test_a_gradient_is_coarse_and_details_are_not():
     assert coarseness(DETAILS) < 0.1
 
 
-def test_colours_are_no_coarse_gray():
+def test_colours_are_not_coarse_gray():
     gray, colored = gradient(), gradient()
     colored[:, :, 2] = colored[:, ::-1, 2]
     assert coarseness(colored) < coarseness(gray) - 0.2

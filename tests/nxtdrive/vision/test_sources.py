@@ -62,7 +62,7 @@ def test_a_folder_is_shown_in_the_order_of_its_names(tmp_path, clock):
         np.testing.assert_array_equal(frame.image, picture)
 
 
-def test_one_image_is_shown_for_ever(tmp_path, clock):
+def test_one_image_is_shown_forever(tmp_path, clock):
     (picture,) = numbered(1)
     cv2.imwrite(str(tmp_path / "view.PNG"), picture)
     camera = open_camera(str(tmp_path / "view.PNG"), clock=clock)
@@ -81,13 +81,13 @@ def test_a_folder_without_images_is_refused(tmp_path, clock):
         open_camera(str(tmp_path), clock=clock)
 
 
-def test_a_file_that_is_no_video_is_refused(tmp_path, clock):
+def test_a_file_that_is_not_a_video_is_refused(tmp_path, clock):
     (tmp_path / "clip.mp4").write_text("hello")
     with pytest.raises(CameraError, match=r"clip.mp4 is not a video OpenCV can read"):
         open_camera(str(tmp_path / "clip.mp4"), clock=clock)
 
 
-def test_a_file_that_is_no_image_is_refused(tmp_path, clock):
+def test_a_file_that_is_not_an_image_is_refused(tmp_path, clock):
     (tmp_path / "view.jpg").write_text("hello")
     with pytest.raises(CameraError, match=r"view.jpg is not an image"):
         open_camera(str(tmp_path / "view.jpg"), clock=clock)

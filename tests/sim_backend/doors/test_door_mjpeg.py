@@ -171,7 +171,7 @@ def test_a_request_has_a_deadline_as_a_whole(monkeypatch):
         assert dripped < 1000
 
 
-def test_a_viewer_too_many_is_told_so_and_logged_once(door, caplog):
+def test_a_viewer_above_the_limit_gets_a_reply_and_is_logged_once(door, caplog):
     with contextlib.ExitStack() as stack:
         for _ in range(VIEWER_LIMIT):
             stack.enter_context(_connect(door))
@@ -204,7 +204,7 @@ def test_connections_without_a_request_keep_no_viewer_out(door):
         (b"GET /camera.mjpg HTTP/1.1\r\n" + b"X" * 10_000 + b"\r\n\r\n", 431),
     ],
 )
-def test_what_is_no_request_is_refused(door, request_, status):
+def test_anything_that_is_not_a_request_is_refused(door, request_, status):
     with _dial(door) as line:
         line.sendall(request_)
         assert line.recv(4096).startswith(b"HTTP/1.0 %d " % status)

@@ -128,7 +128,7 @@ def test_half_a_telegram_does_not_spoil_the_next_programs_first(terminal, client
     assert _arrived(terminal) == [KEEP_ALIVE]
 
 
-def test_what_is_no_telegram_is_dropped(terminal, client, clock):
+def test_anything_that_is_not_a_telegram_is_dropped(terminal, client, clock):
     client.write(b"AT+GMM\r\n")
     assert _arrived(terminal) == []
     clock.now_s += PARTIAL_LIMIT_S * 2

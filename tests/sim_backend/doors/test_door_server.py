@@ -1,4 +1,4 @@
-"""The real-time loop, with a clock of its own: it follows the wall, never rushes, and films only for an audience."""
+"""The real-time loop on a clock of its own: it follows the wall clock, never rushes, and renders only for viewers."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""Telegrams without lengths: what was sent at once in any number comes apart again as it was."""
+"""Telegrams without lengths: any number of them that was sent at once is split correctly."""
 
 import random
 

@@ -123,7 +123,7 @@ def test_other_strings_and_requests_stall(brick):
     assert caught.value.errno == errno.EPIPE
 
 
-def test_a_pulled_cable_is_no_device(simulation):
+def test_a_pulled_cable_leaves_no_device(simulation):
     faults = LinkFaults(unplugged_ms=((5, 50),))
     bus = UsbBackend(lambda: LinkCable(SimLink(simulation, faults=faults)), SERIAL_NUMBER)
     brick = usb.core.find(backend=bus)
@@ -203,7 +203,7 @@ def test_a_far_end_that_hangs_up_is_a_lost_connection(far_end):
         cable.read(10)
 
 
-def test_who_is_not_greeted_finds_the_brick_in_use(far_end):
+def test_a_client_without_a_greeting_finds_the_brick_in_use(far_end):
     with pytest.raises(BlockingIOError):
         far_end(greeting=b"")
 
@@ -220,7 +220,7 @@ def test_one_program_has_the_cable_and_the_next_gets_it_afterwards(house):
     assert house.hear(house.connect(door), 14) == GREETING
 
 
-def test_who_comes_just_before_the_other_has_left_is_let_in(house):
+def test_a_client_that_comes_just_before_the_other_has_left_is_let_in(house):
     door = house.add("usb")
     first = house.connect(door)
     assert house.hear(first, 14)

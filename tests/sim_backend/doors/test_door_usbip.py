@@ -224,7 +224,7 @@ def test_one_computer_at_a_time_has_the_brick(house, door):
     imported(house, door)
 
 
-def test_who_only_asks_gets_no_link_and_may_not_stay(house, door):
+def test_a_client_that_only_asks_gets_no_link_and_may_not_stay(house, door):
     line = house.connect(door)
     line.sendall(LIST)
     assert len(house.hear(line, 328)) == 328

@@ -107,7 +107,7 @@ def test_a_burst_through_nxt_server_is_not_one_telegram(house):
     assert house.board.telegrams == 201
 
 
-def test_who_hangs_up_after_asking_still_gets_the_answer(house):
+def test_a_client_that_hangs_up_after_a_request_still_gets_the_reply(house):
     line = house.connect(house.add("tcp"))
     line.sendall(frame(GET_BATTERY))
     line.shutdown(1)
@@ -129,7 +129,7 @@ def test_programs_that_come_and_go_are_counted(house):
     ]
 
 
-def test_who_leaves_does_not_stop_the_motors_nor_close_the_files(house):
+def test_a_client_that_leaves_does_not_stop_the_motors_nor_close_the_files(house):
     door = house.add("tcp")
     program = PROGRAMS["tcp"](house, door)
     program.ask(run_motor("A"))

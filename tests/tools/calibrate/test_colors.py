@@ -47,6 +47,6 @@ def test_a_name_is_kept_in_odd_light():
         (_frames(60), "red", "not red"),
     ],
 )
-def test_what_is_no_such_colour_is_refused(frames, color, said):
+def test_an_unsuitable_colour_is_refused(frames, color, said):
     with pytest.raises(CalibrationRefused, match=said):
         learn(frames, color)

@@ -1,4 +1,4 @@
-"""The course before the marker sheet."""
+"""The course in front of the marker sheet."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from nxtdrive.tools.calibrate.course import Course
 
 
 @pytest.mark.parametrize("stop_distance_mm", [1000.0, 900.0])
-def test_what_is_in_the_way_ends_the_drive_towards_the_sheet(stop_distance_mm):
+def test_an_obstacle_ends_the_drive_towards_the_sheet(stop_distance_mm):
     table = RobotTable(stop_distance_mm=stop_distance_mm)
     with open_robot("sim://calibration", "sim") as robot:
         course = Course(robot.brick, robot.camera, build_robot(robot.brick, table), table)

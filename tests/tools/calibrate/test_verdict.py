@@ -1,4 +1,4 @@
-"""What is refused, and the robot file that is written."""
+"""Refusals, and the robot file that is written."""
 
 import datetime
 import math

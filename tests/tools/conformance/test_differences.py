@@ -1,4 +1,4 @@
-"""Causes of differences: the same for all of a kind, different for different kinds."""
+"""Causes of differences: the same for all of one kind, different for different kinds."""
 
 import pytest
 

@@ -121,7 +121,7 @@ def test_a_motion_that_is_too_long_for_one_call_is_refused(fast, tool, argument,
 
 
 @pytest.mark.slow
-def test_what_is_no_number_never_reaches_the_motors(fast):
+def test_anything_that_is_not_a_number_never_reaches_the_motors(fast):
     async def talk(call: Call) -> None:
         for value in ("far", None, "nan", "inf"):
             assert isinstance(await call("drive_mm", distance_mm=value), str)

@@ -1,4 +1,4 @@
-"""The chances of choices are compared with what came of them."""
+"""The chances of choices are compared with their outcomes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The oracle that must see: it tours places to look from on the true map, and goes to what its eyes have shown."""
+"""The oracle that must see: it tours viewpoints on the true map, and goes to targets that its eyes have seen."""
 
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import LookoutPlaces

@@ -1,4 +1,4 @@
-"""The file of a sweep: only its own lines are taken for results, and nothing foreign is changed."""
+"""The file of a sweep: only its own lines count as results, and foreign content is not changed."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Headline figures are paired by scenario, and a sweep's summary says how to repeat it."""
+"""Headline figures are paired by scenario, and a sweep's summary has the command to repeat it."""
 
 import json
 import platform

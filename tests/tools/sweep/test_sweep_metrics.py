@@ -127,7 +127,7 @@ def test_a_target_that_is_not_there_is_not_reachable():
     assert (result.reachable, result.success, result.shortest_mm) == (False, False, None)
 
 
-def test_recognition_time_starts_when_a_person_is_in_the_way():
+def test_recognition_time_starts_when_a_person_blocks_the_path():
     episode = (
         EpisodeBuilder(late_objects=["anna"]).enter("arrive").drive(1000, 1500, 2).disturb("anna").drive(1200, 1500, 1)
     )

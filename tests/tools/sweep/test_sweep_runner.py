@@ -158,7 +158,7 @@ def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_ar
     assert difference([broken], [reached]).number == 1
 
 
-def test_tables_tell_what_was_chosen_for_each_cause_and_how_soon_targets_were_reached():
+def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_reached():
     choices = [{"cause": "missed", "choice": choice} for choice in ("rescan", "rescan", "move_to", "back_up")]
     targets = [{"reachable": True, "success": time_s is not None, "time_s": time_s} for time_s in (20.0, 59.0, None)]
     lines = [{"policy": "adaptive", "choices": choices, "targets": targets}]

@@ -78,7 +78,7 @@ def test_the_map_shows_path_echo_target_and_robot():
     assert [lines[row][10] for row in range(6, 11)] == ["·"] * 5
 
 
-def test_no_echo_and_far_echoes_are_no_walls():
+def test_missing_and_far_echoes_are_not_walls():
     floor = FloorMap()
     floor.hear(Pose(), None)
     floor.hear(Pose(), FARTHEST_ECHO_MM + 10)

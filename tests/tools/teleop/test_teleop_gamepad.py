@@ -56,7 +56,7 @@ def test_a_button_counts_once_however_short_it_was_pressed(pad):
         assert gamepad.read().pressed == ()
 
 
-def test_unplugging_is_told_once_and_plugging_in_again_works(pad):
+def test_unplugging_is_reported_once_and_plugging_in_again_works(pad):
     gamepad, virtual = pad
     virtual.plug()
     connected = gamepad.read().words

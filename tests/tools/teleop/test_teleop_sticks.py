@@ -1,4 +1,4 @@
-"""Sticks to speeds, and what controls make of them, without a gamepad."""
+"""Conversion of sticks to speeds and commands, without a gamepad."""
 
 import pytest
 from hypothesis import given

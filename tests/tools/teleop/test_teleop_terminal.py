@@ -166,7 +166,7 @@ def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
     drawing.flush()
 
 
-def test_a_standard_error_that_is_no_terminal_is_refused(capsys, monkeypatch):
+def test_a_standard_error_that_is_not_a_terminal_is_refused(capsys, monkeypatch):
     monkeypatch.setattr("sys.stdin", open_terminal := _Terminal())
     monkeypatch.setattr("sys.stdout", open_terminal)
     assert main(["teleop"]) == USAGE

@@ -86,7 +86,7 @@ def test_the_pin_opens_a_session_for_one_browser(client, pin, tmp_path):
 
 
 @pytest.mark.parametrize("cookie", ["", "x", "ä"])
-def test_a_made_up_cookie_is_no_session(client, cookie):
+def test_a_made_up_cookie_is_not_a_session(client, cookie):
     assert client.get("/api/runs", headers={"cookie": f"nxtdrive-7080={cookie}".encode()}).status_code == 401
 
 
@@ -115,7 +115,7 @@ def test_five_wrong_pins_make_everyone_wait_a_minute(client, pin, clock):
 @pytest.mark.parametrize(
     ("body", "status"), [("", 403), ("12345", 403), ("öäü\0", 403), (b"\xff", 403), ("1" * 999, 413)]
 )
-def test_anything_else_is_no_pin(client, body, status):
+def test_anything_else_is_not_a_pin(client, body, status):
     assert client.post("/api/session", content=body).status_code == status
 
 

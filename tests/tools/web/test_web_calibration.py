@@ -111,7 +111,7 @@ def test_a_calibration_is_ended_while_the_robot_moves(tmp_path, ending):
     assert not (tmp_path / "robot.toml").exists()
 
 
-def test_what_is_refused_is_told(tmp_path):
+def test_what_is_refused_is_reported(tmp_path):
     with _page(tmp_path, "sim://open?pace=fast") as page:
         page.send_json(MOTORS)
         assert "sees no marker" in _until(page, "calibration", running=False, problem=True)["problem"]

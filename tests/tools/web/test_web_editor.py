@@ -97,7 +97,7 @@ def test_only_mission_files_of_the_folder_are_written(client, tmp_path, name):
         (GOOD.replace("targets", "target"), "targets"),
     ],
 )
-def test_mistakes_are_told_without_a_file(client, tmp_path, text, says):
+def test_mistakes_are_reported_without_a_file(client, tmp_path, text, says):
     found = client.post("/api/check", json={"text": text}).json()
     assert any(says in mistake for mistake in found["mistakes"])
     assert not any("draft" in mistake for mistake in found["mistakes"])

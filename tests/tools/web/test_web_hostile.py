@@ -1,4 +1,4 @@
-"""Clients that send what no page of ours would: each gets an answer, and none a traceback on the user's terminal."""
+"""Clients that send what no page of ours would: each gets a reply, and none causes a traceback on the terminal."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def client(tmp_path) -> TestClient:
 
 
 @pytest.mark.parametrize("origin", ["http://[::1", "http://[x]", "http://[]:1", "//", "\xff"])
-def test_an_origin_that_is_no_address_is_refused(client, origin):
+def test_an_origin_that_is_not_an_address_is_refused(client, origin):
     assert client.get("/", headers={"origin": origin.encode("latin-1")}).status_code == 403
 
 
@@ -71,7 +71,7 @@ def test_a_message_of_bytes_is_refused_and_the_page_stays(client):
     ("method", "path"),
     [("POST", "/api/check"), ("PUT", "/api/missions/a.toml"), ("POST", "/api/targets"), ("POST", "/api/session")],
 )
-def test_a_client_that_leaves_in_the_middle_of_a_request_is_no_failure(tmp_path, method, path):
+def test_a_client_that_leaves_in_the_middle_of_a_request_is_not_a_failure(tmp_path, method, path):
     messages = iter(({"type": "http.request", "body": b"{", "more_body": True}, {"type": "http.disconnect"}))
     headers = [(b"host", b"192.168.0.7:7080")]
     pin = Pin()
@@ -94,7 +94,7 @@ NO_UTF8 = UnicodeDecodeError("utf-8", b"\xff", 0, 1, "")
 
 
 @pytest.mark.parametrize(("fault", "kept"), [(NO_UTF8, False), (KeyError(), True)])
-def test_text_that_is_no_utf8_is_logged_without_a_traceback(tmp_path, fault, kept):
+def test_text_that_is_not_utf8_is_logged_without_a_traceback(tmp_path, fault, kept):
     http_server(_server(tmp_path).app())
     log = logging.getLogger("uvicorn.error")
     record = log.makeRecord(log.name, logging.ERROR, "", 0, "Invalid UTF-8", (), (type(fault), fault, None))

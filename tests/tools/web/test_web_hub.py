@@ -1,4 +1,4 @@
-"""The hub: the robot never waits for a client, clients that come later catch up, slow ones are closed."""
+"""The hub: the robot never waits for a client, late clients catch up, slow ones are closed."""
 
 from __future__ import annotations
 

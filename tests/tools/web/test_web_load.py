@@ -1,4 +1,4 @@
-"""Clients of every kind, and the robot does not notice: its loop and its missions stay the same to the byte."""
+"""Clients of every kind do not affect the robot: its loop and its missions stay the same to the byte."""
 
 from __future__ import annotations
 

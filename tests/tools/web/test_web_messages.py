@@ -1,4 +1,4 @@
-"""What a page may say, and what is refused."""
+"""Messages that a page may send, and refused ones."""
 
 from __future__ import annotations
 

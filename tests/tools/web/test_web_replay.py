@@ -128,7 +128,7 @@ def test_pictures_that_are_too_many_are_thinned(run, monkeypatch):
     assert _exported(run).count("data:image/jpeg") == 1
 
 
-def test_what_is_no_picture_does_not_get_into_the_page(run, tmp_path):
+def test_anything_that_is_not_a_picture_does_not_get_into_the_page(run, tmp_path):
     (tmp_path / "secret").write_text("secret", encoding="utf-8")
     (run / "camera" / "000001.jpg").unlink()
     (run / "camera" / "000001.jpg").symlink_to(tmp_path / "secret")

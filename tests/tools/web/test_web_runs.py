@@ -1,4 +1,4 @@
-"""The list of runs and what the replay gets: of any folder, however damaged."""
+"""The list of runs, and the data of the replay, of any folder, however damaged."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_run_that_cannot_be_read_is_listed_and_its_replay_says_why(folder, dam
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names there are text")
-def test_a_name_that_is_no_text_is_left_out(folder):
+def test_a_name_that_is_not_a_text_is_left_out(folder):
     _run(folder, "x-001")
     os.rename(folder / "x-001", os.fsencode(folder) + b"/\xff")
     assert _client(folder).get("/api/runs").json() == []
@@ -120,7 +120,7 @@ def test_a_replay_of_a_run_without_pictures_has_none(folder):
     assert Runs(folder).replay("x-001")["pictures"] == []
 
 
-def test_text_that_is_no_unicode_does_not_break_the_replay(folder):
+def test_text_that_is_not_unicode_does_not_break_the_replay(folder):
     journal = _run(folder, "x-001") / "journal.jsonl"
     journal.write_text('{"t":0,"kind":"start","state":"idle","target":"\\ud800"}\n', encoding="utf-8")
     assert _client(folder).get("/api/runs/x-001").json()["records"][0]["target"] == "\ud800"

@@ -122,7 +122,7 @@ def test_what_cannot_be_done_is_refused_with_a_sentence(tmp_path, message, says)
         assert says in _until(page, lambda each: each["type"] == "refused")["text"]
 
 
-def test_the_mistakes_of_a_mission_are_told(tmp_path):
+def test_the_mistakes_of_a_mission_are_reported(tmp_path):
     (tmp_path / "bad.toml").write_text(QUICK.replace("lena.png", "nosuch.png"), encoding="utf-8")
     with _client(_server(tmp_path)).websocket_connect("/ws") as page:
         page.send_text('{"type": "start_mission", "mission": "bad.toml"}')
@@ -314,7 +314,7 @@ def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_that_cannot_be_recorded_is_told_and_the_page_goes_on(tmp_path):
+def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_goes_on(tmp_path):
     _quick(tmp_path)
     (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:

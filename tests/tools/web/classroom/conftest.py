@@ -1,4 +1,4 @@
-"""Classes of simulated robots that run."""
+"""Running classrooms of simulated robots."""
 
 from __future__ import annotations
 

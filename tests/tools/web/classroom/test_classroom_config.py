@@ -1,4 +1,4 @@
-"""The file of a class: every mistake at once, and a class from nothing."""
+"""The file of a classroom: every mistake at once, and a classroom without a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _read(folder: Path, text: str) -> ClassroomConfig:
     return read_classroom(path, folder, folder / "runs")
 
 
-def test_a_number_makes_a_class_of_simulated_robots_each_with_a_seed_of_its_own(tmp_path):
+def test_a_number_makes_a_classroom_of_simulated_robots_each_with_its_own_seed(tmp_path):
     robots = simulated_classroom(12, tmp_path, tmp_path / "runs").robots
     assert [robot.name for robot in robots] == [f"Robot {number}" for number in range(1, 13)]
     assert len({str(robot.address) for robot in robots}) == 12
@@ -61,7 +61,7 @@ def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
     assert config.runs == tmp_path / "kept"
 
 
-def test_every_mistake_of_a_file_is_told_at_once(tmp_path):
+def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
     text = """
     [classroom]
     world = "nowhere"

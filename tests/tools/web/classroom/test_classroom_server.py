@@ -1,4 +1,4 @@
-"""The server of a class by its test client: tiles, stop of all, handing out, collecting, and one robot that fails."""
+"""The server of a classroom by its test client: tiles, a stop for all, handing out, collecting, a robot that fails."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_one_page_drives_a_robot_and_another_page_another(running):
                 assert _until(page, lambda each: each.get("doing") == "stopped")  # the dead-man switch
 
 
-def test_runs_whose_names_are_no_utf_8_are_collected(tmp_path):
+def test_runs_whose_names_are_not_utf_8_are_collected(tmp_path):
     folder = tmp_path / "runs" / "Ada" / os.fsdecode(b"x-\xff")
     try:
         folder.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""A simulated robot of a class: it renders what someone looks at, and its mission does not depend on that."""
+"""A simulated robot of a classroom: it renders frames only for viewers, and its mission does not depend on that."""
 
 from __future__ import annotations
 

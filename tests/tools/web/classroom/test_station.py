@@ -1,4 +1,4 @@
-"""One robot of a class: it is opened again, replaced while its brick is lost, and stays stopped."""
+"""One robot of a classroom: it is opened again, replaced while its brick is lost, and stays stopped."""
 
 from __future__ import annotations
 

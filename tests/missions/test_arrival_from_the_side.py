@@ -1,4 +1,4 @@
-"""A stop before a slanted print, with wrong measures of camera and wheels."""
+"""A stop in front of a slanted print, with wrong measures of camera and wheels."""
 
 from __future__ import annotations
 
