@@ -1,4 +1,4 @@
-"""Convert the converter's value to what a program reads: normalisation by type, scaling by mode.
+"""Convert the AD converter's value to a program's reading: normalisation by type, scaling by mode.
 
 Source: docs/firmware.md section 6.
 """
@@ -29,7 +29,7 @@ _TEMPERATURE_STEPS = (
     "1101011010110101101101011011011010110101101101101101011101101110110111011011011011110111101110111110"
     "11111111011111111110111111111111111011"
 )
-"""How many of the 450 steps of 0.2 °C down from 70 °C each raw value from 291 on takes, as measured one by one."""
+"""Number of the 450 steps of 0.2 °C down from 70 °C that each raw value from 291 on takes, measured one by one."""
 
 _TEMPERATURE = tuple(FULL_SCALE * (450 - taken) // 450 for taken in accumulate(map(int, "0" + _TEMPERATURE_STEPS)))
 """Normalized value of each raw value from `_COLDEST` on."""
@@ -52,7 +52,7 @@ _CONFIRMATION = 7
 
 
 def full_scale(raw: int, zero: int, percent: int) -> int:
-    """The value of a sensor whose range begins at `zero` and is `percent` of the converter's, 0..1023."""
+    """Return the value of a sensor whose range begins at `zero` and is `percent` of the converter's, 0..1023."""
     return min(FULL_SCALE, divide(max(0, raw - zero) * 100, percent))
 
 
@@ -85,12 +85,12 @@ NORMALIZE: dict[int, Callable[[int], int]] = {
 
 
 def celsius(normalized: int) -> int:
-    """Temperature in tenths of a degree."""
+    """Return the temperature in tenths of a degree."""
     return 900 * normalized // FULL_SCALE - 200
 
 
 def fahrenheit(normalized: int) -> int:
-    """Temperature in tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
+    """Return the temperature in tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
     return s16((celsius(normalized) * 180 & 0xFFFF_FFFF) // 100 + 320)
 
 
@@ -104,7 +104,7 @@ LEVEL: dict[int, Callable[[int], int]] = {
 
 
 def boolean(normalized: int, slope: int, before: int) -> int:
-    """Whether a sensor is "pressed".
+    """Return whether a sensor is "pressed".
 
     Args:
         normalized: 0..1023.

@@ -38,7 +38,7 @@ class Battery:
         self._started_ms, self._low_samples, self._empty_samples, self.bars = started_ms, 0, 0, 0
 
     def since_sample_ms(self, now_ms: int) -> int:
-        """Time since the last sample, or since the start."""
+        """Return the time since the last sample, or since the start."""
         return (now_ms - self._started_ms) % SAMPLE_MS
 
     def next_sample_ms(self, now_ms: int) -> int:
@@ -46,9 +46,9 @@ class Battery:
         return now_ms + SAMPLE_MS - self.since_sample_ms(now_ms)
 
     def skipped(self, due_ms: int, until_ms: int) -> int:
-        """Return the sample to take instead of the one due at `due_ms`, if those up to `until_ms` change nothing.
+        """Return the sample to take instead of the one at `due_ms`, if those up to `until_ms` change nothing.
 
-        Two are left before then: icons depend on the number of samples, and what is drawn on the icons before.
+        Two are left before then: icons depend on the number of samples, and the drawing on the icons before.
         """
         left_out = (until_ms - due_ms) // SAMPLE_MS - 2
         left_out -= left_out % 2  # the icon of an empty battery alternates
@@ -57,7 +57,7 @@ class Battery:
         return due_ms + left_out * SAMPLE_MS
 
     def samples(self, now_ms: int) -> int:
-        """Number of samples since the start."""
+        """Return the number of samples since the start."""
         return (now_ms - self._started_ms) // SAMPLE_MS
 
     @property

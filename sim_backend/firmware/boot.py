@@ -16,7 +16,7 @@ from sim_backend.firmware.ui_states import STARTING, DrawStatus, UiState
 
 
 class Boot(Supply):
-    """As at power-on, but the other modules go on.
+    """A start as at power-on, except that the other modules continue.
 
     Attributes:
         on_pass: Called in each pass; set by the brick.
@@ -35,7 +35,7 @@ class Boot(Supply):
             self._keys.ignore(self.buttons)
 
     def start(self, now_ms: int) -> None:
-        """Start again after the brick was switched off: as at power-on, but the other modules go on."""
+        """Start again after the brick was switched off: as at power-on, but the other modules continue."""
         if self.state == UiState.START:
             self._on_restart()
             self._warned, self.run_state, self.sleep_minutes, self.volume = False, 1, SLEEP_MINUTES, MAX_VOLUME

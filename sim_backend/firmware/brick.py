@@ -46,7 +46,7 @@ BOOT_MS = 6000
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
 _LONG_MS = 10_000
-"""Stretches without events longer than this are worth leaving out samples of the battery."""
+"""Intervals without events that are longer than this are worth skipping samples of the battery."""
 
 
 class SimBrick:
@@ -146,7 +146,7 @@ class SimBrick:
         )
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
-        """The IO maps, in the firmware's order of modules."""
+        """Return the IO maps, in the firmware's order of modules."""
         self._status_bar = status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
         self._watch = ProgramWatch(self.ui, self.sound, self._screen if version.end_restores_screen else None)
 
@@ -171,7 +171,7 @@ class SimBrick:
         return maps
 
     def _equip(self, mailboxes: Mailboxes, calibrations: Calibrations) -> Devices:
-        """The modules that a program started now can use."""
+        """Return the modules that a program started now can use."""
         self.ui.wake()
         return Devices(
             output=self.output,
@@ -207,7 +207,7 @@ class SimBrick:
         self.output.reset()
 
     def power_cycle(self) -> SimBrick:
-        """The brick after the next boot: flash and the radio's settings are kept."""
+        """Return the brick after the next boot: flash and the radio's settings are kept."""
         brick = SimBrick(
             firmware=self.firmware, address=self.radio.own_address, seed=self.seed, flash=self.loader.flash
         )

@@ -102,7 +102,7 @@ class ButtonModule:
         self.due_ms = min(self.due_ms, (self._clock.now_ms // SAMPLE_MS + 1) * SAMPLE_MS)
 
     def note_write(self) -> None:
-        """Let the user interface see states that were written, until the next sample."""
+        """Show written states to the user interface until the next sample."""
         self.wake()
         self._on_change(0)
 

@@ -27,7 +27,7 @@ _CALIBRATION = struct.Struct("<12I2H")
 
 _FIRST_BYTE = _ATTEMPT + 1 - _CALIBRATION.size
 _NO_ANSWER = 0xFF
-"""What is read as a byte if no sensor answers."""
+"""Byte that is read if no sensor answers."""
 
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
@@ -59,7 +59,7 @@ class ColorDevice(Protocol):
     limits: Sequence[int]
 
     def lit(self, lamp: int) -> int:
-        """The converter's value, 0..1023, while `lamp` is on."""
+        """Return the converter's value, 0..1023, while `lamp` is on."""
 
 
 class ColorPort:
@@ -101,12 +101,12 @@ class ColorPort:
         self.waited = self._attempt = 0
 
     def go_on_with_exit(self) -> None:
-        """Go on with reading the calibration once."""
+        """Continue reading the calibration once."""
         if self._attempt >= 0:
             self.fails()
 
     def fails(self) -> bool:
-        """Go on with the calibration of a sensor that does not answer; whether it fails and begins again."""
+        """Continue the calibration of a sensor that does not answer; return whether it fails and begins again."""
         self._attempt += 1
         if self._attempt >= _FIRST_BYTE:
             read = bytearray(_CALIBRATION.pack(*self.calibration, *self.limits))
@@ -142,7 +142,7 @@ def background(reading: int) -> int:
 
 
 def name_color(red: int, green: int, blue: int, blank: int) -> Color:
-    """The firmware's decision, by the strongest of the three colours."""
+    """Return the firmware's decision, based on the strongest of the three colours."""
     if red > blue and red > green:
         return _name_reddish(red, green, blue, blank)
     if green > blue:

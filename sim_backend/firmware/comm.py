@@ -1,7 +1,7 @@
 """The comm module: telegrams in, replies out. Source: docs/firmware.md section 2 and 3.
 
 Two quirks of the real firmware show on the wire and are kept: the receive buffer is never cleared, so a short telegram
-is completed with bytes of earlier ones; and an unknown system opcode is answered with stale bytes.
+is completed with bytes of earlier ones; and the reply to an unknown system opcode has stale bytes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Comm:
 
         Args:
             handlers: Handler of each command.
-            channel: Tells the handlers which link a command came over.
+            channel: The link of the current command, for the handlers.
             limits: Sizes of this link.
             version: The firmware version.
             buffers: The module's map from the receive buffer on. Both buffers are never cleared.
@@ -71,7 +71,7 @@ class Comm:
         return self._handlers.keys()
 
     def receive(self, telegram: bytes) -> bytes | None:
-        """Handle one telegram; bytes beyond the buffer are cut, except for a `Write` over Bluetooth."""
+        """Handle one telegram; bytes beyond the buffer are cut off, except for a `Write` over Bluetooth."""
         inbox, size = self.inbox, self._limits.buffer
         if not self._limits.streams:
             telegram = telegram[:size]
@@ -112,9 +112,9 @@ class Comm:
         return self._handlers[command](command.decode(data))
 
     def _short_write(self, length: int) -> bytes:
-        """A Write without a handle: the size of its data, its length less that of the header, has 16 bits.
+        """Return a Write without a handle: the size of its data, its length less that of the header, has 16 bits.
 
-        What follows the Comm map in memory is taken to be zero.
+        The memory after the Comm map is assumed to be zero.
         """
         return bytes(self._buffers).ljust(_WRITE_SIZE + (length - _WRITE_SIZE & 0xFFFF), b"\0")
 
@@ -155,7 +155,7 @@ class BluetoothComm(Comm):
         return replies + (self._framed(telegram) if telegram else b"")
 
     def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
-        """As over USB, but behind the send buffer is the length of what it sends."""
+        """Reply as over USB, except that the length of the reply follows the send buffer."""
         reply, size = super()._unknown(kind, opcode, length), BLUETOOTH.buffer
         return reply[:size] + bytes((len(reply),)) + reply[size + 1 :] if len(reply) > size else reply
 
@@ -185,5 +185,5 @@ def _is_write(telegram: bytes) -> bool:
 
 
 def _is_query(command: type[Command[Any]]) -> bool:
-    """Whether a direct command only returns values; the firmware skips it when no reply is wanted."""
+    """Return whether a direct command only returns values; the firmware skips it when no reply is wanted."""
     return command.kind == Kind.DIRECT and command.reply_type is not Ack and command not in _EFFECTIVE

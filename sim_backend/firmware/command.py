@@ -45,7 +45,7 @@ class _Phase(Enum):
 
 
 _IN_PROGRAM, _RUNNING, _STEP = _Phase.RUNNING, int(InterpreterState.RUNNING), int(InterpreterState.STEP)
-"""What each pass asks for; the members of an enumeration take longer to find."""
+"""Constants that each pass uses; the members of an enumeration take longer to find."""
 
 
 class CommandModule:
@@ -60,7 +60,7 @@ class CommandModule:
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
         breakpoints: Of each clump of the program, whether each is enabled, and its offset in words; without effect.
-        behind_pool: What is again and again in the memory behind the pool of programs that will be started.
+        behind_pool: The bytes that repeat in the memory behind the pool of programs to be started.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -279,7 +279,7 @@ class CommandModule:
         self.due_ms = now_ms + 1
 
     def _show_clumps(self) -> None:
-        """Write into the pool where the clumps of the program are."""
+        """Write the places of the program's clumps into the pool."""
         if self._machine and self._records:
             self._records.show(self._machine.tasks, self._machine.sleeping, self.breakpoints)
 

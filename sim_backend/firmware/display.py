@@ -118,7 +118,7 @@ class DisplayModule:
             self.memory[at] = self.memory[at] | bit if pixel else self.memory[at] & ~bit
 
     def get(self, x: int, y: int) -> int:
-        """Whether a pixel is black; white outside of the screen."""
+        """Return whether a pixel is black; white outside of the screen."""
         if not (0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT):
             return 0
         row = DISPLAY_HEIGHT - 1 - y
@@ -210,7 +210,7 @@ class DisplayModule:
 
 
 def _cut(line: tuple[int, int, int, int]) -> tuple[int, int, int, int] | None:
-    """The part of a line on the screen, its ends cut off at top or bottom and then at the sides; None if there is none.
+    """Return the part of a line on the screen, or None: its ends are cut off at top or bottom, then at the sides.
 
     Rows are bytes that count from the top: what a truncated slope leaves above the screen is far below it.
     """

@@ -28,7 +28,7 @@ class Handle:
         position: Next byte of it to read.
         end: Number of its bytes that can be read.
         overrun: Whether more was written than announced.
-        name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and none forgets it.
+        name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and no use clears it.
         matches: Test of that look-up.
         index: Directory entry that the last look-up found, `_NOWHERE` if none.
         slot: Number of its write buffer.
@@ -56,7 +56,7 @@ class Handle:
             file.begin_writing()
 
     def read(self, size: int) -> bytes:
-        """Read on; what was not written to the flash is FF."""
+        """Read on; bytes that were not written to the flash are FF."""
         start, self.position = self.position, min(self.position + size, self.end)
         return bytes(self.source.content[start : self.position]).ljust(self.position - start, b"\xff")
 

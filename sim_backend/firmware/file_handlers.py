@@ -26,7 +26,7 @@ class FileHandlers:
         return not self._channel.limits.streams
 
     def _noted(self, opened: Opened) -> Opened:
-        """Note a handle that was opened over USB: the pulled cable closes it, whatever it belongs to then."""
+        """Record a handle that was opened over USB: pulling the cable closes it, whatever it belongs to by then."""
         if self._over_usb and not opened.status:
             self._loader.over_usb.add(opened.handle)
         return opened
@@ -71,9 +71,9 @@ class FileHandlers:
         return reply_with(system.FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
 
     def _read_long(self, command: system.Read) -> HandlerResult:
-        """Send what fits the send buffer; then fill the buffer from its start and send it, again and again.
+        """Send as much as fits into the send buffer; then fill the buffer from its start and send it, again and again.
 
-        The first piece is sent whole even if the file is shorter, and a refused Read sends what is in the buffer.
+        The first piece is sent whole even if the file is shorter, and a refused Read sends the buffer's content.
         """
         outbox, handle, left = self._channel.outbox, command.handle, command.size - _FIRST_PIECE
         status, data = self._loader.read(handle, _FIRST_PIECE)

@@ -89,7 +89,7 @@ class FileRunner(Boot):
         self._file, self._next_step_ms = pack_name(self._menu.runs), self._clock.now_ms + 1
 
     def _continue(self, now_ms: int) -> None:
-        """Go on with a file: open it, wait for its end, show a message, go back to the menu."""
+        """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
         match self._run:
             case Run.TONE if self._sound.state:
                 self._next_step_ms = now_ms + 1
@@ -103,7 +103,7 @@ class FileRunner(Boot):
                 self._next_step_ms = now_ms + 1
             case Run.DRAWING if extension(self._file) in states.KNOWN:
                 self._run, self._next_step_ms = Run.TO_OPEN, now_ms + 1
-            case Run.DRAWING:  # an unknown file leaves the user interface busy for ever, as on a real brick
+            case Run.DRAWING:  # an unknown file leaves the user interface busy forever, as on a real brick
                 self._lose_request()
                 self._show_menu()
             case Run.TO_OPEN if self._opens_program and (self.buttons[ENTER].state or self._screen.erase_mask):
@@ -149,7 +149,7 @@ class FileRunner(Boot):
             self._run = Run.ENDED
 
     def _show_running(self, now_ms: int) -> int:
-        """Change the picture now and then that the display shows while a file runs; passes since it was to change."""
+        """Change the picture of a running file from time to time; return the passes since the change was planned."""
         passed_ms = (now_ms - self._opened_ms) % times.PLAYING_MS
         if not passed_ms and self.flags & UiFlag.ENABLE_STATUS:
             self._screen.mark(marks.PLAYING)
@@ -184,7 +184,7 @@ class FileRunner(Boot):
         self._menu.redraw()
 
     def _key(self, now_ms: int) -> int:
-        """The key that counts: a button, or the map's while none that is enabled is held; it clicks."""
+        """Return the key that counts: a button, or the map's while none that is enabled is held; it clicks."""
         key: int | None = self._keys.read(self.buttons, now_ms)
         held = self._keys.held(self.buttons)
         if held is None or self._disabled(held):

@@ -30,12 +30,12 @@ def free_bytes(sectors: int) -> int:
 
 
 def sectors_for(size: int) -> int:
-    """Number of sectors that are counted for a new file: the first has the header and pointers to the others."""
+    """Return the number of sectors counted for a new file: the first has the header and pointers to the others."""
     return max(1, -(-(size + _HEADER - _POINTER) // (SECTOR - _POINTER)))
 
 
 def _sectors_taken(size: int) -> int:
-    """Number of sectors that a file takes: its header is rounded up, for which its last sector may be too small."""
+    """Return the number of sectors of a file: its header is rounded up, for which its last sector may be too small."""
     sectors = sectors_for(size)
     return sectors + (sectors * SECTOR - _rounded(_header(sectors)) < size)
 
@@ -61,7 +61,7 @@ class File:
         sectors: Numbers of its sectors.
         data_size: Readable bytes; set when the file is closed.
         overlaid_by: A file whose header has overwritten this one's.
-        announced: What its size was when it was opened for writing last: 8D may shrink it meanwhile.
+        announced: Its size when it was last opened for writing; 8D may shrink it meanwhile.
         reserved: The same of its sectors.
     """
 
@@ -92,7 +92,7 @@ class File:
 
     @property
     def first_page(self) -> int:
-        """How many of its bytes are written to the flash together with the beginning of its header."""
+        """Number of its bytes that are written to the flash together with the beginning of its header."""
         return min(self.announced, max(0, SECTOR - _rounded(_header(len(self.reserved)))))
 
     @property
@@ -123,11 +123,11 @@ class Flash:
         return free_bytes(self._total - len(self._used) + self._uncounted)
 
     def names_ending(self, extension: str) -> list[str]:
-        """The files whose names end like that, in the order of the directory."""
+        """Return the files whose names end like that, in the order of the directory."""
         return [file.name for file in self.files if file.name.lower().endswith(extension)]
 
     def find(self, matches: Callable[[str], bool], start: int = 0) -> int:
-        """Index of the next matching file from `start` on; the number of files if there is none."""
+        """Return the index of the next matching file from `start` on; the number of files if there is none."""
         for number in range(start, len(self.files)):
             if matches(self.files[number].name):
                 return number

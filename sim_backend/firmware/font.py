@@ -24,6 +24,6 @@ _GLYPHS = bytes.fromhex(
 
 
 def glyph(character: int) -> bytes | None:
-    """The columns of a character's cell; None if the font does not have it."""
+    """Return the columns of a character's cell; None if the font does not have it."""
     at = (character - _FIRST) * _COLUMNS
     return _GLYPHS[at : at + _COLUMNS].ljust(CELL_WIDTH, b"\0") if 0 <= at < len(_GLYPHS) else None

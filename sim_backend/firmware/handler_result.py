@@ -1,6 +1,6 @@
-"""Declare the handlers of commands, and what they return.
+"""Declare the handlers of commands, and their results.
 
-A method decorated with `handles` carries out a command; `handlers_of` collects the bound methods of several objects in
+A method decorated with `handles` executes a command; `handlers_of` collects the bound methods of several objects in
 the table that the comm module dispatches by.
 """
 
@@ -46,7 +46,7 @@ _COMMANDS = "handled_commands"
 
 
 def reply_with(reply: Reply, status: int = Status.OK) -> HandlerResult:
-    """A result with a declared payload; as in the firmware, numbers keep the bits that fit and texts are cut."""
+    """Return a result with a declared payload; as in the firmware, numbers keep the bits that fit and texts are cut."""
     try:
         payload = reply.pack()
     except LocalProtocolError:
@@ -63,7 +63,7 @@ def _fitting(reply: Reply) -> Iterator[Any]:
 
 
 def refuse_with_zeros(command: type[Command[Any]], status: int) -> HandlerResult:
-    """A refusal that still carries the whole payload, all zeros."""
+    """Return a refusal that still carries the whole payload, all zeros."""
     return HandlerResult(status, bytes(command.reply_type.layout.size))
 
 
@@ -78,7 +78,7 @@ def handles(*commands: type[_Command]) -> Callable[[_Method[_Command]], _Method[
 
 
 def handlers_of(*owners: object) -> Handlers:
-    """All handlers of `owners` by command.
+    """Return all handlers of `owners` by command.
 
     Raises:
         TypeError: Two handlers are registered for one command.

@@ -17,9 +17,9 @@ _LINE = 4096
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
-"""States that 1.32 ends as they are carried out."""
+"""States that 1.32 ends as they are executed."""
 _KNOWN = 16
-"""States from this one on it ends at once."""
+"""1.32 ends states from this one on at once."""
 
 
 class HighSpeedState(IntEnum):
@@ -34,7 +34,7 @@ class HighSpeedState(IntEnum):
 class HighSpeed:
     """Bytes that arrived on port 4 and were not fetched yet.
 
-    What arrives waits on the line until the receiver takes it, from the power-on to the first opening, too.
+    Arriving bytes wait on the line until the receiver takes them, also from power-on to the first opening.
     """
 
     def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int = _RING) -> None:
@@ -42,7 +42,7 @@ class HighSpeed:
 
         Args:
             clock: The brick's time.
-            ends_done: Whether the state becomes `DONE` as a request is carried out.
+            ends_done: Whether the state becomes `DONE` as a request is executed.
             fetch_modulus: The place from which the next byte is fetched counts modulo this.
         """
         self._clock, self._ends_done, self._fetch_modulus = clock, ends_done, fetch_modulus
@@ -54,7 +54,7 @@ class HighSpeed:
 
     @property
     def flags(self) -> int:
-        """As in the map; bit 0 requests what the state says, and is cleared when it is done."""
+        """As in the map; bit 0 requests the action of the state, and is cleared when that is done."""
         self._settle()
         return self._flags
 
@@ -109,7 +109,7 @@ class HighSpeed:
         self._line_ms = max(self._line_ms, until_ms + 1)
 
     def _settle(self) -> None:
-        """Carry out requests in the passes since then: initialising takes one, and asks for receiving in the next."""
+        """Execute requests in the passes since then: initialising takes one, and asks for receiving in the next."""
         while self._next_ms < self._clock.now_ms and (self._flags & _UPDATE or self._unknown):
             if self._state == HighSpeedState.INITIALISE:
                 self._close()
@@ -127,7 +127,7 @@ class HighSpeed:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
             self._take(self._next_ms)
-            if self._opened_ms != NEVER:  # opened again: what the line has is lost
+            if self._opened_ms != NEVER:  # opened again: the bytes on the line are lost
                 self._line, self._fresh = b"", False
             self._opened_ms = self._next_ms
         elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
@@ -136,6 +136,6 @@ class HighSpeed:
             self._state = int(HighSpeedState.DONE)
 
     def _close(self) -> None:
-        """Close the receiver: what it has not taken is lost."""
+        """Close the receiver: bytes that it has not taken are lost."""
         self._take(self._next_ms)
         self._line, self._opened_ms, self._fresh = b"", NEVER, False

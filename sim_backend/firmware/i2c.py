@@ -24,11 +24,11 @@ _END = True
 _PLACES = tuple(reversed(range(BYTE_BITS)))
 
 Steps = Generator[None, None, None]
-"""What the firmware's end does; every `yield` waits for the next interrupt of the timer."""
+"""The steps of the firmware's end; every `yield` waits for the next interrupt of the timer."""
 
 
 class _ClockHeldError(Exception):
-    """The clock line is not as the firmware set it."""
+    """The clock line differs from the level that the firmware set."""
 
 
 class Wires:
@@ -49,7 +49,7 @@ class Wires:
 
     @property
     def clock_high(self) -> bool:
-        """Whether the firmware lets the clock line go."""
+        """Whether the firmware releases the clock line."""
         return self._clock_level or not self._drives_clock
 
     @property
@@ -106,11 +106,11 @@ class Wires:
             self.set_data(self._data_level if level is None else level)
 
     def level(self, pin: int) -> bool:
-        """Whether the line of pin 0 (clock) or 1 (data) is high."""
+        """Return whether the line of pin 0 (clock) or 1 (data) is high."""
         return self.data if pin else self.clock
 
     def release(self) -> None:
-        """Let both lines go; a transfer whose clock line should be low fails."""
+        """Release both lines; a transfer whose clock line should be low fails."""
         self.set_pin(0, True)
         self.set_pin(1, True)
 
@@ -119,14 +119,14 @@ class Wires:
             self._see(data)
 
     def _see(self, data: bool) -> None:
-        """Let the sensor see a change of the data line."""
+        """Pass a change of the data line to the sensor."""
         self._seen_data = data
         if self._seen_clock:
             self.sensor.stop() if data else self.sensor.start()
             self._seen_data = self.data
 
     def hold(self, *, clock: bool | None = None, data: bool | None = None) -> None:
-        """Hold lines low from outside, or no longer; the sensor does not take that for a pulse."""
+        """Hold lines low from outside, or no longer; the sensor does not count that as a pulse."""
         self._clock_held = self._clock_held if clock is None else clock
         self._data_held = self._data_held if data is None else data
         self._seen_clock, self._seen_data = self.clock, self.data
@@ -203,14 +203,14 @@ class I2CBus(Wires):
         return bytes(data) if acknowledged else None
 
     def _put_bit(self, bit: bool) -> bool:
-        """Let the clock line rise once; returns the data line."""
+        """Let the clock line rise once; return the data line."""
         self.set_clock(False)
         self.set_data(bit)
         self.set_clock(True)
         return self.data
 
     def _put(self, byte: int) -> bool:
-        """Write a byte; returns whether it was acknowledged."""
+        """Write a byte; return whether it was acknowledged."""
         for place in _PLACES:
             self._put_bit(bool(byte >> place & 1))
         return not self._put_bit(True)
@@ -238,7 +238,7 @@ class I2CBus(Wires):
                 return
 
     def _step(self, steps: Steps) -> Steps | None:
-        """Do the work of one interrupt; returns the rest of the steps, None after the last one.
+        """Do the work of one interrupt; return the rest of the steps, None after the last one.
 
         A transfer is given up when the clock line is held low, and ends when the line is high again.
         """
@@ -249,7 +249,7 @@ class I2CBus(Wires):
             return None if next(waiting, _END) else waiting
 
     def stop(self) -> None:
-        """Stop the transfer and let both lines go; versions that do not read on end a read with a stop."""
+        """Stop the transfer and release both lines; versions that do not read on end a read with a stop."""
         if self._reading is not None and not self._reads_on:
             self.free_data()
             self.set_clock(True)
@@ -258,7 +258,7 @@ class I2CBus(Wires):
         self.release()
 
     def written(self) -> bool | None:
-        """Whether the message was written, or None while that is open."""
+        """Return whether the message was written, or None while that is open."""
         if self._sending is None:
             return self._acknowledged and not self._turns
         if self._bits_left or not (self._sent or self._waiting):
@@ -268,7 +268,7 @@ class I2CBus(Wires):
         return True if self._ends_early and self._acknowledged else None
 
     def received(self) -> bool | None:
-        """Whether the bytes were read, or None while that is open."""
+        """Return whether the bytes were read, or None while that is open."""
         if self._complete or (self._sending is None and self._reading is None):
             return self._complete
         return None
@@ -345,7 +345,7 @@ class I2CBus(Wires):
         self.set_data(True)
 
     def _turn(self, address: int) -> Steps:
-        """Start anew, write the read address, and read."""
+        """Send a second start and the read address, and read."""
         yield
         self.set_clock(False)
         yield

@@ -95,7 +95,7 @@ class SensorEnd:
             self._phase = _IDLE
 
     def fall(self) -> None:
-        """Give a bit, or the acknowledge after eight: the clock line falls."""
+        """Output a bit, or the acknowledge after eight: the clock line falls."""
         if self._phase is _IDLE:
             self.pulls_data = False
             return

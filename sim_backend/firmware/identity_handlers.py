@@ -40,44 +40,44 @@ class IdentityHandlers:
 
     @handles(system.GetVersions)
     def versions(self, _: system.GetVersions) -> HandlerResult:
-        """Versions of firmware and protocol."""
+        """Return the versions of firmware and protocol."""
         return reply_with(self._versions)
 
     @handles(system.GetBluetoothAddress)
     def bluetooth_address(self, _: system.GetBluetoothAddress) -> HandlerResult:
-        """Address of the radio."""
+        """Return the address of the radio."""
         return reply_with(system.BluetoothAddress(self._radio.address))
 
     @handles(direct.GetBluetoothContactCount)
     def contact_count(self, _: direct.GetBluetoothContactCount) -> HandlerResult:
-        """Size of the table of contacts."""
+        """Return the size of the table of contacts."""
         return reply_with(direct.BluetoothCount(_CONTACTS))
 
     @handles(direct.GetBluetoothConnectionCount)
     def connection_count(self, _: direct.GetBluetoothConnectionCount) -> HandlerResult:
-        """Size of the table of connections."""
+        """Return the size of the table of connections."""
         return reply_with(direct.BluetoothCount(_CONNECTIONS))
 
     @handles(direct.GetBluetoothContactName)
     def contact_name(self, command: direct.GetBluetoothContactName) -> HandlerResult:
-        """A device of the Comm map's table, if its status marks it as known."""
+        """Return a device of the Comm map's table, if its status marks it as known."""
         index = command.index
         known = index < _CONTACTS and self._comm_map.read(COMM.field("DeviceStatus", index).offset, 1)[0] & _KNOWN
         return self._bluetooth_name("DeviceName" if known else None, index)
 
     @handles(direct.GetBluetoothConnectionName)
     def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
-        """A connection of the Comm map's table."""
+        """Return a connection of the Comm map's table."""
         return self._bluetooth_name("ConnectionName" if command.index < _CONNECTIONS else None, command.index)
 
     def _bluetooth_name(self, field: str | None, index: int) -> HandlerResult:
-        """Reply with device type 0 and a name, to which one byte of what follows in the table belongs."""
+        """Reply with device type 0 and a name, which includes one byte of the next field in the table."""
         name = self._comm_map.read(COMM.field(field, index).offset, _NAME_SIZE) if field else bytes(_NAME_SIZE)
         return HandlerResult(payload=b"\0" + name)
 
     @handles(system.GetDeviceInfo)
     def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:
-        """Name, with what follows its end, address, quality of the connections, and free flash."""
+        """Return name, with the bytes after its end, address, quality of the connections, and free flash."""
         radio, fields = self._radio, (COMM.field("ConnectionQuality", index) for index in range(_CONNECTIONS))
         links = b"".join(self._comm_map.read(field.offset, 1) for field in fields)
         info = system.DeviceInfo("", radio.address, links, self._loader.free_flash)
@@ -102,7 +102,7 @@ class IdentityHandlers:
 
     @handles(system.PollLength)
     def poll_length(self, command: system.PollLength) -> HandlerResult:
-        """Number of bytes waiting; the USB buffer is always empty."""
+        """Return the number of bytes waiting; the USB buffer is always empty."""
         return reply_with(system.PollReady(command.buffer, self._high_speed.waiting if command.buffer else 0))
 
     @handles(system.Poll)

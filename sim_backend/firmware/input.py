@@ -47,7 +47,7 @@ class AnalogSensor(Protocol):
     """A sensor on the converter of an input port."""
 
     def raw(self) -> int:
-        """The converter's value now, 0..1023."""
+        """Return the converter's value now, 0..1023."""
 
 
 class DigitalPins(Protocol):
@@ -57,7 +57,7 @@ class DigitalPins(Protocol):
         """Make a pin an output of that level, or an input."""
 
     def level(self, pin: int) -> bool:
-        """Whether a pin is high."""
+        """Return whether a pin is high."""
 
 
 _DRIVEN = (SensorType.CUSTOM, *_COLOR)
@@ -113,14 +113,14 @@ class InputPort:
 
     @property
     def reads_the_same(self) -> bool:
-        """Whether another pass reads the same values, unless the module is woken."""
+        """Whether another pass reads the same values, unless the module wakes up."""
         return self.sensor is None and self.type not in _DRIVEN and not self.counts
 
     def configure(self, settling: int | None, pins: int | None) -> None:
         """Accept the new type, with cleared counters.
 
         Args:
-            settling: Passes for which the values are invalid; None changes nothing about that.
+            settling: Passes in which the values are invalid; None leaves that unchanged.
             pins: Setting of the pins, see `PIN_SETTINGS`; None leaves them.
         """
         self.known_type = self.type
@@ -181,7 +181,7 @@ class InputPort:
         return awaits and color.waited < len(_CALIBRATION_CLOCK)
 
     def ask_for_calibration(self) -> None:
-        """Give the next level of the clock that a colour sensor, or the end of its use, begins with."""
+        """Output the next level of the clock with which a colour sensor, or the end of its use, begins."""
         if self.awaits_calibration:
             self.pins.set_pin(0, _CALIBRATION_CLOCK[self.color.waited])
             if self.type == COLOR_EXIT:
@@ -189,13 +189,13 @@ class InputPort:
             self.color.waited += 1
 
     def await_calibration(self) -> None:
-        """Wait for the calibration of a colour sensor that is not there; a low converter value looks like one."""
+        """Wait for the calibration of a missing colour sensor; a low converter value looks like one."""
         self.settling = NEVER
         self.invalid |= INVALID
         self.read_calibration()
 
     def read_calibration(self) -> bool:
-        """Go on with the calibration of a colour sensor that is not there; whether it fails and begins again."""
+        """Continue the calibration of a missing colour sensor; return whether it fails and begins again."""
         color = self.color
         self.ask_for_calibration()
         failed = color.state == CALIBRATING and color.fails()
@@ -233,7 +233,7 @@ class InputPort:
             self.scaled = s16(self.scaled + self._counted(mode))
 
     def _counted(self, mode: int) -> bool:
-        """Whether the edge counts: every one as a transition; as a period the second or a later one that falls."""
+        """Return whether the edge counts: as a transition every edge, as a period the second or a later falling one."""
         if mode == SensorMode.TRANSITION_COUNT:
             return True
         self._edges += 1
@@ -369,7 +369,7 @@ class InputModule:
             port.settling = _SETTLING_COLOR
 
     def _settling(self, port: InputPort) -> int | None:
-        """Number of passes after a change of type in which the values are invalid, or None if nothing must settle."""
+        """Return the number of passes with invalid values after a change of type, or None if nothing must settle."""
         new, old = port.type, port.known_type
         if self._version.color_sensor and new in _COLOR:
             absent = port.color.device is None and self._version.absent_color is None
@@ -379,7 +379,7 @@ class InputModule:
         return _SETTLING_SOUND if new in _SOUND else _SETTLING
 
     def _pins(self, sensor_type: int) -> int | None:
-        """The pin setting of a type, or None if it leaves the pins as they are."""
+        """Return the pin setting of a type, or None if it leaves the pins as they are."""
         if self._version.settles_by_pins:
             return PIN_SETTINGS.get(sensor_type, LAMP_OFF)
         if sensor_type in _COLOR:

@@ -33,7 +33,7 @@ class InputHandlers:
 
     @handles(direct.GetInputValues)
     def get_input_values(self, command: direct.GetInputValues) -> HandlerResult:
-        """The values of the previous pass."""
+        """Return the values of the previous pass."""
         if not self._exists(command.port):
             return refuse_with_zeros(direct.GetInputValues, Status.OUT_OF_RANGE)
         port = self._input.ports[command.port]
@@ -61,7 +61,7 @@ class InputHandlers:
 
     @handles(direct.LSGetStatus)
     def ls_get_status(self, command: direct.LSGetStatus) -> HandlerResult:
-        """State of the bus and number of bytes waiting."""
+        """Return the state of the bus and number of bytes waiting."""
         if not self._exists(command.port):
             return OUT_OF_RANGE
         ready = self._low_speed.channels[command.port].ready

@@ -27,7 +27,7 @@ class IoControl:
         return (self.power_word if sends else self._sent) >> 8
 
     def power_down(self, *, announced: bool) -> None:
-        """Switch the brick off; what is announced stands in the map a pass before it is sent."""
+        """Switch the brick off; the map shows the command a pass before it is sent."""
         self.power_word, self._announced = POWER_DOWN, announced
 
     def take_back(self) -> None:

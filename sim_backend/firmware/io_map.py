@@ -67,7 +67,7 @@ class LiveMap:
         self._bytes[offset : offset + len(data)] = data
 
     def bytes_from(self, name: str) -> memoryview:
-        """The bytes of the map from a variable on, which are shared; the size of the map cannot change after that."""
+        """Return the shared bytes of the map from a variable on; the size of the map cannot change after that."""
         return memoryview(self._bytes)[self.layout.field(name).offset :]
 
     def bind(self, owner: object, *, index: int = 0, **names: str) -> None:

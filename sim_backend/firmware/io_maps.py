@@ -30,7 +30,7 @@ _AWAKE = b"\x01"
 
 
 def output_map(module: OutputModule) -> LiveMap:
-    """Motors; commands take effect through the flags in the next pass."""
+    """Make the map of the motors; commands take effect through the flags in the next pass."""
     live = LiveMap(iomap.OUTPUT, on_write=module.wake)
     for i, output in enumerate(module.outputs):
         live.show(
@@ -64,7 +64,7 @@ def output_map(module: OutputModule) -> LiveMap:
 
 
 def input_map(module: InputModule) -> LiveMap:
-    """Sensors; types and modes written here act like commanded ones."""
+    """Make the map of the sensors; types and modes written here act like commanded ones."""
     live = LiveMap(iomap.INPUT, on_write=module.wake)
     for i, port in enumerate(module.ports):
         live.bind(
@@ -99,7 +99,7 @@ def input_map(module: InputModule) -> LiveMap:
 
 
 def low_speed_map(module: LowSpeedModule) -> LiveMap:
-    """I2C; transactions are started by telegrams, or by writing a buffer, a state and then the bit of the port."""
+    """Make the map of I2C; telegrams start transactions, or writing a buffer, a state and then the bit of the port."""
     live = LiveMap(iomap.LOW_SPEED, on_write=module.wake)
     for i, channel in enumerate(module.channels):
         live.bind(
@@ -122,7 +122,7 @@ def low_speed_map(module: LowSpeedModule) -> LiveMap:
 
 
 def sound_map(module: SoundModule) -> LiveMap:
-    """Tone, sound file and volume."""
+    """Make the map of tone, sound file and volume."""
     live = LiveMap(iomap.SOUND, on_write=module.wake)
     live.bind(
         module,
@@ -139,7 +139,7 @@ def sound_map(module: SoundModule) -> LiveMap:
 
 
 def ui_map(module: UiModule, radio: Radio) -> LiveMap:
-    """State of the user interface; the pointer at the start of the map is not simulated."""
+    """Make the map of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
     live.bind(
         module,
@@ -162,7 +162,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
 
 
 def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
-    """Identity of the brick; the tables of known and connected devices are empty."""
+    """Make the map of the brick's identity; the tables of known and connected devices are empty."""
 
     def clear_second() -> None:
         live.bytes_from("BtInBuf")[1] = 0
@@ -181,13 +181,13 @@ def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
 
 
 def show_boot_messages(live: LiveMap, name: bytes) -> None:
-    """Show what the radio's last messages of the boot leave in the receive buffer; the last but one tells its name."""
+    """Show what the radio's last messages of the boot leave in the receive buffer; the last but one has its name."""
     told = bytes(2) + name + (-_NAME_SUM - sum(name) & 0xFFFF).to_bytes(2, "big")
     live.preset(_RADIO_MESSAGES, _LAST_MESSAGE + told[len(_LAST_MESSAGE) :])
 
 
 def command_map(module: CommandModule) -> LiveMap:
-    """State of the program interpreter and the memory pool; programs can be started and stopped here."""
+    """Make the map of the program interpreter and the memory pool; writing to it can start and stop programs."""
     live = LiveMap(iomap.COMMAND, on_write=module.wake)
     live.bind(
         module,
@@ -210,7 +210,7 @@ def command_map(module: CommandModule) -> LiveMap:
 def display_map(
     module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar, program_steps: ProgramSteps
 ) -> LiveMap:
-    """Display with its frame buffer."""
+    """Make the map of the display with its frame buffer."""
     live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=status_bar.note_write)
     live.bind(status_bar, StatusIcons="icons")
     live.bind(program_steps, StepIcons="icons")
@@ -221,21 +221,21 @@ def display_map(
 
 
 def loader_map(loader: Loader) -> LiveMap:
-    """Free flash."""
+    """Make the map of the free flash."""
     live = LiveMap(iomap.LOADER)
     live.bind(loader, FreeUserFlash="free_flash")
     return live
 
 
 def io_control_map(module: IoControl) -> LiveMap:
-    """Commands to the power supply."""
+    """Make the map of commands to the power supply."""
     live = LiveMap(iomap.IOCTRL)
     live.bind(module, PowerOn="power_word")
     return live
 
 
 def button_map(module: ButtonModule) -> LiveMap:
-    """Counters and states of the four buttons."""
+    """Make the map of the counters and states of the four buttons."""
     live = LiveMap(iomap.BUTTON, on_write=module.note_write)
     for i, button in enumerate(module.buttons):
         live.bind(

@@ -25,13 +25,13 @@ EXIT, ENTER = 0, 3
 """Numbers of these buttons in the button module."""
 
 KEYS = ((EXIT, Key.EXIT), (ENTER, Key.ENTER), (1, Key.RIGHT), (2, Key.LEFT))
-"""Numbers of the button module and their keys; of several the first one counts."""
+"""Numbers of the button module and their keys; of several keys the first one counts."""
 
 
 class Keys:
     """The buttons as a menu reads them: a key counts when none was held before, left and right again while held.
 
-    What counts again is the key that was pressed first, while any is held.
+    The key that was pressed first counts again while any is held.
 
     Attributes:
         repeat_ms: When a held button counts again.
@@ -42,19 +42,19 @@ class Keys:
         self._first: Key | None = None
 
     def held(self, buttons: Sequence[Button]) -> Key | None:
-        """The key that is held."""
+        """Return the key that is held."""
         return next((key for number, key in KEYS if buttons[number].state & ButtonState.PRESSED), None)
 
     def changed(self, buttons: Sequence[Button]) -> bool:
-        """Whether a key was pressed or all were released since the last reading."""
+        """Return whether a key was pressed or all were released since the last reading."""
         return (self._first is None) != (self.held(buttons) is None)
 
     def ignore(self, buttons: Sequence[Button]) -> None:
-        """Let the button that is held not count, nor count again."""
+        """Ignore the button that is held, also when it would count again."""
         self._first, self.repeat_ms = self.held(buttons), NEVER
 
     def read(self, buttons: Sequence[Button], now_ms: int) -> Key | None:
-        """The key that counts now."""
+        """Return the key that counts now."""
         key = self.held(buttons)
         if key is None or self._first is None:
             self._first = key

@@ -32,7 +32,7 @@ class Channel:
 
     Attributes:
         limits: Limits of that link.
-        inbox: Its receive buffer, with what follows it in the Comm map.
+        inbox: Its receive buffer, with the bytes that follow it in the Comm map.
         outbox: Its send buffer, with the last reply.
     """
 

@@ -22,7 +22,7 @@ _NOWHERE = 0xFF
 """Index before the first entry: it counts as -1 in an unsigned byte."""
 
 _ADDRESSABLE = 256
-"""Handles that a telegram can name; beyond the table FindNext reads memory that is taken to be zero."""
+"""Handles that a telegram can name; beyond the table FindNext reads memory that is assumed to be zero."""
 
 _LINEAR = (".rxe", ".sys", ".rtm")
 """Files whose names contain one of these are contiguous: programs are executed in place."""
@@ -62,7 +62,7 @@ class Loader:
         self.handles = self._table = self._handles[:HANDLES]
 
     def exists(self, name: str) -> bool:
-        """Whether a file exists; False without a free handle for the search.
+        """Return whether a file exists; False without a free handle for the search.
 
         As in the firmware, a successful search stays open, and handle 0 is closed instead.
         """
@@ -82,12 +82,12 @@ class Loader:
         return number, bytes(file.content)
 
     def address_of(self, number: int | None) -> int:
-        """Where the content of the file of a handle begins in the processor's memory."""
+        """Return where the content of the file of a handle begins in the processor's memory."""
         file = None if number is None else self._handles[number].file
         return self._version.flash_start + (file.content_at if file else 0)
 
     def linear_content(self, name: str) -> tuple[Status, bytes]:
-        """The content of a file that was created as one block, if it can be opened."""
+        """Return the content of a file that was created as one block, if it can be opened."""
         status, number, _ = self.open_read(name)
         file = self._handles[number].file
         if status or file is None:
@@ -149,7 +149,7 @@ class Loader:
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
-        """Read on; fewer bytes at the end of the file."""
+        """Read on; return fewer bytes at the end of the file."""
         handle = self._handle(number, Use.READ) or self._handle(number, Use.EXECUTE)
         if handle is None:
             return Status.ILLEGAL_HANDLE, b""
@@ -157,11 +157,11 @@ class Loader:
         return (Status.OK if len(data) == size else Status.END_OF_FILE), data
 
     def is_reading(self, number: int) -> bool:
-        """Whether a handle is open for reading."""
+        """Return whether a handle is open for reading."""
         return self._handle(number, Use.READ) is not None
 
     def write(self, number: int, data: bytes) -> tuple[Status, int]:
-        """Write on; returns the status and the number of bytes that fitted."""
+        """Write on; return the status and the number of bytes that fitted."""
         handle = self._handle(number, Use.WRITE)
         if handle is None or handle.file is None:
             return Status(Status.ILLEGAL_HANDLE | self._first_writer_status), 0
@@ -228,7 +228,7 @@ class Loader:
         return Status.OK
 
     def _blocked(self, number: int, uses: Collection[Use]) -> bool:
-        """Whether a handle of one of these uses refers to the directory entry that a search found."""
+        """Return whether a handle of one of these uses refers to the directory entry that a search found."""
         index = self._handles[number].index
         return any(handle.use in uses and handle.index == index for handle in self._table)
 
@@ -249,11 +249,11 @@ class Loader:
         return Opened(status, number)
 
     def is_there(self, name: str) -> bool:
-        """Whether a file matches."""
+        """Return whether a file matches."""
         return self.flash.find(matcher(name)) < len(self.flash.files)
 
     def open_handle(self, name: str) -> tuple[int, bool] | None:
-        """Number of the handle that a file of exactly this name is open by, and whether for writing."""
+        """Return the number of the handle that a file of exactly this name is open by, and whether for writing."""
         for number, handle in enumerate(self._handles):
             if handle.file is not None and handle.file.name == name and handle.use in (Use.READ, Use.WRITE):
                 return number, handle.use == Use.WRITE
@@ -276,7 +276,7 @@ class Loader:
         return Status.OK, number, files[index]
 
     def list_all(self, pattern: str) -> File | None:
-        """Go through a listing and close its handle, without a free one handle 0. Returns its first file, if any."""
+        """Go through a listing and close its handle, or handle 0 without a free one; return its first file, if any."""
         status, number, first = self.find_first(pattern)
         while not status:
             status, *_ = self.find_next(number)
@@ -302,14 +302,14 @@ class Loader:
         self.free_flash = self.flash.free
 
     def _allocate(self, name: str) -> tuple[Status, int]:
-        """The lowest free handle, and whether `name` is legal; `_take` makes it used."""
+        """Return the lowest free handle, and whether `name` is legal; `_take` makes it used."""
         for number, handle in enumerate(self._table):
             if handle.use == Use.FREE:
                 return Status.ILLEGAL_FILE_NAME if len(name) > NAME_LIMIT else Status.OK, number
         return Status.NO_MORE_HANDLES, 0
 
     def _find(self, name: str) -> tuple[Status, int, File | None]:
-        """A free handle and the first file that matches; without the file, the status says why."""
+        """Return a free handle and the first file that matches; without the file, the status says why."""
         status, number = self._allocate(name)
         if status:
             return status, number, None
@@ -339,7 +339,7 @@ class Loader:
         return handle if handle and handle.use == use else None
 
     def _is_being_written(self, name: str) -> bool:
-        """Whether a file is being written that was opened by the same name or pattern."""
+        """Return whether a file is being written that was opened by the same name or pattern."""
         return any(handle.use == Use.WRITE and handle.name == name.lower() for handle in self._table)
 
     def _downloads(self) -> list[File]:

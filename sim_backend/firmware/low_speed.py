@@ -88,7 +88,7 @@ class Channel:
         sent: Size of the last message, as the RAM shows it.
         received: Number of bytes of the last read.
         waited: Number of passes that it took.
-        failures: Number of tries without an acknowledge.
+        failures: Number of attempts without an acknowledge.
     """
 
     def __init__(self, version: Version) -> None:
@@ -121,7 +121,7 @@ class Channel:
         self.tx_size = self.tx_out = self.rx_size = self.rx_in = self.rx_out = 0
 
     def initialize(self) -> None:
-        """Prepare for the first try."""
+        """Prepare for the first attempt."""
         self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
         self.bus.stop()
 
@@ -129,10 +129,10 @@ class Channel:
         """Take the bytes waiting."""
         first, count = self.rx_out, self.ready
         self.rx_out = self.rx_in
-        return bytes(self.rx[(first + i) % RING] for i in range(min(count, RING)))  # the map may tell of more
+        return bytes(self.rx[(first + i) % RING] for i in range(min(count, RING)))  # the map may announce more
 
     def take(self) -> None:
-        """Take the bytes of the next try out of the send buffer."""
+        """Take the bytes of the next attempt out of the send buffer."""
         self.tx_out = self.tx_out + self.tx_size & 0xFF
 
     def _account(self) -> None:
@@ -148,7 +148,7 @@ class Channel:
         self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
 
     def transfer(self, message: bytes) -> None:
-        """Send a message and read at once, in one try."""
+        """Send a message and read at once, in one attempt."""
         if not message:
             self.state, self.error = ChannelState.ERROR, ChannelError.NO_MESSAGE
             return
@@ -161,7 +161,7 @@ class Channel:
             self.state = ChannelState.IDLE
 
     def fail(self, error: ChannelError) -> None:
-        """Give the transaction up."""
+        """Abandon the transaction."""
         self.bus.stop()
         self.state, self.error = ChannelState.ERROR, error
 
@@ -208,7 +208,7 @@ class LowSpeedModule:
         due_ms: See `Module`.
         channels: Ports 1 to 4.
         active: A bit per port that has work; the module rests while all are 0.
-        at_once: A bit per port whose transfers are over in one pass.
+        at_once: A bit per port whose transfers take one pass.
         no_restart: A bit per port that reads without a second start; the firmware obeys only that of port 1.
     """
 
@@ -270,7 +270,7 @@ class LowSpeedModule:
                 channel.communicate()
 
     def _load(self, index: int, channel: Channel) -> None:
-        """Send the bytes of the next try."""
+        """Send the bytes of the next attempt."""
         if self._resends:
             channel.tx_out = 0
         message = after_map_buffer(self.channels, self.active, index)
@@ -289,7 +289,7 @@ class LowSpeedModule:
             self.active &= ~(1 << index)
 
     def status(self, port: int) -> Status:
-        """Status of a port, 0..3, as `LSGetStatus` reports it."""
+        """Return the status of a port, 0..3, as `LSGetStatus` reports it."""
         if not self._configured(port):
             return Status.CHANNEL_NOT_CONFIGURED
         match self.channels[port].state:
@@ -297,11 +297,11 @@ class LowSpeedModule:
                 return Status.BUS_ERROR
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING | ChannelState.DONE:
                 return Status.PENDING
-            case _:  # the firmware leaves what stood in its reply
+            case _:  # the firmware leaves the former bytes of its reply
                 return Status.OK
 
     def write_port(self, port: int) -> int:
-        """The port, 0..3, that LSWrite with this number means; see `Version.write_options`."""
+        """Return the port, 0..3, for this number in LSWrite; see `Version.write_options`."""
         return port % len(self.channels) if self._has_options else port
 
     def write(self, port: int, data: bytes, rx_size: int, options: int = 0) -> bool:
@@ -326,7 +326,7 @@ class LowSpeedModule:
         return True
 
     def error_at_once(self, port: int) -> int:
-        """Carry a transaction out now that was just started with that option, as for programs; 0, or its error."""
+        """Execute a transaction that was just started with that option, as for programs; return 0 or its error."""
         channel = self.channels[port]
         if not (self._has_options and self.at_once >> port & 1 and self._low_speed(port)):
             return 0

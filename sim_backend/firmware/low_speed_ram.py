@@ -1,8 +1,8 @@
 """RAM of the low speed module, from which a port sends more than its message.
 
-An empty message makes a port send until its 8-bit byte counter wraps: the buffer with the last bytes sent and what
-follows it, which are the receive buffers, some counters and the module's IO map. Order and sizes were taken from the
-bytes on the wire in the recorded conversation i2c_sizes. A retry continues in the map where the try before it ended.
+An empty message makes a port send until its 8-bit byte counter wraps: the buffer with the last bytes sent and the
+memory after it, which has the receive buffers, some counters and the module's IO map. Order and sizes were taken from
+the bytes on the wire in the recorded conversation i2c_sizes. A retry continues in the map where the last attempt ended.
 The map's layout is in docs/firmware.md section 5.2.
 """
 
@@ -68,7 +68,7 @@ def _ram(ports: Sequence[Port], active: int) -> bytes:
 
 
 def after_map_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:
-    """The bytes that a port sends in its next try."""
+    """Return the bytes that a port sends in its next attempt."""
     port = ports[index]
     start = LOW_SPEED.field("OutBuf", index).offset + port.tx_out
     return _io_map(ports, active)[start : start + port.tx_size].ljust(port.tx_size, b"\0")

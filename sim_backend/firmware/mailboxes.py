@@ -20,14 +20,14 @@ _BYTE = 1
 
 
 class Mailboxes:
-    """Twenty queues and that of the data log; a message too many takes the array of the oldest."""
+    """Twenty queues and that of the data log; a message beyond their size takes the array of the oldest."""
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
         self._queues: list[deque[int]] = [deque() for _ in range(MAILBOXES + 1)]
 
     def write(self, box: int, message: bytes) -> bool:
-        """Append a message to a queue; returns whether that dropped the oldest one.
+        """Append a message to a queue; return whether that dropped the oldest one.
 
         Raises:
             OutOfMemory: The pool is full.
@@ -44,7 +44,7 @@ class Mailboxes:
         return full
 
     def read(self, box: int, *, remove: bool) -> bytes | None:
-        """The oldest message of a queue, or None.
+        """Return the oldest message of a queue, or None.
 
         Raises:
             OutOfMemory: The program has corrupted its memory.

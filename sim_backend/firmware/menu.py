@@ -1,4 +1,4 @@
-"""The menus of the user interface as far as telegrams see them: where a key leads, and what it changes.
+"""The menus of the user interface as far as telegrams see them: the effects of keys.
 
 Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs and
 the pages of volume and sleep. Source: docs/firmware.md section 8.5.
@@ -58,7 +58,7 @@ _PAIR_MS = {1: 7, -1: 6}
 """The latter for a list of two files, by the direction to the other one."""
 
 _FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
-"""What is drawn, pass by pass, to show a file's page."""
+"""The drawing of a file's page, pass by pass."""
 
 _CONNECTIONS = 3
 
@@ -70,7 +70,7 @@ def _nothing() -> None: ...
 
 
 class Settings(Protocol):
-    """What the menus change."""
+    """The settings that the menus change."""
 
     flags: int
     volume: int
@@ -91,7 +91,7 @@ class Menu:
         data_log: Whether the main menu has an item for the data log.
 
     Attributes:
-        shows_key: Whether the states that the last key brings are not over.
+        shows_key: Whether states of the last key are left.
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
         program: The program that is made on the brick.
@@ -161,7 +161,7 @@ class Menu:
         return self.view.shown and not self.shows_key
 
     def press(self, key: int) -> None:
-        """Follow a key, a value of `Key`; others do nothing."""
+        """Follow a key, a value of `Key`; other values do nothing."""
         if key not in tuple(Key):
             return
         self.shows_key, self._steps, self._drawn, self.runs = True, [], NOTHING, ""
@@ -187,7 +187,7 @@ class Menu:
 
     @property
     def _page(self) -> Marks:
-        """What is drawn at the end of a key's states."""
+        """The drawing at the end of a key's states."""
         menu = tuple(self._place[:-1])
         if menu[:1] == _TYPES:
             return NOTHING
@@ -195,7 +195,7 @@ class Menu:
         return marks.PAGE if menu in (_VOLUME, _SLEEP) or menu[:1] in _LISTS or runs else marks.MENU
 
     def next_state(self) -> UiState | None:
-        """The next state that the last key brings, which lasts a pass; what the one before has drawn is shown."""
+        """Return the next state of the last key, which lasts a pass; the drawing of the one before is shown."""
         self._draw()
         if self._state == UiState.DRAWING:
             self._set()
@@ -205,7 +205,7 @@ class Menu:
         return self._state
 
     def _draw(self) -> None:
-        """Draw what the present state draws; a page shows the status bar, and draws its icons that have changed."""
+        """Draw for the current state; a page shows the status bar, and draws its icons that have changed."""
         self._screen.mark(self._drawn)
         if self._drawn not in (NOTHING, marks.ENTRY):
             self._settings.flags |= int(UiFlag.ENABLE_STATUS)
@@ -213,7 +213,7 @@ class Menu:
             self._settings.flags |= int(UiFlag.UPDATE)
 
     def interrupt(self) -> None:
-        """Draw what the present state draws, and forget the states to come: a file is started, whose page follows."""
+        """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
         self._draw()
         self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
 
@@ -252,7 +252,7 @@ class Menu:
             self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
 
     def _items(self, menu: tuple[int, ...]) -> int:
-        """Number of items of a menu, 0 if it is not known."""
+        """Return the number of items of a menu, 0 if it is not known."""
         if self._is_list(menu):
             return len(self._listed(menu))
         if self._is_page(menu):
@@ -266,7 +266,7 @@ class Menu:
         return self._files(_EXTENSIONS[menu[-1]])
 
     def _list_drawn(self, files: int) -> list[Marks]:
-        """What is drawn, pass by pass, to show a list of files from its first one on, behind the menu."""
+        """Return the drawing, pass by pass, of a list of files from its first one on, after the menu."""
         if not files:
             return [NOTHING] * (_NO_FILE_MS - 1)
         return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
@@ -275,7 +275,7 @@ class Menu:
         return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _SOUNDS)
 
     def _asks(self, menu: tuple[int, ...]) -> bool:
-        """Whether a menu is the question whether to delete a file."""
+        """Return whether a menu is the question whether to delete a file."""
         return self._is_page(menu[:-1]) and menu[-1] == _DELETE
 
     def _leave(self) -> None:
@@ -299,7 +299,7 @@ class Menu:
         self._draw_slowly()
 
     def leave_view(self) -> None:
-        """Leave the value of a sensor or motor for the list of what can be shown."""
+        """Leave the value of a sensor or motor for the list of items to show."""
         self._screen.mark(marks.LIST)
         self.shows_key, self._steps, self._drawn = True, [], NOTHING
         self._place.pop()
@@ -308,7 +308,7 @@ class Menu:
         self._draw_slowly()
 
     def _draw_slowly(self) -> bool:
-        """Draw an item of the list of what can be shown, if it takes longer."""
+        """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
         if slow:
             self._draw_last(marks.PAGE, *_OPENED[_VIEW])

@@ -70,7 +70,7 @@ class ModuleHandlers:
         return reply_with(system.IOMapData(command.module_id, size, self._copy(live, command.offset, size)))
 
     def _copy(self, live: LiveMap, offset: int, size: int) -> bytes:
-        """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats what was written."""
+        """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats the written bytes."""
         self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", live.layout.module_id, offset)
         data = live.read(offset, size)
         written = _USB_REPLY_DATA - offset
@@ -80,7 +80,7 @@ class ModuleHandlers:
 
     @handles(system.IOMapWrite)
     def write(self, command: system.IOMapWrite) -> HandlerResult:
-        """Write variables; the size is not compared with that of the telegram, and lost from the receive buffer."""
+        """Write variables; the size is not compared with that of the telegram, and is lost from the receive buffer."""
         inbox, size = self._channel.inbox, command.size
         inbox[_WRITE_SIZE] = inbox[_WRITE_OFFSET]
         live, status = self._locate(command.module_id, command.offset, size)
@@ -91,7 +91,7 @@ class ModuleHandlers:
         step = 1 if live.layout is COMM else max(size, 1)  # byte by byte, as its buffers may overlap
         for at in range(0, size, step):
             live.write(command.offset + at, bytes(inbox[_WRITE_DATA + at :][:step]).ljust(step, b"\0"))
-        module_id = int.from_bytes(outbox[_ID], "little")  # what was written may have overwritten it
+        module_id = int.from_bytes(outbox[_ID], "little")  # the written bytes may have overwritten it
         return reply_with(system.IOMapWritten(module_id, size))
 
     def _locate(self, module_id: int, offset: int, size: int) -> tuple[LiveMap | None, Status]:

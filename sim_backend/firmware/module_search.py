@@ -28,7 +28,7 @@ class ModuleSearch:
         return self.following()
 
     def following(self) -> LiveMap | Status:
-        """The next module of the last listing, also of one that was closed."""
+        """Return the next module of the last listing, also of one that was closed."""
         return next(self._found, Status.MODULE_NOT_FOUND)
 
     def close(self) -> None:

@@ -19,16 +19,16 @@ MOTOR_ON, BRAKE, REGULATED = int(OutputMode.MOTOR_ON), int(OutputMode.BRAKE), in
 SPEED, SYNC = int(RegulationMode.SPEED), int(RegulationMode.SYNC)
 
 PERIOD_MS = 100
-"""Passes that must be over before the next regulation, unless firmware 1.32 was told otherwise."""
+"""Passes that must elapse before the next regulation, unless a command to firmware 1.32 has changed it."""
 
 NO_PERIOD = 0xFF
-"""A period that is never over: the counter has eight bits."""
+"""A period that never ends: the counter has eight bits."""
 
 POSITION = 4
-"""Bit of the regulation to a position; it goes before the others."""
+"""Bit of the regulation to a position; it takes precedence over the others."""
 
 _RAMP_AT_PERCENT = 80
-"""Part of the way to the limit after which a motor ramps down by option."""
+"""Part of the distance to the limit after which a motor ramps down by option."""
 
 COUNT_WRAP = 10_000_000
 """A motor without a limit restarts its count beyond this many degrees."""
@@ -71,11 +71,11 @@ class MotorControl:
         elapsed: Passes since the last regulation.
         run_state: Phase of the motion.
         regulation: Active regulator bits (speed, synchronisation, position).
-        position: Where the regulation to a position wants the motor now, degrees.
-        max_speed: Of the regulation to a position, degrees in 100 ms; 0 for no bounds.
+        position: The present target of the regulation to a position, degrees.
+        max_speed: Limit of speed in regulation to a position, degrees in 100 ms; 0 for none.
         max_acceleration: Change of that speed in 100 ms; 0 for any.
         speed_left, acceleration_left: Parts of a degree, in hundredths, that periods other than 100 ms left over.
-        period_ms: Passes that must be over before the next regulation.
+        period_ms: Passes that must elapse before the next regulation.
         saturates: Whether the parts of a regulator are limited, not only their sum.
         options: See `Option`.
         brake: Whether the windings are shorted in the PWM's off-phase.
@@ -251,7 +251,7 @@ class MotorControl:
             self._rest()
 
     def _threshold(self, motor: MotorControl) -> int:
-        """The count of a motor at which this one's motion ends, or ramps down by its option."""
+        """Return the count of a motor at which this one's motion ends, or ramps down by its option."""
         ramps = self.options & _RAMPS_TO_LIMIT
         return divide(motor.limit * _RAMP_AT_PERCENT, 100) if ramps else motor.limit
 
@@ -376,7 +376,7 @@ class MotorControl:
             self.run_state, partner.run_state = self._at_synchronised_limit, partner._at_synchronised_limit
 
     def _outer_reached_limit(self, partner: MotorControl) -> bool:
-        """Whether the faster motor of a turning pair reached its limit; the slower one then gets its counts."""
+        """Return whether the faster motor of a turning pair reached its limit; the slower one then gets its counts."""
         first, second = (partner, self) if self.turn > 0 else (self, partner)
         if first.target_speed >= 0:
             outer, inner = first, second

@@ -14,17 +14,17 @@ _EXTENSION = 3
 
 
 def pack_name(name: str) -> bytes:
-    """The field for a name, padded with zeros."""
+    """Return the field for a name, padded with zeros."""
     return name.encode("latin-1").ljust(NAME_SIZE, b"\0")
 
 
 def unpack_name(field: bytes) -> str:
-    """The text of a field up to the first zero."""
+    """Return the text of a field up to the first zero."""
     return field.split(b"\0")[0].decode("latin-1")
 
 
 def matcher(pattern: str) -> Callable[[str], bool]:
-    """A test whether names match `pattern`, ignoring case, by the firmware's own rules.
+    """Return a test whether names match `pattern`, ignoring case, by the firmware's own rules.
 
     ``*.*`` matches everything; ``name.*`` names that begin with ``name.``; ``*.ext`` names that contain ``.ext``
     anywhere; any other pattern, including other wildcards, only itself.
@@ -42,6 +42,6 @@ def matcher(pattern: str) -> Callable[[str], bool]:
 
 
 def extension(name: bytes) -> str:
-    """The extension of a packed name, with its dot, in lower case."""
+    """Return the extension of a packed name, with its dot, in lower case."""
     text = unpack_name(name)
     return text[text.rfind(".") :].lower() if "." in text else ""

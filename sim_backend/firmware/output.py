@@ -147,7 +147,7 @@ class OutputModule:
                 control.saturates = not value & RegulationOption.NO_SATURATION
 
     def chosen(self, port: int) -> list[Output]:
-        """The outputs that a number means: one port, or a group of this version of the firmware."""
+        """Return the outputs for a number: one port, or a group of this version of the firmware."""
         ports = [port] if port < len(self.outputs) else self._groups.get(port, ())
         return [self.outputs[index] for index in ports]
 

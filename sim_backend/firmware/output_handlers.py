@@ -42,7 +42,7 @@ class OutputHandlers:
 
     @handles(direct.GetOutputState)
     def get_output_state(self, command: direct.GetOutputState) -> HandlerResult:
-        """The commanded values, and the counters of the previous pass."""
+        """Return the commanded values, and the counters of the previous pass."""
         if command.port >= len(self._output.outputs):
             return refuse_with_zeros(direct.GetOutputState, Status.OUT_OF_RANGE)
         output = self._output.outputs[command.port]

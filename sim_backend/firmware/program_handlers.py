@@ -30,7 +30,7 @@ class ProgramHandlers:
 
     @handles(direct.StartProgram)
     def start_program(self, command: direct.StartProgram) -> HandlerResult:
-        """Ask the user interface to start a file; only its existence is checked."""
+        """Request the start of a file from the user interface; only its existence is checked."""
         if not self._loader.exists(command.name):
             return OUT_OF_RANGE
         self._ui.execute(command.name)
@@ -46,7 +46,7 @@ class ProgramHandlers:
 
     @handles(direct.GetCurrentProgramName)
     def current_program(self, _: direct.GetCurrentProgramName) -> HandlerResult:
-        """The name the program was started by, including wildcards."""
+        """Return the name the program was started by, including wildcards."""
         if not self._command.active:
             return refuse_with_zeros(direct.GetCurrentProgramName, Status.NO_ACTIVE_PROGRAM)
         return reply_with(direct.CurrentProgram(self._command.program_name))
@@ -63,7 +63,7 @@ class ProgramHandlers:
             return _NO_PROGRAM
         mailboxes = self._command.mailboxes
         if mailboxes is None:
-            return DONE  # a file that is no program counts as active for one pass
+            return DONE  # a file that is not a program counts as active for one pass
         try:
             mailboxes.write(command.box, command.data[:size])
         except OutOfMemory:
@@ -113,7 +113,7 @@ class ProgramHandlers:
 
     @handles(enhanced.GetInterpreterState)
     def interpreter_state(self, _: enhanced.GetInterpreterState) -> HandlerResult:
-        """What the interpreter does, and where the next clump is."""
+        """Return the interpreter's state, and the place of the next clump."""
         return self._interpreter()
 
     def _interpreter(self) -> HandlerResult:
@@ -129,7 +129,7 @@ class ProgramHandlers:
 
     @handles(enhanced.GetBreakpoints)
     def get_breakpoints(self, command: enhanced.GetBreakpoints) -> HandlerResult:
-        """The breakpoints of a clump."""
+        """Return the breakpoints of a clump."""
         return self._breakpoints(command.clump)
 
     def _breakpoints(self, clump: int) -> HandlerResult:

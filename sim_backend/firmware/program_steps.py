@@ -28,11 +28,11 @@ class ProgramSteps:
         self.icons = bytes(len(_CHOICES))
 
     def is_step(self, menu: list[int]) -> bool:
-        """Whether a menu, given as the items that lead to it, is one of the steps."""
+        """Return whether a menu, given as the items that lead to it, is one of the steps."""
         return menu[:1] == [PROGRAM] and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
 
     def items(self, menu: list[int]) -> int:
-        """Number of items of a step, 0 of another menu."""
+        """Return the number of items of a step, 0 of another menu."""
         return len(_CHOICES[len(menu) - _FIRST]) if self.is_step(menu) else 0
 
     def enter(self, place: list[int]) -> None:
@@ -44,7 +44,7 @@ class ProgramSteps:
             self._set(step, _CHOICES[step][place[-1]])
 
     def leave(self, place: list[int]) -> None:
-        """Go back from a step other than the first one, and forget what was chosen there, if it is a step."""
+        """Go back from a step other than the first one, and forget the choice there, if it is a step."""
         if self.is_step(place[:-1]):
             self._set(len(place) - 1 - _FIRST, _EMPTY)
 

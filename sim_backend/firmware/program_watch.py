@@ -1,4 +1,4 @@
-"""What the user interface does when a program begins and ends that it did not start itself.
+"""Reaction of the user interface to programs that it did not start itself.
 
 Source: docs/firmware.md section 8.
 """
@@ -31,7 +31,7 @@ class ProgramWatch:
         self._ui.wake_later()
 
     def follow(self) -> None:
-        """Look whether a program is active, once in a pass of the user interface."""
+        """Check whether a program is active, once in a pass of the user interface."""
         ui, active = self._ui, self._ui.programs.active
         began, ended = active and not self._was_active, self._was_active and not active
         if began:

@@ -50,7 +50,7 @@ class PropertyHandlers:
 
     @handles(direct.GetBatteryLevel)
     def battery_level(self, _: direct.GetBatteryLevel) -> HandlerResult:
-        """The last sample of the voltage."""
+        """Return the last sample of the voltage."""
         return reply_with(direct.BatteryLevel(self._ui.battery.millivolts))
 
     @handles(direct.KeepAlive)

@@ -1,4 +1,4 @@
-"""The user interface's question whether to accept a connection, which the radio asks for.
+"""The user interface's question whether to accept a connection, which the radio requests.
 
 Source: docs/firmware.md section 8.5.
 """
@@ -15,7 +15,7 @@ class Question:
     """The question over the normal screen: it waits until the screen is drawn, then is drawn pass by pass.
 
     Args:
-        screen: What draws it.
+        screen: Draws it.
         draw_bar: Draws the status bar.
 
     Attributes:
@@ -38,7 +38,7 @@ class Question:
         return not (self._parts or self.chosen)
 
     def go_on(self) -> bool:
-        """Draw its next part, or erase it after the answer; whether it ends now."""
+        """Draw its next part, or erase it after the answer; return whether it ends now."""
         if not self._screen.pops_up:
             if not self._screen.drawing:
                 self._screen.pop_up()

@@ -24,13 +24,13 @@ _STARTED, _VISIBLE = 1, 2
 """Bits that the start of the radio sets in the map's state of it, one pass after the other."""
 
 _OFF_AT_BOOT = -11
-"""What a boot that leaves the radio off adds to the bytes of its answers."""
+"""Bytes that a boot which leaves the radio off adds to those of its answers."""
 
 _SHORT_ANSWER, _START_ANSWER, _ON_ANSWERS, _RESET_ANSWERS = 5, 4, 61, 67
 """Bytes of its answers: to a new name or switching off, first if it is off, to switching on, to a reset."""
 
 _TIME_OUT_MS = 494
-"""How much longer than to an answer the firmware waits for one that does not come."""
+"""Additional time for which the firmware waits for an answer that does not arrive."""
 
 _STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
@@ -45,14 +45,14 @@ class _Change(NamedTuple):
 
 
 class _Operation(NamedTuple):
-    """An operation of the radio, as it goes without stream mode. Times count from the command.
+    """An operation of the radio, as it runs without stream mode. Times count from the command.
 
     Attributes:
-        began_ms: When the command came.
+        began_ms: When the command arrived.
         answer_ms: The radio's first answer.
         late_ms: How much later the firmware sees it if the radio leaves stream mode after `_STREAM_ENDS_MS`.
         duration_ms: How long the radio is busy.
-        changes: What the answers change.
+        changes: The changes that the answers make.
     """
 
     began_ms: int
@@ -63,7 +63,7 @@ class _Operation(NamedTuple):
 
 
 class RadioState(IntEnum):
-    """State of the radio as the user interface shows it, and what it asks the user interface to show."""
+    """State of the radio as the user interface shows it, and its requests to the user interface."""
 
     STARTING = 0
     ON = 1
@@ -147,7 +147,7 @@ class Radio:
 
     @property
     def state(self) -> int:
-        """What the user interface shows: a `RadioState`, or what was written to its map."""
+        """The state that the user interface shows: a `RadioState`, or what was written to its map."""
         self._settle()
         return self._state
 
@@ -183,11 +183,11 @@ class Radio:
 
     @property
     def next_redraw_ms(self) -> float:
-        """When an answer draws the status bar anew the next time."""
+        """Time of the next answer that redraws the status bar."""
         return min((change.at_ms for change in self._changes if change.attribute == "_redraws"), default=inf)
 
     def follow(self, until_ms: int) -> bool:
-        """Note what the user interface sees; whether to draw the status bar anew for what came since the last call."""
+        """Update the state that the user interface shows; return whether the status bar is to be redrawn."""
         self._settle(until_ms)
         self.shown_state = self._state
         redraws, self._redraws = self._redraws, False
@@ -270,7 +270,7 @@ class Radio:
         )
 
     def postpone(self, passes: int) -> None:
-        """Delay what an operation brings: the radio stands still for the next passes."""
+        """Delay the effects of an operation: the radio stands still for the next passes."""
         self._settle()
         self._busy_until_ms += passes
         self._changes = [each._replace(at_ms=each.at_ms + passes) for each in self._changes]
@@ -290,11 +290,11 @@ class Radio:
             self._schedule(operation, 0, 0)
 
     def _told(self, at_ms: int, size: int) -> tuple[int, str, int]:
-        """The change when the last of an operation's answers has come, which have `size` bytes."""
+        """Return the change when the last of an operation's answers, which have `size` bytes."""
         return at_ms, "_answered", self._answered + size
 
     def _unanswered(self, operation: _Operation) -> bool:
-        """Whether the radio has not carried out the first step, which it does not do in stream mode."""
+        """Return whether the radio has not carried out the first step, which it does not do in stream mode."""
         return self._clock.now_ms < operation.began_ms + operation.changes[0][0]
 
     def _hold(self) -> None:
@@ -317,7 +317,7 @@ class Radio:
         self.on_plan()
 
     def _settle(self, until_ms: int | None = None) -> None:
-        """Carry out the changes whose time has come."""
+        """Make the changes whose time has come."""
         until_ms = self._clock.now_ms if until_ms is None else until_ms
         while self._changes and self._changes[0].at_ms <= until_ms:
             change = self._changes.pop(0)
@@ -332,7 +332,7 @@ def _redraw(at_ms: int) -> tuple[int, str, int]:
 
 
 def _link_states(at_ms: int) -> list[tuple[int, str, int]]:
-    """The changes of the map's state as the radio starts."""
+    """Return the changes of the map's state as the radio starts."""
     return [(at_ms, "_link_state", _STARTED), (at_ms + 1, "_link_state", _VISIBLE)]
 
 

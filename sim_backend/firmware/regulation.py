@@ -55,7 +55,7 @@ class Regulators:
 
 
 def _follower(lead: MotorControl) -> MotorControl | None:
-    """The higher port synchronised with `lead`: A regulates for B (else C), B for C, C never."""
+    """Return the higher port synchronised with `lead`: A regulates for B (else C), B for C, C never."""
     for other in lead.others:
         if other.index > lead.index and other.regulation & SYNC:
             return other
@@ -63,7 +63,7 @@ def _follower(lead: MotorControl) -> MotorControl | None:
 
 
 def _turn_rate(lead: MotorControl, follow: MotorControl) -> int:
-    """Wanted difference of the pair's counts per period."""
+    """Return the wanted difference of the pair's counts per period."""
     turn = lead.turn
     if not turn:
         return 0
@@ -114,7 +114,7 @@ def _regulate_position(motor: MotorControl) -> None:
 
 
 def _speed_to(motor: MotorControl, way: int) -> int:
-    """Speed on the way to a position: as fast as it can be left again by the largest acceleration."""
+    """Return the speed on the way to a position: as fast as it can be left again by the largest acceleration."""
     if not motor.max_acceleration:
         return s8(_bounded(way, motor.max_speed))
     square = s32(2 * motor.max_acceleration * min(s32(abs(way)), WINDUP))
@@ -130,7 +130,7 @@ def _bounded(value: int, limit: int) -> int:
 
 
 def _in_period(motor: MotorControl, rate: int, left: int) -> tuple[int, int]:
-    """The part of a rate per 100 ms that falls to one period, rounded, and what is left over, in hundredths."""
+    """Return the part of a rate per 100 ms that falls to one period, rounded, and the remainder, in hundredths."""
     whole = divide(rate * motor.period_ms, PERIOD_MS)
     left += rate * motor.period_ms - whole * PERIOD_MS
     if left > PERIOD_MS // 2:

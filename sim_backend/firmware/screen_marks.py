@@ -1,4 +1,4 @@
-"""What the user interface has erased and drawn, as bits of the Display map's masks.
+"""Erasing and drawing by the user interface, as bits of the Display map's masks.
 
 Source: docs/firmware.md section 8.5.
 """

@@ -1,4 +1,4 @@
-"""How the display works off its masks and refreshes the screen, as far as its map shows it.
+"""How the display processes its masks and refreshes the screen, as far as its map shows it.
 
 Source: docs/firmware.md section 8.5.
 """
@@ -13,7 +13,7 @@ _SCREEN = 0x4000_0000
 """Bit of EraseMask whose turn clears that of the frame in UpdateMask."""
 
 _DRAWING = Marks(update=0x2000_0000)
-"""What a program's drawing sets."""
+"""Bits that a program's drawing sets."""
 
 _PERIOD_MS, _FIRST_PAUSE = 17, 15
 """Passes of a refresh, and one, counted from the boot, after which no line is being sent."""
@@ -33,7 +33,7 @@ class ScreenRefresh:
         erase_mask: Parts of the screen to erase; one is done in each pass, the highest bit first.
         update_mask: Parts of the screen to draw, after those to erase and in the same way.
         centered_lines: The lines of text among them, its lowest eight bits, that are centered.
-        lit: Whether the display's controller was last told to be on.
+        lit: Whether the display's controller was last switched on.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -141,7 +141,7 @@ class ScreenRefresh:
         self.due_ms = now_ms + 1 if pending else NEVER
 
     def _switch(self, now_ms: int) -> bool:
-        """Refresh the screen, or stop as the flags say; whether the next pass can change something."""
+        """Refresh the screen, or stop according to the flags; return whether the next pass can change something."""
         if self._flags & DisplayFlag.REFRESH_DISABLED:
             self._frozen_ms = min(self._frozen_ms, now_ms)
             if self._flags & DisplayFlag.REFRESH:
@@ -158,7 +158,7 @@ class ScreenRefresh:
         return not self._flags & DisplayFlag.REFRESH_DISABLED
 
     def _go_on(self, now_ms: int) -> None:
-        """Go on with a refresh that was stopped, where it was."""
+        """Continue a stopped refresh where it was."""
         if self._frozen_ms != NEVER:
             self._pause_ms, self._frozen_ms = self._pause_ms + now_ms - self._frozen_ms, NEVER
 

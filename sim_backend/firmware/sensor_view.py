@@ -10,7 +10,7 @@ VIEW = 3
 """Item of the main menu."""
 
 _PAGE_LEVEL = 3
-"""Items that lead to the page: view, what to show, and the port."""
+"""Items that lead to the page: view, kind of value, and the port."""
 
 _SOUND_AND_LIGHT = (
     (SensorType.SOUND_DB, SensorMode.PERCENT),
@@ -43,7 +43,7 @@ _OLD_VALUES: _Values = (
     (SensorType.ANGLE, SensorMode.ANGLE_STEPS),
     *(_MOTOR, _MOTOR, _TOUCH, _I2C, _I2C),
 )
-"""Type and mode of what can be shown; the latter without a colour sensor and a data log."""
+"""Type and mode of the values that can be shown; the second table without a colour sensor and a data log."""
 
 _INCHES = 4
 """Item that is drawn in three passes; in old firmware the first one is."""
@@ -52,7 +52,7 @@ _SENSOR_PORTS, _MOTOR_PORTS = 4, 3
 
 
 class Inputs(Protocol):
-    """What sets the type of an input."""
+    """Sets the type of an input."""
 
     def store(self, number: int, **values: int) -> None:
         """Store attributes of a port, as a write to the map does."""
@@ -79,7 +79,7 @@ class SensorView:
         self._item = self._port = 0
 
     def items(self, menu: tuple[int, ...]) -> int:
-        """Number of items of a menu below View, 0 of another one."""
+        """Return the number of items of a menu below View, 0 of another one."""
         if menu[:1] != (VIEW,) or len(menu) >= _PAGE_LEVEL:
             return 0
         if len(menu) == 1:
@@ -87,11 +87,11 @@ class SensorView:
         return _SENSOR_PORTS if self._values[menu[1] % len(self._values)] else _MOTOR_PORTS
 
     def is_slow(self, place: tuple[int, ...]) -> bool:
-        """Whether a place in the menus is an item of View that is drawn in three passes."""
+        """Return whether a place in the menus is an item of View that is drawn in three passes."""
         return place == (VIEW, self._slow)
 
     def opens(self, place: tuple[int, ...]) -> bool:
-        """Whether a place in the menus leads to the page; then that is chosen."""
+        """Return whether a place in the menus leads to the page, and choose it then."""
         if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
             return False
         self.chosen, (_, self._item, self._port) = True, place

@@ -37,7 +37,7 @@ class SleepTimer:
         return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
 
     def follow_request(self, now_ms: int, *, resets: bool) -> bool:
-        """Reset the timer if that is requested; whether that is requested for the next pass: the brick never sleeps."""
+        """Reset the timer on request; return whether the next pass resets it as well since the brick never sleeps."""
         never = not self.sleep_minutes
         self._rests = resets and never
         if resets:
@@ -46,13 +46,13 @@ class SleepTimer:
 
     @property
     def expired(self) -> bool:
-        """Whether it is time to switch off: looked at when a minute is over."""
+        """Whether it is time to switch off; checked whenever a minute is over."""
         over = self._clock.now_ms == self._timer_started_ms + self._minutes * MINUTE_MS
         return 0 < self.sleep_minutes <= self.sleep_timer and over
 
     @property
     def expires_ms(self) -> int:
-        """When it will be time, at the earliest, if no sleep time is 0."""
+        """Earliest time to switch off, if the sleep time is not 0."""
         return self._timer_started_ms + max(self.sleep_minutes, self._minutes + 1) * MINUTE_MS
 
     @property

@@ -33,10 +33,10 @@ _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
 _QUEUED = 2
-"""Buffers or waves that still play when the last one was handed over, which is the end for the firmware."""
+"""Buffers or waves that still play when the firmware has handed over the last one and considers the sound ended."""
 
 _AHEAD_MS = 1.2
-"""How much sooner than by the passes the loudspeaker ends with a file: its start and end are within passes."""
+"""Time by which the loudspeaker ends a file before the end of a pass: its start and end are within passes."""
 
 CLICK, ATTENTION = b"! Click.rso\0", b"! Attention.rso\0"
 """Sounds of the user interface."""
@@ -119,7 +119,7 @@ class SoundModule:
         self.due_ms = self._clock.now_ms + 1
 
     def end_program(self, volume: int) -> None:
-        """Stop the sound of a program that has ended, and take back the volume of the menu."""
+        """Stop the sound of a program that has ended, and restore the volume of the menu."""
         self.state, self.volume = int(SoundState.STOP), volume
         self.due_ms = self._clock.now_ms + 1
 
@@ -214,7 +214,7 @@ class SoundModule:
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
         """Play an open file from a pass on; one that is not a sound file stays silent.
 
-        Buffers of a file that was replaced are still to be played first, as far as the ring tells.
+        Buffers of a file that was replaced are played first, as far as the ring counts them.
         """
         self._silence()
         self._handle = handle
@@ -226,7 +226,7 @@ class SoundModule:
         known = self._is_melody or kind >> 8 == _SOUND >> 8
         if size == 0 or not known:
             self._silence()
-            self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it then
+            self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it by then
             return
         if not self._is_melody:
             rate, self.sample_rate = self.sample_rate or rate, 0
@@ -238,7 +238,7 @@ class SoundModule:
         self._ends_ms = begins_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
 
     def _continue(self, now_ms: int) -> None:
-        """Go on with a tone or a file: play the next note or buffer, and read another one, or end."""
+        """Continue a tone or a file: play the next note or buffer, and read another one, or end."""
         if self.state == SoundState.TONE:
             if self.mode & SoundMode.LOOP:
                 self._start_tone(now_ms)
@@ -321,11 +321,11 @@ class SoundModule:
         self._ends_ms = self._next_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
 
     def _rest_of_wave(self, now_ms: int) -> float:
-        """How long the wave that is on the loudspeaker still takes."""
+        """Return how long the wave that is on the loudspeaker still takes."""
         return self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms if now_ms < self._waves_end_ms else 0.0
 
     def _rest_of_sample(self, now_ms: int) -> float:
-        """How long the sample of a file that is on the loudspeaker still takes."""
+        """Return how long the sample of a file that is on the loudspeaker still takes."""
         ends_ms = max(self._queue, default=0.0)
         return (ends_ms - now_ms) % self._sample_ms if now_ms < ends_ms else 0.0
 
@@ -347,5 +347,5 @@ class SoundModule:
 
 
 def _period_ms(clocks: int, hertz: int) -> float:
-    """Milliseconds of a wave or sample; the divider of the clock is an integer, rounded up."""
+    """Return the milliseconds of a wave or sample; the divider of the clock is an integer, rounded up."""
     return ceil(_CLOCK_HZ / clocks / hertz) * clocks * 1000 / _CLOCK_HZ

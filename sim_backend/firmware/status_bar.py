@@ -35,7 +35,7 @@ class StatusBar:
         clock: The brick's time.
         ui: Its battery and states.
         radio: Its state.
-        screen: What draws it.
+        screen: Draws it.
 
     Attributes:
         icons: The four icons from the left, as they were drawn last.
@@ -51,7 +51,7 @@ class StatusBar:
         self.icons = self._now()
 
     def note_write(self) -> None:
-        """Work off what was written to the display's map; the user interface may take some of it away."""
+        """Process writes to the display's map; the user interface may remove some of them."""
         self._screen.wake()
         self._ui.wake()
 

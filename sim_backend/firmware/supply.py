@@ -58,7 +58,7 @@ class Supply(SleepTimer):
         self._question = Question(screen, self._redraw_bar)
 
     def watch_supply(self) -> None:
-        """Warn of a low battery once; switch off when the sleep timer has expired, and the display before the power."""
+        """Warn of a low battery once; switch off, the display before the power, when the sleep timer has expired."""
         now_ms = self._clock.now_ms
         if self._warns and not self._screen.drawing:
             self._warned, self._warned_in = True, UiState.WAITING if self._off_ms == NEVER else UiState.DRAWING
@@ -84,7 +84,7 @@ class Supply(SleepTimer):
         self._switch_off(now_ms - self._off_ms)
 
     def _before_power_down(self, now_ms: int) -> bool:
-        """Whether the decision to switch off was made, but the radio has not let go of its connections."""
+        """Return whether the decision to switch off was made, but the radio has not ended its connections."""
         return now_ms < self._off_ms + times.DISPLAY_OFF_MS or (self._leaves_radio and self.radio.seems_busy)
 
     def _switch_off(self, passed_ms: int) -> None:
@@ -105,7 +105,7 @@ class Supply(SleepTimer):
             self._io_control.power_down(announced=down_ms == 0)
 
     def watch_radio(self) -> None:
-        """Show what the radio asks for, a question or a message, unless the user interface is busy."""
+        """Show the radio's request, a question or a message, unless the user interface is busy."""
         if self.state == UiState.REPORT and self._clock.now_ms >= self._next_step_ms:
             self._show_report()
         asks = self.radio.state & (RadioState.ASKING | RadioState.REPORTING)
@@ -140,7 +140,7 @@ class Supply(SleepTimer):
         self._report, self._next_step_ms = [*marks.REPORT], self._clock.now_ms + 2
 
     def _show_report(self) -> None:
-        """Draw the message part by part, each when the one before is drawn; later end it."""
+        """Draw the message part by part, each when the previous one is drawn; later end it."""
         if not self._report:
             self.end_report(RadioState.REPORTING)
             return
@@ -158,7 +158,7 @@ class Supply(SleepTimer):
         self._menu.go_on_from(self.state)
 
     def _answers(self, now_ms: int) -> bool:
-        """Whether a button closes the warning: one pressed since then, or left or right when it counts again."""
+        """Return whether a button closes the warning: one pressed since then, or left or right when it counts again."""
         if self.state != UiState.LOW_BATTERY or self._warning_is_new(now_ms):
             return False
         key = self._keys.read(self.buttons, now_ms)

@@ -75,7 +75,7 @@ class UiModule(FileRunner):
 
     @property
     def map_state(self) -> int:
-        """The state in the map; a written one is gone on from in the same pass, but not while a file has the screen."""
+        """The state in the map; a written state takes effect in the same pass, but not while a file has the screen."""
         return self.state
 
     @map_state.setter
@@ -144,7 +144,7 @@ class UiModule(FileRunner):
         self.wake()
 
     def _clicks(self, key: int) -> bool:
-        """Whether a press clicks at once: before a question is shown, and in the warning of a low battery."""
+        """Return whether a press clicks at once: before a question is shown, and in the warning of a low battery."""
         clicks = self.state == UiState.LOW_BATTERY or (self.state == UiState.QUESTION and not self._asks)
         return clicks and not self._disabled(key)
 
@@ -196,12 +196,12 @@ class UiModule(FileRunner):
         self._schedule()
 
     def _follow_radio(self, until_ms: int) -> None:
-        """Draw the status bar anew after a command to the radio, and in the pass after some of its answers."""
+        """Redraw the status bar after a command to the radio, and in the pass after some of its answers."""
         if self.radio.follow(until_ms):
             self.flags |= int(UiFlag.REDRAW_STATUS)
 
     def _follow_status(self) -> None:
-        """Draw the status bar if that is requested; without it nothing of it stays to be drawn."""
+        """Draw the status bar on request; without the bar, drop all requests for it."""
         if not self.flags & UiFlag.ENABLE_STATUS:
             if self._screen.update_mask & marks.STATUS.update:
                 self._screen.mark(Marks(drop=marks.STATUS.update))
@@ -210,7 +210,7 @@ class UiModule(FileRunner):
             self.flags &= ~states.STATUS_WORK
 
     def _ends_message(self, now_ms: int) -> bool:
-        """Whether a button ends the message about a file's end, which reads none in its last pass."""
+        """Return whether a button ends the message about a file's end, which reads none in its last pass."""
         unread = self._shows_message and now_ms < self._message_ends_ms
         return unread and self._keys.read(self.buttons, now_ms) is not None
 
@@ -245,7 +245,7 @@ class UiModule(FileRunner):
         return self.state == UiState.LOW_BATTERY or self._shows_message
 
     def _deaf(self, now_ms: int) -> bool:
-        """Whether a key of the map waits: a button is held, or the warning is new."""
+        """Return whether a key of the map waits: a button is held, or the warning is new."""
         return self._warning_is_new(now_ms) or self._keys.held(self.buttons) is not None
 
     def _take_key(self) -> None:
@@ -262,7 +262,7 @@ class UiModule(FileRunner):
             self._next_step_ms = self._clock.now_ms + 1 if self._off_ms == NEVER else NEVER
 
     def _show_key(self) -> None:
-        """Show the next state that a key brings; after the last one wait for another key, or switch off."""
+        """Show the next state of a key; after the last one wait for another key, or switch off."""
         state = self._menu.next_state()
         if state is not None:
             self.state, self._next_step_ms = int(state), self._clock.now_ms + 1
@@ -321,7 +321,7 @@ class UiModule(FileRunner):
             self._follow_question(now_ms)
 
     def _follow_question(self, now_ms: int) -> None:
-        """Show a question of the radio; enter takes what it offers first, what other keys and a PIN do is not shown."""
+        """Show a question of the radio; enter takes the first answer; other keys and a PIN show no effect."""
         question = self._question
         if not question.sounded:
             question.sounded = True
@@ -359,5 +359,5 @@ class UiModule(FileRunner):
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
 
     def skip_samples(self, until_ms: int) -> None:
-        """Leave out samples of the battery that change nothing."""
+        """Skip samples of the battery that change nothing."""
         self.due_ms = self.battery.skipped(self.due_ms, min(until_ms, self._event_ms))

@@ -45,10 +45,10 @@ STARTED = (UiState.OPENING, UiState.RUNNING)
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
 GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)
-"""States that the menus go on from if they are written to the map, and all such states."""
+"""States from which the menus continue if they are written to the map, and all such states."""
 
 STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
-"""Requests to draw the status bar: carried out in the next pass, or kept while a program has the screen."""
+"""Requests to draw the status bar: executed in the next pass, or kept while a program has the screen."""
 
 RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
@@ -69,7 +69,7 @@ STARTING: dict[int, tuple[UiState, int]] = {
 
 
 class Run(Enum):
-    """What the state RUNNING waits for."""
+    """Event that the state RUNNING waits for."""
 
     TONE = auto()
     DRAWING = auto()

@@ -13,7 +13,7 @@ EMPTY_FOUND_MS = 2
 """Time from a sample without bars until the start shows an empty battery."""
 
 WARNING_DEAF_MS = 8
-"""How long the warning is shown at least."""
+"""Shortest time for which the warning is shown."""
 
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
@@ -22,10 +22,10 @@ REPORT_MS = 2625
 """How long the display shows a message of the radio, from its last part on."""
 
 LOGO_MS, LOGO_LEAD_MS = 2784, 3
-"""The logo ends so many passes before the end of the first refresh of the screen that ends after so long or more."""
+"""The logo ends this number of passes before the end of the first refresh of the screen that ends after this time."""
 
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""
 
 PLAYING_MS = 125
-"""How often the picture changes that the display shows while a file runs."""
+"""Interval at which the picture of a running file changes."""

@@ -39,9 +39,9 @@ class Version:
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
-        ends_high_speed: Whether the state of the high speed port becomes 6 when a request was carried out.
-        high_speed_modulus: Modulo what the place counts from which bytes of the high speed port are fetched, in a
-            ring of 128.
+        ends_high_speed: Whether the state of the high speed port becomes 6 when a request was executed.
+        high_speed_modulus: Modulus of the place from which bytes of the high speed port are fetched, in a ring of
+            128.
         end_restores_screen: Whether the pass after the end of a program switches the display and its refresh on.
         stops_all_synchronised: Whether the end of a synchronised ramp-down in B or C stops every synchronised motor,
             or only the partner.
@@ -59,7 +59,7 @@ class Version:
         directory_size: Maximum number of files.
         settings: Content of the settings file.
         pool: Layout of the memory pool of programs.
-        dialect: What its interpreter of programs can do.
+        dialect: Properties of its interpreter of programs.
         map_sizes: Sizes of the IO maps that differ from their declaration, by module.
         map_presets: Bytes of IO maps that are set at power-on, by module and offset.
     """

@@ -43,7 +43,7 @@ HOLD_FOR_EQUALS = (2, 3, 4)
 
 
 def move(data: Data, target: Place, source: Place) -> Again | None:
-    """Copy a value; tells how to do so again, see `calculate`.
+    """Copy a value; return how to do so again, see `calculate`.
 
     Raises:
         ProgramError: A cluster is copied to an array.
@@ -56,13 +56,13 @@ def _same(_: int, value: Number, __: int) -> Number:
 
 
 def same_scalars(data: Data, left: int, right: int) -> bool:
-    """Whether the elements of two arrays have the same scalar type."""
+    """Return whether the elements of two arrays have the same scalar type."""
     kind = data.kind(left)
     return kind == data.kind(right) and kind in SIZES and kind != Type.ARRAY
 
 
 def same_integers(data: Data, left: int, right: int) -> bool:
-    """Whether the elements of two arrays have the same integer type."""
+    """Return whether the elements of two arrays have the same integer type."""
     return same_scalars(data, left, right) and data.kind(left) != Type.FLOAT
 
 
@@ -126,7 +126,7 @@ def calculate_each(
         operation: What to store.
         target: Where to store it; a cluster takes as many parts as it has members.
         source: The value.
-        copies_arrays: Tells of the types of two arrays whether one is copied to the other as it is.
+        copies_arrays: Returns, for the types of two arrays, whether one is copied to the other unchanged.
         whole: See `calculate`.
 
     Returns:
@@ -164,7 +164,7 @@ def calculate_each(
 def _calculate_rows(
     data: Data, operation: Callable[..., Number], target: Place, sources: Sequence[Place], whole: np.ufunc | None
 ) -> Again | None:
-    """Calculate the numbers of an array as a whole, if that gives the same; returns how to do it again."""
+    """Calculate the numbers of an array as a whole, if that gives the same; return how to do it again."""
     to = bulk.row(data, target)
     if to is None:
         return None
@@ -179,7 +179,7 @@ def _calculate_rows(
 
 
 def _part(data: Data, place: Place, number: int, into: int = Type.CLUSTER) -> Place:
-    """Element or member of an aggregate; a number itself. The firmware takes a cluster's first member for arrays."""
+    """Return the element or member of an aggregate, or a number itself; for arrays, a cluster's first member counts."""
     kind = data.kind(place.entry)
     if kind == Type.ARRAY:
         array = data.array(place)
@@ -190,7 +190,7 @@ def _part(data: Data, place: Place, number: int, into: int = Type.CLUSTER) -> Pl
 
 
 def compare(data: Data, relation: int, left: Place, right: Place) -> bool:
-    """Result of a comparison; arrays are compared in lexical order.
+    """Return the result of a comparison; arrays are compared in lexical order.
 
     Raises:
         ProgramError: The types do not fit each other.
@@ -200,7 +200,7 @@ def compare(data: Data, relation: int, left: Place, right: Place) -> bool:
 
 
 def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | None:
-    """The result, or None if both are equal so far."""
+    """Return the result, or None if both are equal so far."""
     data.memory.spend(1)
     kinds = data.kind(left.entry), data.kind(right.entry)
     if kinds[0] not in AGGREGATES:  # of an array or cluster on the right, 0 counts
@@ -225,7 +225,7 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
 
 
 def comparable(left: Number, left_kind: int, right: Number, right_kind: int) -> tuple[Number, Number]:
-    """Two numbers as they are compared and divided: as unsigned ones unless both have a sign, or one is a float."""
+    """Return two numbers as they are compared and divided: unsigned, unless both have a sign or one is a float."""
     if (left_kind in SIGNED and right_kind in SIGNED) or Type.FLOAT in (left_kind, right_kind):
         return left, right
     return int(left) & _U32, int(right) & _U32

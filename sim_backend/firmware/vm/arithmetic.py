@@ -28,13 +28,13 @@ def _kinds(machine: Machine, instruction: Instruction) -> list[int]:
 
 
 def _unsigned(machine: Machine, argument: int) -> str:
-    """A number as an unsigned one of 32 bits."""
+    """Return a number as an unsigned one of 32 bits."""
     value = machine.operands.value(argument)
     return f"({value} & 0xFFFFFFFF)" if machine.data.kind(argument) in SIGNED else value
 
 
 def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
-    """Expressions of two scalars as they are compared and divided, see `aggregates.comparable`."""
+    """Return the expressions of two scalars as they are compared and divided, see `aggregates.comparable`."""
     kinds = machine.data.kind(left), machine.data.kind(right)
     if (kinds[0] in SIGNED and kinds[1] in SIGNED) or Type.FLOAT in kinds:
         return machine.operands.value(left), machine.operands.value(right)
@@ -42,13 +42,13 @@ def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
 
 
 def comparison(machine: Machine, relation: int, left: int, right: int) -> str:
-    """Expression of whether a comparison of two scalars holds."""
+    """Return the expression of whether a comparison of two scalars holds."""
     first, second = _comparable(machine, left, right)
     return related(first, relation, second)
 
 
 def related(left: str, relation: int, right: str) -> str:
-    """Expression of whether a comparison of two expressions holds."""
+    """Return the expression of whether a comparison of two expressions holds."""
     return f"{left} {_RELATIONS[relation]} {right}" if relation < len(_RELATIONS) else "False"
 
 
@@ -70,7 +70,7 @@ def _of_arrays(machine: Machine, instruction: Instruction, perform: Callable[[],
 
 
 def _calculation(machine: Machine, instruction: Instruction) -> str | None:
-    """Expression of an operation of two scalars; None if it needs conversions."""
+    """Return the expression of an operation of two scalars; None if it needs conversions."""
     operands, opcode = machine.operands, instruction.opcode
     _, left, right = instruction.arguments
     kinds = _kinds(machine, instruction)
@@ -90,7 +90,7 @@ def _calculation(machine: Machine, instruction: Instruction) -> str | None:
 
 
 def _negation_of_two(machine: Machine, instruction: Instruction) -> Translation:
-    """An operation that firmware 1.05 does not know, and whose result is 0 in later ones."""
+    """Return an operation that firmware 1.05 does not know, and whose result is 0 in later ones."""
     if machine.dialect.has_fields:
         raise ProgramError(ERR_INSTR, "a negation of two values")
     target, left, right = (Place(argument) for argument in instruction.arguments)
@@ -170,7 +170,7 @@ def _move(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _range(kind: int) -> tuple[int, int] | tuple[()]:
-    """The smallest and largest number of an unsigned type."""
+    """Return the smallest and largest number of an unsigned type."""
     return (0, (1 << 8 * SIZES[kind]) - 1) if kind in (Type.UBYTE, Type.UWORD, Type.ULONG) else ()
 
 

@@ -92,7 +92,7 @@ def _replace_number(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _is_simple(machine: Machine, array: int, index: int) -> bool:
-    """Whether a variable is an array of numbers, and an index is a number or omitted."""
+    """Return whether a variable is an array of numbers, and an index is a number or omitted."""
     data = machine.data
     if not fixed(data, [array]) or data.kind(array + 1) not in SCALARS:
         return False
@@ -142,7 +142,7 @@ def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
 
 
 def _shape(data: Data, entry: int) -> tuple[object, ...]:
-    """The types that a variable consists of."""
+    """Return the types that a variable consists of."""
     kind = data.kind(entry)
     inner = [entry + 1] if kind == Type.ARRAY else data.members(entry) if kind == Type.CLUSTER else []
     return kind, *(_shape(data, part) for part in inner)
@@ -156,7 +156,7 @@ def _depth(data: Data, entry: int) -> int:
 
 
 def _part(data: Data, part: tuple[int, int], length: int) -> tuple[int, int]:
-    """First element and number of elements of a part of an array, of which two variables tell index and length."""
+    """Return the first element and the number of elements of a part of an array, given by two variables."""
     first = data.integer_or(part[0], 0) & 0xFFFF
     wanted = data.integer_or(part[1], length) & 0xFFFF
     return first, max(min(wanted, length - first), 0)
@@ -193,7 +193,7 @@ def _subset(data: Data, arguments: tuple[int, ...]) -> Again | None:
 
 
 def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Again | None:
-    """Fill an array with a value; `offsets` tells whether the offset of a number in the table is added to its own."""
+    """Fill an array with a value; with `offsets`, the offset of a number in the table is added to its own."""
     target, value, length = arguments
     count = data.integer_or(length, 0) & 0xFFFF
     data.resize(Place(target), count)
@@ -212,7 +212,7 @@ def _initialise(data: Data, arguments: tuple[int, ...], *, offsets: bool) -> Aga
 
 
 def _own_offset(data: Data, entry: int) -> int:
-    """The offset that the table has of the numbers in an array; other than 0 only in damaged programs."""
+    """Return the offset that the table has of the numbers in an array; other than 0 only in damaged programs."""
     return 0 if data.is_aggregate(entry) else data.entry(entry).data
 
 
@@ -223,7 +223,7 @@ def _flatten(data: Data, arguments: tuple[int, ...]) -> None:
 
 
 def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
-    """Read a value from the text of `_flatten`: target, whether it failed, text, default, which tells the lengths."""
+    """Read a value from the text of `_flatten`: target, whether it failed, text, default, which gives the lengths."""
     target, failed, source, default = arguments[:4]
     if target != default:
         aggregates.move(data, Place(target), Place(default))
@@ -241,7 +241,7 @@ def _unflatten(data: Data, arguments: tuple[int, ...]) -> None:
 
 
 def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Iterator[bytes]:
-    """The bytes of each scalar in a value, which are replaced."""
+    """Return the bytes of each scalar in a value, which are replaced."""
     data.memory.spend(1)
     if data.is_aggregate(place.entry):
         own = _own_offset(data, place.entry + 1) if data.kind(place.entry) == Type.ARRAY else 0
@@ -254,7 +254,7 @@ def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Ite
 
 
 def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: bool = False) -> Translate:
-    """A function for instructions; those with any number of arguments are `sized`: their first word is the size."""
+    """Return a function for instructions; if `sized`, they have any number of arguments and begin with their size."""
 
     def translate(machine: Machine, instruction: Instruction) -> Translation:
         data, arguments = machine.data, instruction.arguments

@@ -1,11 +1,11 @@
-"""Compile instructions that follow each other into one function, which Python carries out faster than one by one.
+"""Compile instructions that follow each other into one function, which Python executes faster than one by one.
 
-A block is the tree of all ways from its first instruction on: jumps and branches lead on inside it, and a way that
-comes back to the first instruction makes the function loop. Each way knows its number of instructions, so turns are
-exact. A way ends where only the instruction itself knows the next one, where it meets itself, or after `LONGEST`
-instructions.
+A block is the tree of all paths from its first instruction on: jumps and branches continue inside it, and a path that
+comes back to the first instruction makes the function loop. Each path has a known number of instructions, so turns
+are exact. A path ends where only the instruction itself determines the next one, where it meets itself, or after
+`LONGEST` instructions.
 
-Each block has two functions. The quick one carries out whole ways only, while enough instructions are left for the
+Each block has two functions. The quick one executes whole paths only, while enough instructions are left for the
 longest of them. The exact one can stop after any instruction.
 """
 
@@ -25,15 +25,15 @@ from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
 
 LONGEST = 20
-"""Most instructions of one way through a block."""
+"""Largest number of instructions of one path through a block."""
 _MOST = 40
-"""Most instructions of a block: each way repeats what it shares with others."""
+"""Largest number of instructions of a block: each path repeats those that it shares with others."""
 
 _OFTEN = 50
-"""Number of runs from which on a block gets all ways."""
+"""Number of runs after which a block gets all paths."""
 
 _POWERS = 64
-"""Numbers of repeats of a loop whose effect is kept; most loops have few, as passes have equally many instructions."""
+"""Number of effects of repeated loops that are kept; most loops have few, as passes have equally many instructions."""
 
 FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError)
 """Exceptions by which a program ends with an error."""
@@ -41,27 +41,27 @@ FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticErro
 _CELL = re.compile(r"\b[bhif]\[\d+\]", re.IGNORECASE)
 
 Run = Callable[[int], tuple[int, int]]
-"""Carries out at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
+"""Executes at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
 
 
 def error_code(failure: Exception) -> int:
-    """Code of the error that one of the `FAILURES` is, a negative number of eight bits."""
+    """Return the code of the error that one of the `FAILURES` is, a negative number of eight bits."""
     if isinstance(failure, ProgramError):
         return failure.code
     return ERR_MEM if isinstance(failure, OutOfMemory) else ERR_ARG
 
 
 class Block:
-    """Instructions that are carried out together.
+    """Instructions that are executed together.
 
     Compiling takes longer than running: at first a block ends at its first branch, and only one that runs often gets
-    all ways; the exact function is compiled when it is needed.
+    all paths; the exact function is compiled when it is needed.
 
     Attributes:
-        quick: Carries them out while at least `longest` are left, which must be so at first.
-        longest: Number of instructions of the longest way.
-        exact: Carries out some of them, at least one.
-        plain: Whether they change variables and ports only, and do not ask for the time.
+        quick: Executes them while at least `longest` are left, which must be so at first.
+        longest: Number of instructions of the longest path.
+        exact: Executes some of them, at least one.
+        plain: Whether they change variables and ports only, and do not read the time.
     """
 
     __slots__ = ("_compiler", "_end", "_runs", "_start", "exact", "longest", "plain", "quick")
@@ -74,7 +74,7 @@ class Block:
             self.quick = self._counting(self.quick)
 
     def _compile(self, *, branches: bool) -> bool:
-        """Compile the quick function; tells whether there are branches."""
+        """Compile the quick function; return whether there are branches."""
         tree = _Tree(self._start, self._end, self._compiler, branches=branches)
         self.quick = self._compiler.function(tree.lines)
         self.longest, self.plain = tree.longest, tree.plain
@@ -97,14 +97,14 @@ class Block:
         return counting
 
 
-class _Way(NamedTuple):
-    """What the instructions from the first one to a place in a block are like.
+class _Path(NamedTuple):
+    """Properties of the instructions from the first one to a place in a block.
 
     Attributes:
         words: The words at which they begin.
         quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
-        ports: What they do with ports.
-        asks: How many ask for the time.
+        ports: Their use of ports.
+        asks: How many of them read the time.
     """
 
     words: tuple[int, ...] = ()
@@ -112,8 +112,8 @@ class _Way(NamedTuple):
     ports: int = 0
     asks: int = 0
 
-    def after(self, at: int, translation: Translation) -> _Way:
-        """The way with one instruction more."""
+    def after(self, at: int, translation: Translation) -> _Path:
+        """Return the path with one instruction more."""
         quiet, ports, asks = self.quiet, self.ports, self.asks
         if isinstance(translation, Effect):
             quiet = quiet and translation.ports is not None and not translation.takes_time
@@ -121,7 +121,7 @@ class _Way(NamedTuple):
             asks += translation.asks
         elif not isinstance(translation, str | Next | Branch):
             quiet = False
-        return _Way((*self.words, at), quiet, ports, asks)
+        return _Path((*self.words, at), quiet, ports, asks)
 
 
 class Compiler:
@@ -140,13 +140,13 @@ class Compiler:
             code: Words of code.
             decode: Decodes the instruction at a word.
             translate: Translates one instruction.
-            operands: What the names in translated instructions stand for; functions are added to it.
+            operands: The values of the names in translated instructions; functions are added to it.
         """
         self._code, self._decode, self._translate, self._operands = code, decode, translate, operands
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
     def block(self, start: int, end: int) -> Block:
-        """The block that begins at a word of code.
+        """Return the block that begins at a word of code.
 
         Args:
             start: The word.
@@ -168,18 +168,18 @@ class Compiler:
         return self._translated[at]
 
     def try_at(self, at: int, end: int) -> tuple[Instruction, Translation] | None:
-        """The instruction at a word and its translation; None if there is none."""
+        """Return the instruction at a word and its translation; None if there is none."""
         try:
             return self._at(at, end)
         except FAILURES:
             return None
 
     def named(self, at: int, function: Callable[[], object]) -> str:
-        """A call of the function that carries out the instruction at a word."""
+        """Return a call of the function that carries out the instruction at a word."""
         return f"{self._operands.function(f'at_{at}', function)}()"
 
     def function_named(self, name: str, function: Callable[..., object]) -> str:
-        """Give a function a name; returns that."""
+        """Give a function a name; return that."""
         return self._operands.function(name, function)
 
     @property
@@ -188,7 +188,7 @@ class Compiler:
         return self._operands.written
 
     def function(self, lines: list[str]) -> Run:
-        """The function `block` of some lines."""
+        """Return the function `block` of some lines."""
         names = self._operands.names
         exec(_compile("\n".join(lines)), names)  # noqa: S102 - our own translation
         function: Run = names.pop("block")
@@ -196,19 +196,19 @@ class Compiler:
 
 
 class _Tree:
-    """The ways from one instruction on, as a function in Python.
+    """The paths from one instruction on, as a function in Python.
 
     Attributes:
         lines: Its lines.
-        longest: Number of instructions of the longest way.
+        longest: Number of instructions of the longest path.
         plain: See `Block`.
-        has_branches: Whether there is more than one way.
+        has_branches: Whether there is more than one path.
     """
 
     def __init__(self, start: int, end: int, compiler: Compiler, *, branches: bool = True, exact: bool = False) -> None:
         self._start, self._end, self._compiler, self._branches, self._exact = start, end, compiler, branches, exact
         self.longest, self.plain, self._loops, self._watches, self.has_branches = 1, True, False, False, False
-        body = self._branch(start, _Way(), _MOST)
+        body = self._branch(start, _Path(), _MOST)
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
         if self._watches:
@@ -216,18 +216,18 @@ class _Tree:
             body = [f"low, high = {low}, {high}", "before = pool[low:high]", *body]
         self.lines = ["def block(left):", *_indented(body)]
 
-    def _branch(self, at: int, way: _Way, most: int) -> list[str]:
-        """The lines from a place on, of at most some instructions."""
+    def _branch(self, at: int, path: _Path, most: int) -> list[str]:
+        """Return the lines from a place on, of at most some instructions."""
         lines = list[str]()
         while True:
-            count = len(way.words)
+            count = len(path.words)
             if at == self._start and count:
-                return [*lines, *self._again(way)]
+                return [*lines, *self._again(path)]
             found = self._compiler.try_at(at, self._end)
-            if found is None or count >= LONGEST or most <= 0 or at in way.words:
+            if found is None or count >= LONGEST or most <= 0 or at in path.words:
                 return [*lines, self._leave(at, count)]
             instruction, translation = found
-            way, most, count = way.after(at, translation), most - 1, count + 1
+            path, most, count = path.after(at, translation), most - 1, count + 1
             if isinstance(translation, str):
                 lines.append(translation)
             elif isinstance(translation, Effect):
@@ -243,7 +243,7 @@ class _Tree:
                 lines.append(f"if {translation.condition}:")
                 if self._exact:
                     lines.append(f"    if left == {count}: {self._leave(translation.target, count)}")
-                lines.extend(_indented(self._branch(translation.target, way, most)))
+                lines.extend(_indented(self._branch(translation.target, path, most)))
             elif isinstance(translation, Next):
                 if not isinstance(translation.word, int):
                     self.plain = False
@@ -259,7 +259,7 @@ class _Tree:
                 lines.append(f"if left == {count}: {self._leave(at, count)}")
 
     def _rest(self, instruction: Instruction, count: int) -> str:
-        """The line after an instruction that may take the rest of the pass."""
+        """Return the line after an instruction that may take the rest of the pass."""
         return f"if memory.work_left <= 0: {self._leave(instruction.following, count)}"
 
     def _leave(self, at: int | str, count: int) -> str:
@@ -267,36 +267,36 @@ class _Tree:
         return f"return {at}, left - {count}"
 
     def _itself(self, statements: Sequence[str], at: int, count: int) -> list[str]:
-        """The lines where an instruction has no size and follows itself: once a turn is enough."""
+        """Return the lines where an instruction has no size and follows itself: once a turn is enough."""
         if count > 1:
             return [self._leave(at, count - 1)]
         return [*statements, f"return {at}, max(left - {LONGEST}, 0)"]
 
-    def _again(self, way: _Way) -> list[str]:
-        """The lines where the first instruction follows.
+    def _again(self, path: _Path) -> list[str]:
+        """Return the lines where the first instruction follows.
 
-        Repeats of a loop are left out if it changed nothing, asks for nothing that may change, and does not set ports
+        Repeats of a loop are left out if it changed nothing, reads nothing that may change, and does not set ports
         that it reads.
         """
-        count = len(way.words)
+        count = len(path.words)
         leave = self._leave(self._start, count)
         if self._exact:
             return [leave]
         self._loops = True
-        closed = self._closed(way)
+        closed = self._closed(path)
         if closed:
             return [f"times, left = divmod(left - {count}, {count})", *closed, "continue"]
         lines = [f"left -= {count}"]
-        if way.quiet and way.ports != Ports.BOTH and not self._grows(way):
+        if path.quiet and path.ports != Ports.BOTH and not self._grows(path):
             self._watches = True
-            rest = f"without_repeats(left, {count}, {way.asks})" if way.asks else f"left % {count}"
+            rest = f"without_repeats(left, {count}, {path.asks})" if path.asks else f"left % {count}"
             lines += ["after = pool[low:high]", f"if after == before: left = {rest}", "before = after"]
         return [*lines, "continue"]
 
-    def _closed(self, way: _Way) -> list[str] | None:
-        """The lines that do what a number of repeats of a way does, `times`, all at once; None if that is not known."""
+    def _closed(self, path: _Path) -> list[str] | None:
+        """Return the lines with the effect of `times` repeats of a path, all at once; None if that is not known."""
         statements = list[str]()
-        for at in way.words:
+        for at in path.words:
             found = self._compiler.try_at(at, self._end)
             if found and isinstance(found[1], str):
                 statements.append(found[1])
@@ -308,9 +308,9 @@ class _Tree:
         powers = self._compiler.function_named(f"powers_{self._start}", lru_cache(_POWERS)(repeated.powers))
         return [f"{repeated.factors} = {powers}(times)", repeated.statement]
 
-    def _grows(self, way: _Way) -> bool:
-        """Whether a way assigns to a variable that depends on its own value before, so that a repeat changes it."""
-        for at in way.words:
+    def _grows(self, path: _Path) -> bool:
+        """Return whether a path assigns to a variable by its earlier value, so that a repeat changes it."""
+        for at in path.words:
             found = self._compiler.try_at(at, self._end)
             if found and isinstance(found[1], str):
                 target, _, value = found[1].partition(" = ")

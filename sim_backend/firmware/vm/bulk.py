@@ -1,6 +1,6 @@
-"""Arrays of numbers as a whole, which is faster than one by one, with the same result.
+"""Operations on whole arrays of numbers, which are faster than one by one and have the same result.
 
-It is not done where it would not be the same: in damaged programs, whose arrays overlap each other or have gaps.
+They are not used where the result would differ: in damaged programs, whose arrays overlap each other or have gaps.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ EXACT = (Type.FLOAT, Type.UBYTE, Type.SBYTE, Type.UWORD, Type.SWORD)
 """Types whose values are numbers of single precision."""
 
 Again = Callable[[], object]
-"""Does once more what an instruction did, while its arrays are where they are and have the same lengths.
+"""Repeats an instruction while its arrays are at the same places and have the same lengths.
 
-It returns False, and has done nothing, if it cannot."""
+It returns False, without effect, if it cannot."""
 
 
 class Row(NamedTuple):
-    """Numbers side by side in the pool.
+    """Adjacent numbers in the pool.
 
     Attributes:
         at: Place in the pool.
-        length: How many.
-        kind: Type of each.
+        length: Their number.
+        kind: Their type.
         single: Whether it is a variable, which is combined with each number of an array.
     """
 
@@ -53,7 +53,7 @@ class Row(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """As numpy wants it."""
+        """Their type in numpy."""
         return () if self.single else (self.length,)
 
     @property
@@ -62,12 +62,12 @@ class Row(NamedTuple):
         return SCALARS[self.kind].size * self.length
 
     def overlaps(self, at: int, size: int) -> bool:
-        """Whether it shares bytes with others."""
+        """Return whether it shares bytes with others."""
         return at < self.at + self.size and self.at < at + size
 
 
 def row(data: Data, place: Place) -> Row | None:
-    """The numbers of a value; None if it is no array of numbers that lie side by side."""
+    """Return the numbers of a value; None if it is not an array of adjacent numbers."""
     if data.kind(place.entry) != Type.ARRAY:
         return None
     kind, _, offset = data.entry(place.entry + 1)
@@ -82,9 +82,9 @@ def row(data: Data, place: Place) -> Row | None:
 
 
 def source(data: Data, place: Place, target: Row) -> Row | None:
-    """The numbers that are combined with those of a target: those of an array, or a variable.
+    """Return the numbers that are combined with those of a target: those of an array, or a variable.
 
-    None if the target's numbers change them meanwhile, or they do not lie side by side.
+    None if the target's numbers change them meanwhile, or they are not adjacent.
     """
     if data.is_aggregate(place.entry):
         numbers = row(data, place)
@@ -102,7 +102,7 @@ def source(data: Data, place: Place, target: Row) -> Row | None:
 
 
 def _view(data: Data, numbers: Row, width: int) -> np.ndarray[Any, Any]:
-    """The numbers themselves; only their low bytes, without a sign, if they are at least as wide as wanted."""
+    """Return the numbers themselves; only their low bytes, without a sign, if they are at least as wide as wanted."""
     dtype = _DTYPES[numbers.kind]
     wanted: np.dtype[Any] = _UNSIGNED[width] if dtype.itemsize >= width and numbers.kind != Type.FLOAT else dtype
     return np.ndarray(
@@ -111,13 +111,13 @@ def _view(data: Data, numbers: Row, width: int) -> np.ndarray[Any, Any]:
 
 
 def calculation(data: Data, operation: np.ufunc, target: Row, sources: Sequence[Row]) -> Again | None:
-    """An operation of numbers whose low bits do not depend on the signs, or of floats; None for other types.
+    """Return an operation of numbers whose low bits do not depend on the signs, or of floats; None for other types.
 
     Args:
         data: The variables.
         operation: The operation; of floats only a sum, a difference or a product.
         target: Where the results are stored.
-        sources: What it is calculated from.
+        sources: The values that it is calculated from.
     """
     kinds = [target.kind, *(numbers.kind for numbers in sources)]
     width = SCALARS[target.kind].size
@@ -141,7 +141,7 @@ _OF_FLOATS = (np.add, np.subtract, np.multiply)
 
 
 def values(data: Data, numbers: Row) -> Iterable[Number]:
-    """The numbers as Python's; that of a variable again and again."""
+    """Return the numbers as Python's; that of a variable again and again."""
     layout, pool = SCALARS[numbers.kind], data.memory.pool
     if numbers.single:
         return repeat(layout.unpack_from(pool, numbers.at)[0])
@@ -168,7 +168,7 @@ def calculate_each(data: Data, operation: Callable[..., Number], target: Row, so
 
 
 def same(data: Data, one: Row, other: Row) -> bool:
-    """Whether two rows of integers are the same as far as both go."""
+    """Return whether two rows of integers are the same as far as both go."""
     size, pool = min(one.size, other.size), data.memory.pool
     return pool[one.at : one.at + size] == pool[other.at : other.at + size]
 
@@ -192,6 +192,6 @@ def copy(data: Data, target: Row, numbers: Row, first: int) -> None:
 
 
 def copies(target: Row, numbers: Row, first: int) -> bool:
-    """Whether copying numbers as a whole, as many as the target has, is the same as copying them one by one."""
+    """Return whether copying numbers as a whole, as many as the target has, is the same as copying them one by one."""
     start = numbers.at + first * SCALARS[target.kind].size
     return target.kind == numbers.kind and not (target.at > start and target.overlaps(start, target.size))

@@ -24,10 +24,10 @@ _LAST = 0xFFFF
 
 _WORD = INDEX.size
 _WORDS, _LENGTH = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD
-"""Words of a descriptor, and which of them is the length."""
+"""Words of a descriptor, and index of the length among them."""
 
 Finder = Callable[[], tuple[int, int]]
-"""Tells the place in the pool of the first element of an array, and its length."""
+"""Returns the place in the pool of the first element of an array, and its length."""
 
 
 class ByteArray(NamedTuple):
@@ -37,7 +37,7 @@ class ByteArray(NamedTuple):
         memory: The pool.
         address: Offset of the number of its descriptor.
         is_array: Whether it is an array; else its elements are in its own place.
-        number: Tells the number of its descriptor.
+        number: Returns the number of its descriptor.
     """
 
     memory: Memory
@@ -47,7 +47,7 @@ class ByteArray(NamedTuple):
 
 
 def finder(array: ByteArray) -> Finder:
-    """A function for the place of an array."""
+    """Return a function for the place of an array."""
     memory, pool, base = array.memory, array.memory.pool, array.memory.base
     if not array.is_array:
         at = base + (array.address & 0xFFFF)
@@ -74,7 +74,7 @@ def finder(array: ByteArray) -> Finder:
 
 
 def resizer(array: ByteArray) -> Callable[[int], int]:
-    """A function that sets the length of an array, and returns its place in the pool."""
+    """Return a function that sets the length of an array, and returns its place in the pool."""
     memory, pool, base, find = array.memory, array.memory.pool, array.memory.base, finder(array)
     index, descriptor, set_word = INDEX.unpack_from, DESCRIPTOR.unpack_from, INDEX.pack_into
     variable = base + array.address
@@ -111,7 +111,7 @@ def resizer(array: ByteArray) -> Callable[[int], int]:
 
 
 def writer(array: ByteArray) -> Callable[[bytes | bytearray], None]:
-    """A function that sets length and bytes of an array; it raises OutOfMemory if they are outside of the pool."""
+    """Return a function that sets length and bytes of an array, and raises OutOfMemory outside of the pool."""
     resize, pool = resizer(array), array.memory.pool
 
     def put(content: bytes | bytearray) -> None:

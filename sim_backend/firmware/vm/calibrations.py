@@ -32,7 +32,7 @@ class Calibrations:
         self.store(name, *(_RANGE.unpack(data) if len(data) == _RANGE.size else (0, 0)))
 
     def store(self, name: bytes, low: int, high: int) -> None:
-        """Change a calibration, or append it. Behind its name it keeps what was in memory.
+        """Change a calibration, or append it. Behind its name it keeps the former content of the memory.
 
         Raises:
             OutOfMemory: The pool is full.
@@ -47,7 +47,7 @@ class Calibrations:
         self._memory.write(at, _RANGE.pack(low, high) + name[:_NAME_LIMIT] + b"\0")
 
     def find(self, name: bytes) -> tuple[int, int] | None:
-        """Lowest and highest raw value of a calibration, or None."""
+        """Return the lowest and highest raw value of a calibration, or None."""
         found = (entry for entry in self._entries() if _name(entry) == name)
         return next((_RANGE.unpack_from(entry) for entry in found), None)
 

@@ -1,4 +1,4 @@
-"""Types that the firmware takes the arguments of system calls for, whatever the program declares.
+"""Types of the arguments of system calls in the firmware, whatever the program declares.
 
 A letter for each argument, as in `struct`; a dot stands for an array or cluster. Source: docs/firmware.md section 8.4.
 """
@@ -60,7 +60,7 @@ CALL_TYPES: Mapping[int, str] = {
     46: "bI",
     47: "b..",
 }
-"""Number of each of LEGO's calls to the types of its arguments."""
+"""Types of the arguments of each of LEGO's calls, by its number."""
 
 ENHANCED_CALL_TYPES: Mapping[int, str] = {
     35: "HB",
@@ -77,4 +77,4 @@ ENHANCED_CALL_TYPES: Mapping[int, str] = {
     98: "HBI",
     99: "IB",
 }
-"""The same for calls that firmware 1.32 has, or has changed."""
+"""The same for calls that firmware 1.32 has added or changed."""

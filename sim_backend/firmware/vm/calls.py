@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 MOST_ARGUMENTS = 16
-"""Arguments of a system call at most."""
+"""Largest number of arguments of a system call."""
 
 
 class Call:
@@ -36,45 +36,45 @@ class Call:
         self._types = [LETTERS.get(letter) for letter in types]
 
     def _type(self, position: int) -> Type | None:
-        """What the firmware takes a number for; None as it is declared."""
+        """Return the type that the firmware takes a number for; None for the declared one."""
         is_variable = self.members[position] < min(NONE, self._data.first_field)
         return self._types[position] if is_variable and position < len(self._types) else None
 
     def value(self, position: int) -> Number:
-        """A number as it is stored."""
+        """Return a number as it is stored."""
         member, kind = self.members[position], self._type(position)
         if kind is None:
             return self._data.get(member)
         return self._data.memory.load(kind, self._data.address(Place(member)))
 
     def number(self, position: int) -> int:
-        """A number as an unsigned one of 32 bits."""
+        """Return a number as an unsigned one of 32 bits."""
         return int(self.value(position)) & 0xFFFF_FFFF
 
     def signed(self, position: int) -> int:
-        """A number as a signed one of 32 bits."""
+        """Return a number as a signed one of 32 bits."""
         return s32(int(self.value(position)))
 
     def numbers(self, position: int) -> list[int]:
-        """The numbers of an array or cluster."""
+        """Return the numbers of an array or cluster."""
         parts = self._data.parts(Place(self.members[position]))
         return [int(self._data.get(part.entry, part.offset)) for part in parts]
 
     def pair(self, position: int) -> tuple[int, int]:
-        """Two signed numbers, such as a point; those that a damaged program lacks are 0."""
+        """Return two signed numbers, such as a point; those that a damaged program lacks are 0."""
         first, second = (*self.numbers(position)[:2], 0, 0)[:2]
         return s16(first), s16(second)
 
     def is_array(self, position: int) -> bool:
-        """Whether an argument is an array."""
+        """Return whether an argument is an array."""
         return self._data.kind(self.members[position]) == Type.ARRAY
 
     def content(self, position: int, count: int | None = None) -> bytes:
-        """The stored bytes of an array, or as many from its beginning on; none if the argument is missing."""
+        """Return the stored bytes of an array, or as many from its beginning on; none if the argument is missing."""
         return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position], count)
 
     def text(self, position: int) -> bytes:
-        """The bytes of a text before its closing zero."""
+        """Return the bytes of a text before its closing zero."""
         return self.content(position).split(b"\0")[0]
 
     def put(self, position: int, value: int) -> None:
@@ -109,4 +109,4 @@ class Call:
 
 
 Function = Callable[[Call], None]
-"""Carries out a call."""
+"""Executes a call."""

@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 NO_CLUMP = 0xFF
-"""Number of no clump."""
+"""Stands for no clump."""
 
 _MOST = 0x100
-"""Numbers of clumps; a longer way through a queue is a circle, in which the firmware hangs."""
+"""Number of possible clumps; a longer queue is a circle, in which the firmware hangs."""
 
 
 class ClumpQueue:
@@ -31,8 +31,8 @@ class ClumpQueue:
             pool: The memory that begins with the records of the clumps.
             record: Size of a record.
             link: Place of the link in a record.
-            ends: What contains the two bytes of the queue; without it the queue is a new, empty one.
-            at: Where they are.
+            ends: Memory with the two bytes of the queue; without it the queue is new and empty.
+            at: Their place.
         """
         self._pool, self._record, self._link = pool, record, link
         self.ends = bytearray([NO_CLUMP] * 2) if ends is None else memoryview(ends)[at : at + 2]

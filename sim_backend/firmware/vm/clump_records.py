@@ -54,11 +54,11 @@ WITH_POINTS = ADDRESSES._replace(tail=20, compares=16, dependents=20, wake=24, n
 
 
 class ShownTask(Protocol):
-    """A clump that the interpreter carries out.
+    """A clump that the interpreter executes.
 
     Attributes:
         number: Number of the clump.
-        pc: Index of the word that it goes on at.
+        pc: Index of the word at which it continues.
         wake_ms: Pass in which it continues if it sleeps, `NEVER` if it never slept.
         compares: Whether it compares arrays or clusters.
     """
@@ -73,7 +73,7 @@ class ClumpRecords:
     """The records of one program."""
 
     def __init__(self, pool: bytearray, layout: Layout, record: RecordFormat, program: Program, address: int) -> None:
-        """Write what does not change.
+        """Write the constant parts.
 
         Args:
             pool: The memory pool.

@@ -28,7 +28,7 @@ _OUTSIDE = "outside of the memory"
 _NO_TYPE, _NO_ARRAY = 0xFF, 0xFFFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
-"""What the firmware takes for an entry of the table behind the file, and behind the flash memory."""
+"""The entries that the firmware reads behind the table: beyond the file, and beyond the flash memory."""
 _FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
@@ -46,10 +46,10 @@ class Fields(Protocol):
     """The fields of ports."""
 
     def field_type(self, argument: int) -> Type:
-        """Type of a field."""
+        """Return the type of a field."""
 
     def get_field(self, argument: int) -> int:
-        """Value of a field."""
+        """Return the value of a field."""
 
     def put_field(self, argument: int, value: int) -> None:
         """Set a field."""
@@ -87,26 +87,26 @@ class Data:
         self._finders: dict[int, Finder] = {}
 
     def entry(self, argument: int) -> Variable:
-        """The entry of the variable table, or what the firmware takes for it."""
+        """Return the entry of the variable table, or the bytes that the firmware takes for it."""
         if argument < len(self.variables):
             return self.variables[argument]
         return _ERASED if argument < min(_FLASH_ENTRIES, self.first_field) else _ZERO
 
     def kind(self, argument: int) -> int:
-        """Type of a variable or field; not one of `Type` beyond the table."""
+        """Return the type of a variable or field; not one of `Type` beyond the table."""
         return self.fields.field_type(argument) if argument >= self.first_field else self.entry(argument).type
 
     def is_aggregate(self, argument: int) -> bool:
-        """Whether a variable is an array or a cluster."""
+        """Return whether a variable is an array or a cluster."""
         return self.kind(argument) in AGGREGATES
 
     def address(self, place: Place) -> int:
-        """Offset of a scalar, or of the number of an array's descriptor."""
+        """Return the offset of a scalar, or of the number of an array's descriptor."""
         entry = self.entry(place.entry)
         return place.offset if entry is _ERASED else entry.data + place.offset
 
     def get(self, argument: int, offset: int = 0) -> Number:
-        """Value of a scalar: an int, or a float of single precision; 0 for anything else."""
+        """Return the value of a scalar: an int, or a float of single precision; 0 for anything else."""
         if argument >= self.first_field:
             return self.fields.get_field(argument)
         kind, _, at = self.entry(argument)
@@ -123,32 +123,32 @@ class Data:
             self.memory.store(kind, self.entry(argument).data + offset, value)
 
     def whole(self, value: float, kind: int) -> int:
-        """The bits that a float is stored as in an integer of a type, at least as many as that has."""
+        """Return the bits that a float is stored as in an integer of a type, at least as many as that has."""
         return _unsigned(value) if kind in self._wide else truncated(value)
 
     def integer(self, argument: int, offset: int = 0) -> int:
-        """Value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        """Return the value of a scalar that an instruction wants to be an integer: a float is rounded."""
         value = self.get(argument, offset)
         return rounded(value) if isinstance(value, float) else value
 
     def integer_or(self, argument: int, default: int) -> int:
-        """The same, or `default` if the argument is omitted."""
+        """Return the same, or `default` if the argument is omitted."""
         return default if argument == NONE else self.integer(argument)
 
     def index(self, place: Place) -> int:
-        """Number of the descriptor of an array, or what is stored where that of an array would be."""
+        """Return the number of the descriptor of an array, or what is stored where that of an array would be."""
         return _NO_ARRAY if self.entry(place.entry) is _ERASED else self.memory.index(self.address(place))
 
     def index_of(self, argument: int) -> int:
-        """Number of the descriptor of an array variable."""
+        """Return the number of the descriptor of an array variable."""
         return self.index(Place(argument))
 
     def array(self, place: Place) -> Array:
-        """Descriptor of an array."""
+        """Return the descriptor of an array."""
         return self.memory.array(self.index(place))
 
     def parts(self, place: Place) -> list[Place]:
-        """Elements of an array or members of a cluster."""
+        """Return the elements of an array or members of a cluster."""
         if self.kind(place.entry) == Type.CLUSTER:
             return [Place(member, place.offset) for member in self.members(place.entry)]
         if self.kind(place.entry) != Type.ARRAY:
@@ -158,13 +158,13 @@ class Data:
         return [Place(place.entry + 1, array.offset + i * array.element) for i in range(array.length)]
 
     def count(self, place: Place) -> int:
-        """Number of elements of an array or members of a cluster."""
+        """Return the number of elements of an array or members of a cluster."""
         if self.kind(place.entry) == Type.CLUSTER:
             return self.variables[place.entry].data
         return self.array(place).length
 
     def member(self, cluster: int, number: int) -> int:
-        """Entry of a member of a cluster; numbers beyond the last one name what follows in the table."""
+        """Return the entry of a member of a cluster; numbers beyond the last one name what follows in the table."""
         self.memory.spend(number)
         index = cluster + 1
         for _ in range(number):
@@ -172,7 +172,7 @@ class Data:
         return index
 
     def members(self, cluster: int) -> list[int]:
-        """Entries of the members of a cluster."""
+        """Return the entries of the members of a cluster."""
         self.memory.spend(self.variables[cluster].data)
         found, index = list[int](), cluster + 1
         for _ in range(self.variables[cluster].data):
@@ -181,7 +181,7 @@ class Data:
         return found
 
     def arguments(self, cluster: int, count: int) -> list[int]:
-        """Entries of the arguments of a system call: what follows the cluster, as far as there is a table."""
+        """Return the entries of a system call's arguments: those after the cluster, as far as there is a table."""
         found, index = list[int](), cluster + 1
         while len(found) < count and index < len(self.variables):
             found.append(index)
@@ -196,13 +196,13 @@ class Data:
         return {}
 
     def element_size(self, entry: int) -> int:
-        """Size of an element of the type at `entry`."""
+        """Return the size of an element of the type at `entry`."""
         if entry not in self._element_sizes:
             self._element_sizes[entry] = self._measure(entry)
         return self._element_sizes[entry]
 
     def _measure(self, entry: int) -> int:
-        """The end of the last part, padded as the widest part needs."""
+        """Return the end of the last part, padded as the widest part needs."""
         end, width = self._extent(entry)
         return -(-end // width) * width
 
@@ -261,24 +261,24 @@ class Data:
             self.memory.describe(new, self.memory.array(new)._replace(back=slot))
 
     def span(self, argument: int) -> tuple[int, int]:
-        """Place in the pool of the first element of an array, and its length.
+        """Return the place in the pool of the first element of an array, and its length.
 
-        What is taken for an array, and is none, is in its own place.
+        A variable that is taken for an array, but is not an array, is in its own place.
         """
         return self.finder(argument)()
 
     def finder(self, argument: int) -> Finder:
-        """A fast function for the same."""
+        """Return a fast function for the same."""
         if argument not in self._finders:
             self._finders[argument] = byte_arrays.finder(self._bytes(argument))
         return self._finders[argument]
 
     def resizer(self, argument: int) -> Callable[[int], int]:
-        """A fast function that sets the length of an array variable of bytes, and returns its place in the pool."""
+        """Return a fast function that sets the length of an array variable of bytes and returns its place."""
         return byte_arrays.resizer(self._bytes(argument))
 
     def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:
-        """A fast function that sets an array variable of bytes, see `set_bytes`."""
+        """Return a fast function that sets an array variable of bytes, see `set_bytes`."""
         return byte_arrays.writer(self._bytes(argument))
 
     def _bytes(self, argument: int) -> ByteArray:
@@ -286,7 +286,7 @@ class Data:
         return ByteArray(self.memory, self.address(place), is_array, partial(self.index, place))
 
     def text_at(self, at: int) -> bytes | bytearray:
-        """The bytes in the pool from a place on to the next zero."""
+        """Return the bytes in the pool from a place on to the next zero."""
         pool = self.memory.pool
         end = pool.find(0, at)
         text = pool[at : len(pool) if end < 0 else end]
@@ -294,14 +294,14 @@ class Data:
         return text
 
     def bytes_of(self, argument: int, count: int | None = None) -> bytes:
-        """The stored bytes of an array variable of bytes, or as many from its beginning on."""
+        """Return the stored bytes of an array variable of bytes, or as many from its beginning on."""
         at, length = self.span(argument)
         end = at + (length if count is None else min(count, len(self.memory.pool)))
         self.memory.spend((end - at) // BYTES_PER_ACCESS)
         return bytes(self.memory.pool[at:end])
 
     def numbers_of(self, place: Place) -> bytes:
-        """The stored bytes of an array of numbers."""
+        """Return the stored bytes of an array of numbers."""
         array = self.array(place)
         return self.memory.read(array.offset, array.length * size_of(self.kind(place.entry + 1)) & 0xFFFF)
 
@@ -324,22 +324,22 @@ class Data:
         self.memory.pool[at : at + len(content)] = content
 
     def text(self, argument: int) -> bytes:
-        """The bytes of a text before its closing zero."""
+        """Return the bytes of a text before its closing zero."""
         return self.bytes_of(argument).split(b"\0")[0]
 
 
 def truncated(value: float) -> int:
-    """A float as an integer of 32 bits, towards zero; the smallest one if it does not fit."""
+    """Return a float as an integer of 32 bits, towards zero; the smallest one if it does not fit."""
     return int(value) if _MIN_S32 - 1 < value < _END_S32 else _MIN_S32
 
 
 def _unsigned(value: float) -> int:
-    """A float as 32 bits: those of an unsigned number from 2^31 on."""
+    """Return a float as 32 bits: those of an unsigned number from 2^31 on."""
     if value >= _END_S32:
         return int(value) if value < 2 * _END_S32 else 0
     return truncated(value)
 
 
 def rounded(value: float) -> int:
-    """The nearest integer of 32 bits; of two, the one farther from zero."""
+    """Return the nearest integer of 32 bits; of two, the one farther from zero."""
     return _unsigned(value + math.copysign(0.5, value))

@@ -90,11 +90,11 @@ class Devices:
     log_times: Callable[[], tuple[int, int]]
 
     def module(self, pattern: bytes) -> LiveMap | Status:
-        """The IO map of the first module whose name matches, or why there is none."""
+        """Return the IO map of the first module whose name matches, or why there is none."""
         return self.module_search.only(pattern.decode("latin-1"))
 
     def module_of(self, number: int) -> LiveMap | Status:
-        """The IO map of a module by its number."""
+        """Return the IO map of a module by its number."""
         return next((live for live in self.maps if live.layout.module_id == number), Status.MODULE_NOT_FOUND)
 
     @cached_property
@@ -103,14 +103,14 @@ class Devices:
         return _ENHANCED_OUTPUT_FIELDS if self.output.regulates_position else OUTPUT_FIELDS
 
     def _split(self, argument: int) -> tuple[bool, int, int]:
-        """Whether an input field is meant, the port, and the field."""
+        """Return whether an input field is meant, the port, and the field."""
         index = argument & _FIELD
         if index < _OUTPUTS:
             return True, *divmod(index, len(INPUT_FIELDS))
         return False, *divmod(index - _OUTPUTS, len(self.output_fields))
 
     def field_type(self, argument: int) -> Type:
-        """Type of the field an argument names; a byte if there is none."""
+        """Return the type of the field an argument names; a byte if there is none."""
         inputs, port, field = self._split(argument)
         fields = INPUT_FIELDS if inputs else self.output_fields
         if not _exists(inputs, port, field, fields):
@@ -118,7 +118,7 @@ class Devices:
         return (_INPUT_TYPES if inputs else _OUTPUT_TYPES)[field % len(fields)]
 
     def get_field(self, argument: int) -> int:
-        """The field an argument names."""
+        """Return the field an argument names."""
         inputs, port, field = self._split(argument)
         return self.get_input(port, field) if inputs else self.get_output(port, field)
 
@@ -128,7 +128,7 @@ class Devices:
         (self.put_input if inputs else self.put_output)(port, field, value)
 
     def get_input(self, port: int, field: int) -> int:
-        """A field of an input port, 0..3, or of the ports after it; 0 if there is none."""
+        """Return a field of an input port, 0..3, or of the ports after it; 0 if there is none."""
         if not _exists(True, port, field, INPUT_FIELDS):
             return 0
         port, field = _normal(port, field, INPUT_FIELDS)
@@ -143,7 +143,7 @@ class Devices:
         self.input.store(port, **{INPUT_FIELDS[field]: narrow(value)})
 
     def get_output(self, port: int, field: int) -> int:
-        """A field of an output port, 0..2, or of the ports after it; 0 if there is none."""
+        """Return a field of an output port, 0..2, or of the ports after it; 0 if there is none."""
         if not _exists(False, port, field, self.output_fields):
             return 0
         port, field = _normal(port, field, self.output_fields)
@@ -164,7 +164,7 @@ class Devices:
 
 
 def stored_output(name: str, value: str) -> str | None:
-    """Expression of what a field of an output port stores of an integer; None if a program does not set it."""
+    """Return the expression of the value that a field of an output port stores; None if a program does not set it."""
     if name in _LIVE:
         return None
     if name in _SIGNED_OUTPUT_FIELDS:
@@ -173,11 +173,11 @@ def stored_output(name: str, value: str) -> str | None:
 
 
 def _exists(inputs: bool, port: int, field: int, fields: Sequence[str]) -> bool:
-    """Whether there is such a port, and such a field of it or of the ports after it: the firmware counts through."""
+    """Return whether port and field exist; the firmware counts fields on into the ports after it."""
     ports = 4 if inputs else 3
     return 0 <= port < ports and 0 <= port * len(fields) + field < ports * len(fields)
 
 
 def _normal(port: int, field: int, fields: Sequence[str]) -> tuple[int, int]:
-    """Port and field that are meant by a field that may be one of the ports after it."""
+    """Return the port and field that are meant by a field that may be one of the ports after it."""
     return (port, field) if field < len(fields) else divmod(port * len(fields) + field, len(fields))

@@ -12,11 +12,11 @@ ENHANCED = frozenset({*range(0x0A, 0x11), *range(0x64, 0x8A)})
 
 
 class Timing(NamedTuple):
-    """How much runs in a pass of one millisecond.
+    """The amount of code that runs in a pass of one millisecond.
 
     Attributes:
         instructions: Instructions per pass, however they are distributed.
-        turns: Turns per pass; one that asks for the time counts for two. Where instructions are counted, it only ends
+        turns: Turns per pass; one that reads the time counts as two. Where instructions are counted, it only ends
             a pass in which clumps call each other and nothing else.
     """
 
@@ -33,14 +33,14 @@ class Dialect(NamedTuple):
         forgives_comparisons: Whether a jump that holds for equal values is made, too, if an array or cluster is
             compared with something else, which otherwise is an error.
         system_calls: Number of system calls.
-        missing: Opcodes that it does not have.
+        missing: Opcodes that it lacks.
         has_fields: Whether an argument can be a field of a port.
         checks_short_forms: Whether the size of an instruction in a short form counts, and forms that do not exist add.
         runs_past_end: Whether the instruction directly behind a clump belongs to it, too; then a clump that ends before
             it begins has no end.
-        keeps_offsets: Whether the Command map still tells after a program where its variables and descriptors were.
-        tells_faults: Whether ProgStatus tells why a program cannot be started or ended with an error, not only that.
-        decimals: Most decimals of a float that becomes a text.
+        keeps_offsets: Whether the Command map still shows after a program where its variables and descriptors were.
+        tells_faults: Whether ProgStatus shows why a program cannot be started or ended with an error, not only that.
+        decimals: Largest number of decimals of a float that becomes a text.
         crops_files: Whether a data file that a program leaves open ends behind what was written.
         limits_volume: Whether the volume of a sound that a program plays is at most 4.
         cuts_exponents: Whether the zeros at the end of a text with an exponent are cut off as if they were decimals.
@@ -48,9 +48,9 @@ class Dialect(NamedTuple):
         wide: Types in which a float from 2^31 to 2^32 is stored as an unsigned number.
         signed_constants: Whether the constant of SET has a sign if its target has one.
         enhanced_calls: Whether it has the community's system calls, and texts are drawn at every height.
-        scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is no float.
+        scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is not a float.
         replaces_arrays: Whether an array can replace an element that is an array.
-        map_limit: Most bytes of an IO map that one call reads or writes.
+        map_limit: Largest number of bytes of an IO map that one call reads or writes.
         misses_jumps: Whether a conditional jump that compares, in a clump that compares arrays or clusters, leads to a
             wrong place if it is not made.
         records: How the records of clumps are laid out.

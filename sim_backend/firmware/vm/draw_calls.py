@@ -15,13 +15,13 @@ _CLEARED = 1
 """Screen mode of firmware 1.32."""
 
 _COMBINATIONS = 0x3C
-"""Bits of the options that say how a drawing is combined with what is there."""
+"""Bits of the options that combine a drawing with the present picture."""
 
 
 def drawing(
     draw: Callable[[Call], int | None], options_at: int, *, combines: bool = True, fills: bool = False
 ) -> Function:
-    """A call with options as one of its arguments; firmware 1.32 has more of them, see `DisplayModule.combine`."""
+    """Return a call with options among its arguments; firmware 1.32 has more of them, see `DisplayModule.combine`."""
 
     def run(call: Call) -> None:
         options = call.number(options_at)

@@ -97,7 +97,7 @@ def _summarize(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _address(machine: Machine, instruction: Instruction) -> Translation:
-    """The address of a variable, or of an array's elements, in the pool; absolute ones of no real brick."""
+    """Return the address of a variable, or of an array's elements, in the pool; absolute ones of no real brick."""
     data, memory, (target, variable, relative) = machine.data, machine.memory, instruction.arguments
 
     def run() -> None:

@@ -43,7 +43,7 @@ def _polygon(call: Call) -> None:
 
 
 def _inside(corners: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    """Pixels of a polygon that is filled: of each row between its lowest and its highest one, from edge to edge."""
+    """Return the pixels of a filled polygon: those from edge to edge of each row between its lowest and highest one."""
     heights = [y for _, y in corners]
     for y in range(max(min(heights, default=0) + 1, 0), min(max(heights, default=0), DISPLAY_HEIGHT)):
         crossings = sorted(
@@ -65,7 +65,7 @@ def _ellipse(call: Call) -> None:
 
 
 def _quadrant(width: int, height: int) -> Iterator[tuple[int, int]]:
-    """A quarter of an ellipse by McIlroy's algorithm, from its top to its right end."""
+    """Return a quarter of an ellipse by McIlroy's algorithm, from its top to its right end."""
     x, y = 0, height
     width_2, height_2 = width * width, height * height
     lowest = -(width_2 // 4 + width % 2 + height_2)
@@ -86,7 +86,7 @@ def _quadrant(width: int, height: int) -> Iterator[tuple[int, int]]:
 
 
 def _display_function(call: Call) -> None:
-    """Carry out a function of the display: status, function, switch, x, y, and two more numbers; y from the bottom."""
+    """Execute a function of the display: status, function, switch, x, y, and two more numbers; y from the bottom."""
     display = call.devices.display
     function, switch, x, y, right, up = (call.number(position) & 0xFF for position in range(1, 7))
     ink = switch if switch in (_ERASES, _TURNS) else _DRAWS

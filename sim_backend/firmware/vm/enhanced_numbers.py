@@ -19,7 +19,7 @@ _RANGES: Mapping[int, tuple[Number, Number]] = {
     **dict.fromkeys(SIGNED, _SIGNED_RANGE),
     Type.FLOAT: (-_GREATEST, _GREATEST),
 }
-"""Type to the least and the greatest number that are calculated with."""
+"""Least and greatest number in calculations, by type."""
 _DEGREES, _RADIANS = single(57.29578), single(0.017453)
 """The firmware's factors from radians to degrees and back."""
 
@@ -74,7 +74,7 @@ def _shift(opcode: int) -> Binary:
 
 
 def _power(base: float, exponent: float) -> float:
-    """A power; 0 where it is not defined."""
+    """Return a power; 0 where it is not defined."""
     if base < 0 and (math.isnan(exponent) or (math.isfinite(exponent) and exponent % 1)):
         return 0.0
     try:
@@ -178,24 +178,24 @@ BINARY: Mapping[int, Binary] = {
     **{opcode: _shift(opcode) for opcode in _SHIFTS},
     **{opcode: _of_two(opcode) for opcode in _OF_TWO},
 }
-"""Opcode to its operation of two numbers."""
+"""Operations of two numbers, by opcode."""
 
 UNARY: Mapping[int, Unary] = {
     **{opcode: _of_one(opcode) for opcode in _OF_ONE},
     0x0A: _complement,
     0x66: _sign,
 }
-"""Opcode to its operation of one number."""
+"""Operations of one number, by opcode."""
 
 
 def multiply_divide(factor: int, other: int, divisor: int) -> int:
-    """A product of 64 bits divided by a number; unsigned, 0 if the divisor is 0."""
+    """Return a product of 64 bits divided by a number; unsigned, 0 if the divisor is 0."""
     divisor &= _U32
     return (factor & _U32) * (other & _U32) // divisor if divisor else 0
 
 
 def summary(operation: int, values: Sequence[Number], kind: int) -> Number:
-    """Sum, mean, sum of squares, standard deviation, least or greatest of an array's elements.
+    """Return the sum, mean, sum of squares, standard deviation, least or greatest of an array's elements.
 
     They are calculated in single precision for a float, else with 32 bits that have a sign if the type `kind` of the
     result has one.
@@ -218,7 +218,7 @@ def summary(operation: int, values: Sequence[Number], kind: int) -> Number:
 
 
 def _exact(kind: int) -> Callable[[Number], Number]:
-    """What makes a number one that can be calculated with for a result of a type."""
+    """Return a function that converts a number for calculations whose result has a type."""
     if kind == Type.FLOAT:
         return single
     mask = s32 if kind in SIGNED else _U32.__and__

@@ -20,7 +20,7 @@ def put_status(call: Call, status: int) -> None:
 
 
 def name_at(call: Call, position: int) -> str:
-    """The file name among the arguments."""
+    """Return the file name among the arguments."""
     return call.text(position).decode("latin-1")
 
 

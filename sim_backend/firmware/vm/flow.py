@@ -27,7 +27,7 @@ _SIGN = 0x8000_0000
 
 
 def _target(machine: Machine, instruction: Instruction) -> int:
-    """Where a jump leads to; the end of the code, which is an error if it is reached, if that is outside of it."""
+    """Return the target of a jump; outside of the code, the end of the code, which is an error when reached."""
     target, end = instruction.at + s16(instruction.arguments[0]), len(machine.program.code)
     return target if 0 <= target < end else end
 
@@ -58,7 +58,7 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _astray(machine: Machine, instruction: Instruction) -> Step:
-    """A conditional jump that, when it is not made, leads as far from its target as the turn began from the clump."""
+    """Return a conditional jump that, if not made, leads as far from its target as the turn began from the clump."""
     relation, end = instruction.flags, len(machine.program.code)
     target = instruction.at + s16(instruction.arguments[0])
     left, right = (Place(argument) for argument in instruction.arguments[1:])
@@ -167,7 +167,7 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _caller(machine: Machine, argument: int) -> int:
-    """The number of a clump in a variable."""
+    """Return the number of a clump in a variable."""
     at = _caller_at(machine, argument)
     if at is None:
         return machine.data.integer(argument) if argument >= machine.data.first_field else NO_CLUMP
@@ -175,7 +175,7 @@ def _caller(machine: Machine, argument: int) -> int:
 
 
 def _caller_at(machine: Machine, argument: int) -> int | None:
-    """Where a variable of any type has the number of a clump, one byte; None if it has none."""
+    """Return where a variable of any type has the number of a clump, one byte; None if it has none."""
     data, kind, older = machine.data, machine.data.kind(argument), machine.dialect.has_fields
     if argument == NONE:  # the first byte of the variables
         return 0

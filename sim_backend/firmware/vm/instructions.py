@@ -10,7 +10,7 @@ from sim_backend.firmware.cint import s8
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError
 
 MANY = 4
-"""Number of arguments from which on the firmware does not distinguish."""
+"""Number of arguments beyond which the firmware does not distinguish."""
 
 _ERASED = 0xFFFF
 """Word behind the code."""
@@ -44,17 +44,17 @@ class Instruction(NamedTuple):
 
 
 Action = Callable[[], object]
-"""Carries out an instruction."""
+"""Executes an instruction."""
 
 Step = Callable[[], int]
-"""Carries out an instruction; returns the index of the next word of code, or `END_TURN`."""
+"""Executes an instruction; returns the index of the next word of code, or `END_TURN`."""
 
 END_TURN = -1
 """Next word of an instruction that suspended its clump or stopped the program."""
 
 
 class Next(NamedTuple):
-    """What an instruction that chooses the next one is translated to.
+    """Translation of an instruction that chooses the next one.
 
     Attributes:
         word: Index of the next word, or a function that returns it.
@@ -64,7 +64,7 @@ class Next(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """What an instruction that chooses between two is translated to.
+    """Translation of an instruction that chooses between two next ones.
 
     Attributes:
         condition: Expression of whether it jumps.
@@ -78,7 +78,7 @@ class Branch(NamedTuple):
 
 
 class Ports(IntFlag):
-    """What a part of a program does with ports.
+    """Use of ports by a part of a program.
 
     Repeats of a loop that sets ports change nothing, unless it reads them, too.
     """
@@ -90,13 +90,13 @@ class Ports(IntFlag):
 
 
 class Effect(NamedTuple):
-    """What an instruction is translated to that changes other things than one variable, or depends on them.
+    """Translation of an instruction that changes more than one variable, or depends on more than variables.
 
     Attributes:
         statements: Statements that do it.
-        ports: What it does with ports; None if it has further effects.
-        asks: Whether it asks for the time.
-        takes_time: Whether it works on whole arrays, which takes of the work that a pass has time for.
+        ports: Its use of ports; None if it has further effects.
+        asks: Whether it reads the time.
+        takes_time: Whether it works on whole arrays, which counts against the work that a pass has time for.
     """
 
     statements: tuple[str, ...]
@@ -106,12 +106,12 @@ class Effect(NamedTuple):
 
 
 Translation = str | Effect | Action | Next | Branch
-"""What an instruction is translated to: a statement, which must change nothing but its target variable; statements or
+"""Translation of an instruction: a statement, which must change nothing but its target variable; statements or
 a function with further effects; or the choice of the next instruction."""
 
 
 def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruction:
-    """The instruction at a word of code.
+    """Return the instruction at a word of code.
 
     Args:
         code: All words.
@@ -150,5 +150,5 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
 
 
 def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:
-    """Arguments of an instruction that has any number of them; its first word is its size in bytes."""
+    """Return the arguments of an instruction that has any number of them; its first word is its size in bytes."""
     return tuple(code[instruction.at + 2 : instruction.at + code[instruction.at + 1] // _WORD])

@@ -1,7 +1,7 @@
 """Repeat additions and subtractions many times at once.
 
-What a loop without branches does to integers of one size by adding, subtracting, negating, copying and setting them is
-a matrix, and so are its repeats: a power of that matrix, modulo the number of values that a variable can have.
+A loop without branches that adds, subtracts, negates, copies and sets integers of one size is a matrix, and so are its
+repeats: a power of that matrix, modulo the number of values that a variable can have.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _OPERAND = r"(-?(?:[bhi]\[\d+\]|\d+))"
 _STATEMENT = re.compile(rf"([BHI])\[(\d+)\] = \(?{_OPERAND}(?: ([+-]) {_OPERAND})?\)?(?: & \d+)?", re.IGNORECASE)
 _BITS = {"b": 8, "h": 16, "i": 32}
 _MOST_VARIABLES = 4
-"""Most variables of a loop; with more, its repeats are as fast one by one."""
+"""Largest number of variables of a loop; with more, its repeats are as fast one by one."""
 
 Rows = tuple[tuple[int, ...], ...]
 
@@ -36,7 +36,7 @@ class Repeated(NamedTuple):
     code: str
 
     def powers(self, times: int) -> tuple[int, ...]:
-        """The factors after a number of repeats, in the order of `factors`."""
+        """Return the factors after a number of repeats, in the order of `factors`."""
         rows = _power(self.rows, times, (1 << _BITS[self.code]) - 1)
         return tuple(factor for changed in self.changed for factor in rows[changed])
 
@@ -63,7 +63,7 @@ class Repeated(NamedTuple):
 
 
 def linear(statements: Sequence[str]) -> Repeated | None:
-    """What a loop of some statements does; None if it is not of this kind."""
+    """Return the effect of a loop of some statements; None if it is not of this kind."""
     parts = [match.groups() for statement in statements if (match := _STATEMENT.fullmatch(statement))]
     cells = sorted({cell for _, target, one, _, other in parts for cell in (target, *_cells(one), *_cells(other))})
     codes = {code.lower() for part in parts for code in (part[0], *_codes(part[2]), *_codes(part[4]))}
@@ -92,7 +92,7 @@ def _identity(size: int) -> Rows:
 
 
 def _row(operand: str, cells: Sequence[str], rows: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
-    """The factors of an operand, by those of the variables so far."""
+    """Return the factors of an operand, by those of the variables so far."""
     sign, number = (-1, operand[1:]) if operand.startswith("-") else (1, operand)
     found = _cells(number)
     row = rows[cells.index(found[0])] if found else tuple(int(number) * factor for factor in rows[-1])

@@ -23,7 +23,7 @@ from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Clump, Program, Type
 
 TURN = 20
-"""Most instructions of a turn, unless the program changes it."""
+"""Largest number of instructions of a turn, unless the program changes it."""
 
 QUEUE_CHANGED = -2
 """Largest next word of an instruction that changed the queue but not whose turn it is: -2 minus the word."""
@@ -55,8 +55,8 @@ class Task:
         pc: Index of the next word of code.
         end: The word from which on there is no instruction.
         wake_ms: Pass in which a sleeping one continues.
-        turn: Most instructions of its turn.
-        compares: Whether it compares arrays or clusters, which its record tells; not in 1.05.
+        turn: Largest number of instructions of its turn.
+        compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
         misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
         blocks: Compiled code by its first word.
     """
@@ -85,7 +85,7 @@ class Machine:
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
         turn_start: The word at which this turn began.
-        asked_time: Number of instructions of this turn that asked for the time.
+        asked_time: Number of instructions of this turn that read the time.
         handles: Handles of the files that the program has opened.
         error: Code of the error that ended the program, a negative number of eight bits.
     """
@@ -145,7 +145,7 @@ class Machine:
             (loader.crop if self.dialect.crops_files else loader.close)(handle)
 
     def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
-        """Run one pass, or at most some instructions; returns the outcome, or None while the program runs."""
+        """Run one pass, or at most some instructions; return the outcome, or None while the program runs."""
         if self.spins and self._all_spin:
             for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
                 self.queue.rotate()
@@ -223,7 +223,7 @@ class Machine:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
     def _compares_aggregates(self, task: Task) -> bool:
-        """Whether a clump has a comparison of arrays or clusters, other than one of texts that stores a number."""
+        """Return whether a clump compares arrays or clusters, other than by comparing texts and storing a number."""
         at, data = task.pc, self.data
         while at < task.end:
             try:
@@ -241,18 +241,18 @@ class Machine:
         return False
 
     def _end(self, clump: Clump) -> int:
-        """The word from which on there is no instruction of a clump."""
+        """Return the word from which on there is no instruction of a clump."""
         if not self.dialect.runs_past_end:
             return clump.end
         return clump.end + 1 if clump.end >= clump.start else len(self.program.code)
 
     def _without_repeats(self, left: int, size: int, asked: int) -> int:
-        """The number of instructions left after the repeats of a loop that changes nothing but asks for the time.
+        """Return the number of instructions left after the repeats of a loop that changes nothing but reads the time.
 
         Args:
             left: Number of instructions left.
             size: Number of instructions in the loop.
-            asked: Number of those that ask for the time.
+            asked: Number of those that read the time.
         """
         repeats, rest = divmod(left, size)
         if self.asked_time + repeats * asked >= self._turns_left:
@@ -305,7 +305,7 @@ class Machine:
         return self.now_ms - 1
 
     def ask_time(self) -> int:
-        """The time for a program; it counts as a turn, and with the last turn of a pass the next millisecond begins."""
+        """Return the time for a program; reading it counts as a turn, and a pass's last turn begins a millisecond."""
         self.asked_time += 1
         return self.tick + (self.asked_time >= self._turns_left)
 

@@ -1,8 +1,8 @@
 """The memory pool of a running program: variables, arrays and free space.
 
 Each array has a descriptor of ten bytes: offset, element size, length, previous and next descriptor. The descriptors
-form an array themselves, number 0. The firmware fills the pool with a pattern before it loads a program, so what a
-program never wrote is known too.
+form an array themselves, number 0. The firmware fills the pool with a pattern before it loads a program, so memory that
+a program never wrote is known, too.
 
 Source: docs/firmware.md section 8.1.
 """
@@ -61,10 +61,10 @@ class Layout(NamedTuple):
 
 
 def fresh_pool(behind: bytes = b"\0") -> bytearray:
-    """A pool as the firmware prepares it for each program, and the memory behind it, which damaged programs reach.
+    """Return a pool as the firmware prepares it, and the memory behind it, which damaged programs reach.
 
     Args:
-        behind: What is there, again and again.
+        behind: The bytes that repeat there.
     """
     return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (behind * (_BEHIND // len(behind) + 1))[:_BEHIND])
 
@@ -131,7 +131,7 @@ class Memory:
         self._verify()
 
     def _list(self) -> Iterator[int]:
-        """Numbers of the arrays in the order of the list; a damaged list ends after as many as there can be."""
+        """Return the numbers of the arrays in the order of the list; a damaged list ends after the largest length."""
         index = self._head
         for _ in range(POOL_SIZE // DESCRIPTOR.size):
             if index == _NONE:
@@ -170,7 +170,7 @@ class Memory:
         self.work_left = _WORK if self.work_left >= 0 else self.work_left + _WORK
 
     def load(self, kind: int, offset: int) -> Number:
-        """The scalar at `offset`.
+        """Return the scalar at `offset`.
 
         Raises:
             struct.error: It is outside of the pool.
@@ -194,7 +194,7 @@ class Memory:
         SCALARS[kind].pack_into(self.pool, self.base + (offset & _OFFSET), value)
 
     def read(self, offset: int, size: int) -> bytes:
-        """Bytes at `offset`.
+        """Return the bytes at `offset`.
 
         Raises:
             OutOfMemory: They are outside of the pool.
@@ -218,11 +218,11 @@ class Memory:
             self.pool[start : start + len(data)] = data
 
     def index(self, offset: int) -> int:
-        """Number of the descriptor of the array at `offset`."""
+        """Return the number of the descriptor of the array at `offset`."""
         return int(INDEX.unpack_from(self.pool, self.base + (offset & _OFFSET))[0])
 
     def array(self, index: int) -> Array:
-        """The descriptor of an array.
+        """Return the descriptor of an array.
 
         Raises:
             OutOfMemory: It is outside of the pool.
@@ -303,13 +303,13 @@ class Memory:
         INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
-        """Bytes from an array to the next one, or to the end of what is used."""
+        """Return the bytes from an array to the next one, or to the end of what is used."""
         if array.offset == NOT_AN_OFFSET:
             return array.size
         return (self._end if array.link == _NONE else self.array(array.link).offset) - array.offset
 
     def bytes_of(self, index: int) -> bytes:
-        """The stored bytes of an array."""
+        """Return the stored bytes of an array."""
         array = self.array(index)
         return self.read(array.offset, array.size)
 

@@ -26,7 +26,7 @@ SIGNED = (Type.SBYTE, Type.SWORD, Type.SLONG)
 
 
 def single(value: float) -> float:
-    """The nearest number of single precision; infinite if it is too large."""
+    """Return the nearest number of single precision; infinite if it is too large."""
     try:
         return float(SCALARS[Type.FLOAT].unpack(SCALARS[Type.FLOAT].pack(value))[0])
     except OverflowError:

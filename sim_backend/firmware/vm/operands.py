@@ -18,8 +18,8 @@ class Operands:
     """Expressions of the variables of one program.
 
     Attributes:
-        names: What the names in the expressions stand for.
-        written: First and last offset in the pool of what `assignment` may write, and the end of it.
+        names: The values of the names in the expressions.
+        written: First and last offset in the pool that `assignment` may write, and the end of the latter.
     """
 
     def __init__(self, data: Data) -> None:
@@ -32,26 +32,26 @@ class Operands:
         self.written = (len(data.memory.pool), 0)
 
     def function(self, name: str, function: Callable[..., object]) -> str:
-        """Give a function a name; returns that."""
+        """Give a function a name; return that."""
         self.names[name] = function
         return name
 
     def scalars(self, *arguments: int) -> bool:
-        """Whether no variable is an array or a cluster."""
+        """Return whether no variable is an array or a cluster."""
         return not any(self._data.is_aggregate(argument) for argument in arguments)
 
     def value(self, argument: int) -> str:
-        """The value of a scalar."""
+        """Return the value of a scalar."""
         cell = self._cell(argument)
         return f"get({argument})" if cell is None else f"{SCALARS[cell[0]].format[-1]}[{cell[1]}]"
 
     def integer(self, argument: int) -> str:
-        """The value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        """Return the value of a scalar that an instruction wants to be an integer: a float is rounded."""
         value = self.value(argument)
         return f"rounded({value})" if self._data.kind(argument) == Type.FLOAT else value
 
     def assignment(self, target: int, value: str, low: int | None = None, high: int | None = None) -> str | None:
-        """A statement that sets a scalar.
+        """Return a statement that sets a scalar.
 
         Args:
             target: Its variable.
@@ -77,7 +77,7 @@ class Operands:
         return f"{code.upper()}[{cell[1]}] = ({value}) & {mask}"
 
     def _cell(self, argument: int) -> tuple[int, int] | None:
-        """Type of a variable and its number among those of its size in the pool, if it has one."""
+        """Return the type of a variable and its number among those of its size in the pool, if it has one."""
         if argument >= self._data.first_field or sys.byteorder != "little":
             return None
         kind = self._data.kind(argument)

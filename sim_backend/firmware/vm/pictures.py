@@ -51,7 +51,7 @@ class _Picture:
         self._maps: dict[int, list[tuple[int, int]]] = {}
 
     def draw(self, opcode: int, start: int, size: int) -> None:
-        """Carry out one instruction, whose arguments are `size` bytes of the file."""
+        """Execute one instruction, whose arguments are `size` bytes of the file."""
         count = len(self._content[start : start + size]) // 2
         if count < _WORDS.get(opcode, 0):
             return
@@ -80,7 +80,7 @@ class _Picture:
                 display.text(*at, str(values[2]).encode(), anywhere=self._enhanced)
 
     def _value(self, word: int) -> int:
-        """A number, or a parameter, perhaps mapped."""
+        """Return a number, or a parameter, perhaps mapped."""
         if not word & _PARAMETER:
             return word
         index = word & _INDEX_MASK
@@ -91,7 +91,7 @@ class _Picture:
     def _copy(self, sprite: int, left: int, bottom: int, width: int, height: int, x: int, y: int) -> None:
         """Copy a part of a sprite; its rows are stored from the top, its highest bit is on the left.
 
-        What lies outside of the sprite is read from the file beside it, or from erased flash.
+        Pixels outside of the sprite are read from the file beside it, or from erased flash.
         """
         if sprite not in self._sprites:
             return
@@ -105,7 +105,7 @@ class _Picture:
 
 
 def _interpolate(table: Sequence[tuple[int, int]], value: int) -> int:
-    """The value of a map, linear between its points."""
+    """Return the value of a map, linear between its points."""
     before = table[0]
     for point in table:
         if value <= point[0]:
@@ -126,7 +126,7 @@ def draw_picture(
     *,
     enhanced: bool,
 ) -> int:
-    """Draw a picture file, which must be contiguous; returns the status, which is FD also when all was drawn."""
+    """Draw a picture file, which must be contiguous; return the status, which is FD also when all was drawn."""
     status, content = loader.linear_content(name.decode("latin-1"))
     return status or draw_content(display, content, origin, parameters, enhanced=enhanced)
 
@@ -134,7 +134,7 @@ def draw_picture(
 def draw_content(
     display: DisplayModule, content: bytes, origin: Sequence[int], parameters: Sequence[int], *, enhanced: bool
 ) -> int:
-    """Draw a picture; returns the status."""
+    """Draw a picture; return the status."""
     picture, at = _Picture(display, content, origin, parameters, enhanced=enhanced), 0
     while at + _HEADER.size <= len(content):
         size, opcode = _HEADER.unpack_from(content, at)

@@ -1,7 +1,7 @@
-"""Instructions for arrays, carried out again without looking for the arrays while they are where they were.
+"""Instructions for arrays, repeated without looking for the arrays while these are where they were.
 
-An instruction is carried out step by step until it has changed no descriptor, and tells then how to do it again; what
-it takes of the time of a pass is the same each time. Whether the descriptors are still the same is read from the pool,
+An instruction is executed step by step until it has changed no descriptor, and then returns how to do it again; its
+share of the time of a pass is the same each time. Whether the descriptors are still the same is read from the pool,
 since programs can write anywhere.
 """
 
@@ -21,7 +21,7 @@ from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type
 
 _INDEX_SIZE, _KEY_SIZE = 2, 8
-"""Size of the number of a descriptor, and of what tells whether a descriptor changed: all but the link."""
+"""Size of the number of a descriptor, and of the part that shows whether a descriptor changed: all but the link."""
 _NOWHERE = -1
 _OFFSETS = 0x10000
 """Number of offsets in the pool; from the last one on they begin again."""
@@ -35,7 +35,7 @@ class Arrays:
     """
 
     def __init__(self, machine: Machine, instruction: Instruction, arrays: Sequence[int]) -> None:
-        """Name them.
+        """Name the arrays.
 
         Args:
             machine: The program.
@@ -52,16 +52,16 @@ class Arrays:
         self.forget()
 
     def name(self, name: str, value: object) -> str:
-        """Give something a name for this instruction; returns that."""
+        """Give a value a name for this instruction; return the name."""
         self._names[f"{name}_{self._at}"] = value
         return f"{name}_{self._at}"
 
     def forget(self) -> None:
-        """Let `unmoved` be false."""
+        """Make `unmoved` false."""
         self.name("table", _NOWHERE)
 
     def find(self) -> tuple[Any, ...] | None:
-        """Where the arrays are now; None if that cannot be told fast."""
+        """Return where the arrays are now; None if that cannot be found fast."""
         memory, indices = self._memory, self._names["H"]
         table = memory.base + memory.descriptors
         found = list[Any]()
@@ -75,7 +75,7 @@ class Arrays:
         return memory.descriptors, *found
 
     def remember(self, place: tuple[Any, ...]) -> None:
-        """Let `unmoved` be true while the arrays are where they were found."""
+        """Make `unmoved` true while the arrays are where they were found."""
         table, *found = place
         self.name("table", table)
         for i, (index, shift, number, key) in enumerate(zip(*[iter(found)] * 4, strict=True)):
@@ -93,7 +93,7 @@ class Elements:
     """
 
     def __init__(self, machine: Machine, instruction: Instruction, array: int, code: str) -> None:
-        """Name them.
+        """Name the arrays.
 
         Args:
             machine: The program.
@@ -124,9 +124,9 @@ class Elements:
 
 
 def element_reader(data: Data, array: int) -> Callable[[int], Number]:
-    """A fast function for the elements of a variable that is an array of numbers.
+    """Return a fast function for the elements of a variable that is an array of numbers.
 
-    It raises ProgramError for an element that is not there.
+    It raises ProgramError for a missing element.
     """
     memory, pool, base = data.memory, data.memory.pool, data.memory.base
     variable, first = base + data.variables[array].data, data.variables[array + 1].data
@@ -145,7 +145,7 @@ def element_reader(data: Data, array: int) -> Callable[[int], Number]:
 
 
 def element_writer(data: Data, array: int) -> Callable[[int, int], None]:
-    """A fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
+    """Return a fast function that sets elements of a variable that is an array of integers; nothing beyond its end."""
     memory, pool, base, layout = data.memory, data.memory.pool, data.memory.base, SCALARS[data.kind(array + 1)]
     variable, first = base + data.variables[array].data, data.variables[array + 1].data
     index, descriptor = INDEX.unpack_from, DESCRIPTOR.unpack_from
@@ -162,7 +162,7 @@ def element_writer(data: Data, array: int) -> Callable[[int, int], None]:
 
 
 def fixed(data: Data, arrays: Sequence[int]) -> bool:
-    """Whether the descriptors of variables can be told by cells of the pool."""
+    """Return whether cells of the pool identify the descriptors of variables."""
     return sys.byteorder == "little" and all(
         array < len(data.variables)
         and data.kind(array) == Type.ARRAY
@@ -178,13 +178,13 @@ def _cell(data: Data, array: int) -> int:
 def repeatable(
     machine: Machine, instruction: Instruction, arrays: Sequence[int], perform: Callable[[], Again | None]
 ) -> Translation:
-    """Translate an instruction so that it is carried out again fast.
+    """Translate an instruction so that its repeats are fast.
 
     Args:
         machine: The program.
         instruction: The instruction.
         arrays: The variables that are arrays.
-        perform: Carries it out, and tells how to do so again.
+        perform: Executes it, and returns how to do so again.
     """
     if not arrays or not fixed(machine.data, arrays):
         return perform

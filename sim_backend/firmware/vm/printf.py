@@ -18,7 +18,7 @@ _MASKS, _SIGNED = {"h": 0xFFFF, "hh": 0xFF}, {"h": s16, "hh": s8}
 
 
 def printed(pattern: str, value: Number) -> str:
-    """A pattern with a number in place of its first conversion; of the wrong type, it is the bits that are there."""
+    """Return a pattern with a number in place of its first conversion; for a wrong type, its bits are used."""
     done = False
 
     def convert(found: re.Match[str]) -> str:

@@ -1,7 +1,7 @@
 """The executable file: header, variable table, initial values, clumps and code.
 
 Source: LEGO's published executable file specification (MINDSTORMS NXT software developer kit). All numbers except the
-version are little-endian; offsets count bytes, offsets of code count words of two bytes. What the firmware checks is in
+version are little-endian; offsets count bytes, offsets of code count words of two bytes. The firmware's checks are in
 docs/firmware.md section 8.1.
 """
 
@@ -42,9 +42,9 @@ class Type(IntEnum):
     MUTEX = 9
     FLOAT = 10
     NOTHING = 11
-    """What firmware 1.05 takes an unknown type for: it has no size, reads as 0 and takes no value."""
+    """Unknown types in firmware 1.05: they have no size, read as 0 and take no value."""
     UNKNOWN = 12
-    """What other firmwares take it for: they refuse the program."""
+    """Unknown types in other firmwares: they refuse the program."""
 
 
 SIZES: Mapping[int, int] = {
@@ -63,7 +63,7 @@ has VOID, though it is read and written as a byte."""
 
 
 def size_of(kind: int) -> int:
-    """Size of a type in bytes; 0 for clusters and for what is no type."""
+    """Return the size of a type in bytes; 0 for clusters and for anything that is not a type."""
     return SIZES.get(kind, 0)
 
 
@@ -151,7 +151,7 @@ class Program:
     """Content of an executable file.
 
     Attributes:
-        variables: The variable table, and what else the firmware takes for it: the rest of the file.
+        variables: The variable table, and the rest of the file, which the firmware also reads as entries.
         count: Number of variables in the table.
         values: Initial values, scalars first.
         initial_size: Bytes of memory that are used at the start.
@@ -192,7 +192,7 @@ class Program:
             raise BadProgram(Fault.NO_START, "no clump that starts the program")
 
     def initial_values(self) -> Iterator[tuple[int, bytes]]:
-        """Offset in memory and bytes of each initial value, in the firmware's order.
+        """Return the offset in memory and bytes of each initial value, in the firmware's order.
 
         Raises:
             BadProgram: A type is not known, or the size of the scalars disagrees with the header.
@@ -212,7 +212,7 @@ class Program:
         yield self.static_size, self.values[at:]
 
     def _entries(self) -> Iterator[Variable]:
-        """The variables that have a place of their own, which elements of arrays have not."""
+        """Return the variables that have a place of their own, which elements of arrays have not."""
         index = 0
         while index < self.count:
             variable = self.variables[index]
@@ -281,7 +281,7 @@ def _parse(content: bytes, types: bytes) -> Program:
 
 
 def following(variables: Sequence[Variable], index: int) -> int:
-    """Index of the entry after the variable `index` and its elements or members; an IndexError if there is none."""
+    """Return the index of the entry after the variable `index` and its elements or members; else raise IndexError."""
     left = 1
     while left:
         variable = variables[index]
@@ -293,7 +293,7 @@ def following(variables: Sequence[Variable], index: int) -> int:
 
 
 def _clumps(content: bytes, at: int, header: _Header) -> tuple[tuple[Clump, ...], int]:
-    """All clumps, and the even offset of the code after the lists of dependents."""
+    """Return all clumps, and the even offset of the code after the lists of dependents."""
     records = [_CLUMP.unpack_from(content, at + i * _CLUMP.size) for i in range(header.clumps)]
     lists = at + header.clumps * _CLUMP.size
     ends = [start for _, _, start in records[1:]] + [header.words]

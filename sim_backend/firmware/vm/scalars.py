@@ -18,7 +18,7 @@ SQRT, ABS = 0x36, 0x37
 
 
 def remainder(left: int, right: int) -> int:
-    """Rest of a division that rounds towards zero; a division by zero leaves the dividend."""
+    """Return the rest of a division that rounds towards zero; a division by zero leaves the dividend."""
     return left - right * divide(left, right) if right else left
 
 
@@ -47,7 +47,7 @@ WHOLE: Mapping[int, np.ufunc] = {
 
 
 def float_divide(left: float, right: float) -> float:
-    """Quotient; 0.0 if the divisor is 0."""
+    """Return the quotient; 0.0 if the divisor is 0."""
     return left / right if right else 0.0
 
 
@@ -56,7 +56,7 @@ def _whole_remainder(left: float, right: float) -> float:
 
 
 def _float_remainder(left: float, right: float) -> float:
-    """What C's fmod gives, and the dividend if the divisor is 0."""
+    """Return the result of C's fmod, or the dividend if the divisor is 0."""
     if not right:
         return left
     return -math.nan if math.isinf(left) else math.fmod(left, right)
@@ -75,7 +75,7 @@ _FLOAT: Mapping[int, Callable[[float, float], float]] = {
 
 
 def binary(opcode: int, *, float_remainder: bool) -> Binary:
-    """The operation of two numbers of an opcode; remainders of floats are floats or integers."""
+    """Return the operation of two numbers of an opcode; remainders of floats are floats or integers."""
     of_integers, of_floats = _INTEGER[opcode], _FLOAT[opcode]
     if opcode == MOD and float_remainder:
         of_floats = _float_remainder
@@ -91,7 +91,7 @@ def binary(opcode: int, *, float_remainder: bool) -> Binary:
 
 
 def unary(opcode: int) -> Unary:
-    """The operation of one number of an opcode."""
+    """Return the operation of one number of an opcode."""
 
     def run(target: int, value: Number, kind: int) -> Number:
         if Type.FLOAT in (target, kind):

@@ -247,7 +247,7 @@ def _log(call: Call) -> None:
 
 
 def _nothing(_: Call) -> None:
-    """A call that is not simulated."""
+    """Do nothing: the call is not simulated."""
 
 
 def _far_connection(call: Call) -> None:

@@ -26,11 +26,11 @@ _INTEGER = re.compile(rb"\s*([+-]?\d+)")
 
 _PAST_FLOAT, _PAST_FLOAT_WITH_EXPONENT = re.compile(rb"\D*\d+(?:\.\d*)?"), re.compile(rb"\D*\d+(?:\.\d*)?(?:[eE]\d*)?")
 _PAST_INTEGER = re.compile(rb"\D*\d+")
-"""What the firmware takes for the number when it looks for the end of it, from where the reading began."""
+"""Pattern of the number when the firmware looks for its end, from where the reading began."""
 
 _MIN_S32, _MAX_S32 = -(1 << 31), (1 << 31) - 1
 _FIXED_LIMIT = 16
-"""Most characters of a float with a fixed number of decimals."""
+"""Largest number of characters of a float with a fixed number of decimals."""
 
 _EXACT_DIGITS = 7
 """Digits of which each number is one of single precision."""
@@ -47,7 +47,7 @@ def _number_to_text(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def format_number(value: float, dialect: Dialect) -> bytes:
-    """A number as text: a float with few decimals, or with an exponent if that is too long."""
+    """Return a number as text: a float with few decimals, or with an exponent if that is too long."""
     if math.isnan(value):
         return b"-nan" if math.copysign(1, value) < 0 else b"nan"
     if isinstance(value, float):
@@ -76,7 +76,7 @@ def _text_to_number(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int], tuple[Number, int]]:
-    """A function that tells the number in a text from an offset on, or a default, and the offset after the number."""
+    """Return a function that returns the number in a text from an offset on, or a default, and the offset after it."""
     data, dialect, kind = machine.data, machine.dialect, machine.data.kind(target)
     find = data.finder(source)
     is_integer = dialect.scans_integers and kind != Type.FLOAT
@@ -101,7 +101,7 @@ def _scanner(machine: Machine, target: int, source: int) -> Callable[[int, int],
 
 
 def _float(text: bytes) -> float:
-    """The value as C's scanf reads it."""
+    """Return the value as C's scanf reads it."""
     return single(float.fromhex(text.decode()) if b"0x" in text.lower() else float(text))
 
 
@@ -111,7 +111,7 @@ def _join(machine: Machine, instruction: Instruction) -> Translation:
     if any(data.kind(source + 1) != Type.UBYTE for source in sources):
 
         def fail() -> None:
-            raise ProgramError(ERR_ARG, "what is joined is no text")
+            raise ProgramError(ERR_ARG, "what is joined is not a text")
 
         return fail
     finders = [data.finder(source) for source in sources]
