@@ -103,7 +103,7 @@ class AdaptiveParameters(Table):
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
         repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
             most after one kind of failure.
-        detours: Whether it goes round what is in the way.
+        detours: Whether it goes round obstacles.
         chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
         remembers_others: Whether it remembers where it saw the other targets.
         sees_floor: Whether it draws on its map how far the camera sees the floor free.

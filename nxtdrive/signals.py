@@ -52,7 +52,7 @@ def until_signal() -> Iterator[Callable[[], bool]]:
 
     def note(*_: object) -> None:
         nonlocal arrived
-        arrived = True  # no threading.Event: a second signal during its set() would wait for ever
+        arrived = True  # no threading.Event: a second signal during its set() would wait forever
 
     with handling(note):
         yield lambda: arrived

@@ -75,7 +75,7 @@ class AdaptivePolicy:
         if evidence.run > self.repeats or (evidence.failures > self.repeats and evidence.targets_left > 1):
             return list(self._others(evidence))
         past = self._untried(self._past_the_blocker(evidence), evidence)
-        # where there is a detour, looking elsewhere would only lead back to what is in the way
+        # where there is a detour, looking elsewhere would only lead back to the obstacle
         looking = [] if past and evidence.detour else self._untried(self._looking(evidence), evidence)
         return [*past, *looking, *self._others(evidence)]
 

@@ -71,7 +71,7 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
         case "retreat", Event.BACKING_OFF:
             yield f"backing off: {RETREATS.get(str(data.get('reason')), 'something is in the way')}"
         case "distrusted", Event.MAP_DISTRUSTED:
-            yield "the map shows no path past what is in the way; relying on camera and sonar for now"
+            yield "the map shows no path past the obstacle; relying on camera and sonar for now"
         case "gave_up", _:
             yield f"{target} given up: it had its last turn"
         case "reached", _:

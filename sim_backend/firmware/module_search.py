@@ -36,7 +36,7 @@ class ModuleSearch:
         self._is_open = False
 
     def only(self, pattern: str) -> LiveMap | Status:
-        """Look a module up as a program does, which closes the listing, whoever has opened it."""
+        """Look a module up as a program does, which closes the listing, regardless of its opener."""
         found = self.first(pattern)
         self.close()
         return found

@@ -76,7 +76,7 @@ class Event(Table):
         fault: How the sensor fails.
         slip_percent: Share of the wheel's motion that is lost.
         stays_s: How long the person stays after arrival, the sensor fails, the wheel slips (without it: until another
-            event of that subject ends it, or for ever), or the robot is in the air (without it: 2 s).
+            event of that subject ends it, or forever), or the robot is in the air (without it: 2 s).
         leaves: The person leaves now.
         present: Whether the picture or box is present from now on.
     """

@@ -326,7 +326,7 @@ class SimulatedUsb(UsbBackend):
 
     def bulk_read(self, dev_handle, ep, intf, buff, timeout):
         assert ep == ENDPOINT_IN
-        assert timeout > 0, "0 would wait for ever"
+        assert timeout > 0, "0 would wait forever"
         self.fail("bulk_read")
         if not self.waiting:
             threading.Event().wait(timeout / 1000)

@@ -230,7 +230,7 @@ def test_a_time_can_be_left_to_itself(lab):
     assert room.output("B").rotation == pytest.approx(-180, abs=60)
 
 
-# --- leases that would be renewed for ever ---
+# --- leases that would be renewed forever ---
 
 
 @LINKS

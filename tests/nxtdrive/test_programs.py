@@ -31,7 +31,7 @@ def _content(name):
 
 @pytest.fixture
 def room(lab):
-    """A brick with a program that runs for ever, one that ends at once and one that cannot run."""
+    """A brick with a program that runs forever, one that ends at once and one that cannot run."""
     made = lab()
     for name in ("loop.rxe", "end.rxe", "bad.rxe"):
         made.brick.files.write(name, _content(name))

@@ -296,7 +296,7 @@ COMPARES_AND_LOOPS = (
     "4d696e6473746f726d734e585400000603001c0004001c00040018000100000008000100090004000000070002000400000001000100fbff"
     "000008000a000200ffffffff04000200020002000000000000002684060000000100254000002a60ffffffff"
 )
-"""Compare a number and an array for equality and branch to the end, else loop for ever."""
+"""Compare a number and an array for equality and branch to the end, else loop forever."""
 
 
 @pytest.mark.parametrize(

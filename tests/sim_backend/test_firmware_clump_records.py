@@ -17,7 +17,7 @@ SIZES = {"1.29": 28, "1.05": 20, "1.32": 48}
 
 
 def program(waits):
-    """A clump that ends and starts the second one, which runs for ever."""
+    """A clump that ends and starts the second one, which runs forever."""
     variables = Variables()
     time = variables.number(40)
     begin = [instruction(WAIT, 0xFFFF, time)] if waits else []

@@ -22,7 +22,7 @@ CONVERSATIONS = [
         "power=00 display=0 inpower=00 div0=0",
     ),
     (
-        "but not for ever",
+        "but not forever",
         "1.29",
         ["001f0000", "!tick 700", "019501000c002700010001", "!tick 109", "!power"],
         "power=5a display=0 inpower=00 div0=0",

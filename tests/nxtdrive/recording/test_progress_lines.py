@@ -65,7 +65,7 @@ def test_targets_that_are_searched_for_and_reached_are_named():
         (("select", "gave_up"), "lena given up: it had its last turn"),
         (
             ("trusted", "distrusted", "map_distrusted", "no_way"),
-            "the map shows no path past what is in the way; relying on camera and sonar for now",
+            "the map shows no path past the obstacle; relying on camera and sonar for now",
         ),
     ],
 )

@@ -105,7 +105,7 @@ class House:
             self.server.turn()
 
     def until(self, condition):
-        """Turn until it holds, but not for ever; whether it does."""
+        """Turn until it holds, but not forever; whether it does."""
         return any(condition() or self.turn() for _ in range(TURNS)) or condition()
 
     def hear(self, line, size=1):

@@ -155,7 +155,7 @@ def test_without_textual_it_names_the_command(capsys, monkeypatch):
 
 
 def test_drawing_on_a_terminal_that_has_been_closed_raises_nothing():
-    """It would end textual's thread that draws, for which the program would wait for ever."""
+    """It would end textual's thread that draws, for which the program would wait forever."""
     reader, writer = os.pipe()
     os.close(reader)
     with suppress(BrokenPipeError), open(writer, "w") as closed:
