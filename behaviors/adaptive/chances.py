@@ -18,7 +18,7 @@ from behaviors.evidence import Evidence
 from behaviors.recoveries import Recovery
 from input_files.json_text import parse_object
 
-ESTIMATES = (0.05, 0.15, 0.5)
+ESTIMATES = (0.01, 0.05, 0.15, 0.5)
 """The chances by the world model that are distinguished; others are interpolated, and below these in proportion."""
 TRIES = (0, 1, 2, 4, 8)
 """The numbers of choices in a row without an approach that are distinguished: from this one on."""

@@ -45,6 +45,15 @@ def test_candidates_of_one_kind_keep_the_ratio_of_their_estimates():
     assert chances.of(MOVE_TO, EVIDENCE, 0.0, 0.0)[0] == 0.0
 
 
+def test_outcomes_of_hopeless_looks_say_nothing_of_better_ones():
+    """After many looks in vain most estimates are around 0.01, and their failures outnumber all others."""
+    counts = {"move_to/0.01/never_seen/8": [20, 980], "move_to/0.05/never_seen/8": [16, 84]}
+    late = replace(EVIDENCE, tries=20)
+    for estimate, chance in ((0.01, 0.02), (0.05, 0.16)):
+        assert Chances(counts).of(MOVE_TO, late, estimate)[0] == pytest.approx(chance, abs=0.01)
+    assert Chances(counts).of(MOVE_TO, late, 0.012)[1] == "move_to/0.01/never_seen/8"
+
+
 def test_outcomes_of_own_runs_count_where_they_were_met():
     counts = {"detour/-/blocked_long/0": [900, 100], "detour/-/blocked_short/0": [900, 100]}
     own = Chances(counts, {"detour/-/blocked_long/0": [0, 20]})
