@@ -8,11 +8,12 @@ import sys
 from random import Random
 from typing import Any
 
+from firmware_protocol.catalog import ALL_COMMANDS
 from firmware_protocol.direct import GetInputValues, GetOutputState, SetInputMode, SetOutputState
 from firmware_protocol.iomap import IO_MAPS
 from firmware_protocol.layout import Layout
 from firmware_protocol.system import IOMapRead, IOMapWrite
-from firmware_protocol.telegram import COMMANDS, NO_REPLY, Command
+from firmware_protocol.telegram import NO_REPLY, Command
 from firmware_protocol.wire import Block, Number, Scalar, Tail, Text, WireType
 
 NAMES = (b"*.*", b"*.rxe", b"a.*", b"a.rxe", b"b.rso", b"c.txt", b"d", b"NVConfig.sys", b"", b"\xff.\xfe", b"n" * 20)
@@ -22,7 +23,7 @@ SMALL = {"port": 5, "handle": 18, "size": 64, "box": 21, "remote_box": 21, "prop
 """Fields whose random values are mostly below these limits, so that many telegrams are executed."""
 
 _BUSY = (SetOutputState, SetInputMode, IOMapWrite, IOMapRead, GetOutputState, GetInputValues)
-_COMMANDS = (*COMMANDS.values(), *_BUSY * 5)
+_COMMANDS = (*ALL_COMMANDS, *_BUSY * 5)
 """All commands; those that change or show the state of motors and sensors occur more often."""
 
 _MAPS = tuple(IO_MAPS.values())
