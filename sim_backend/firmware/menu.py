@@ -236,7 +236,9 @@ class Menu:
         items = self._items(menu)
         if menu == _MY_FILES and not self._data_log:
             items -= 1
-        if items:
+        if items == len(_PAIR_MS) and self._is_list(menu):
+            self._place[-1] = max(step, 0)
+        elif items:
             self._place[-1] %= items
         if self._place == [*_DATA_LOG] and not self._data_log:
             self._place[-1] += step
@@ -295,6 +297,7 @@ class Menu:
         elif self.program.is_step(self._place):
             self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
         if self._is_list(menu):
+            self._place[-1] = 0
             self._draw_list(menu)
         self._draw_slowly()
 
