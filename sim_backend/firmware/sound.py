@@ -32,6 +32,9 @@ _BUFFER = 64
 _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
+_WORD = 4
+"""Bytes of a file of an unknown compression that the loudspeaker waits for at least; with fewer it is done at once."""
+
 _QUEUED = 2
 """Buffers or waves that still play when the firmware has handed over the last one and considers the sound ended."""
 
@@ -234,8 +237,10 @@ class SoundModule:
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
         self._from_ms = begins_ms + self._rest_of_wave(begins_ms)
-        self._store(self._loader.read(handle, _BUFFER)[1])
-        self._ends_ms = begins_ms if self._is_melody or kind in (_SOUND, _COMPRESSED) else NEVER
+        self._store(first := self._loader.read(handle, _BUFFER)[1])
+        self._ends_ms = begins_ms
+        if not self._is_melody and kind not in (_SOUND, _COMPRESSED):
+            self._byte_ms, self._ends_ms = 0.0, begins_ms if len(first) < _WORD else NEVER
 
     def _continue(self, now_ms: int) -> None:
         """Continue a tone or a file: play the next note or buffer, and read another one, or end."""
@@ -254,7 +259,8 @@ class SoundModule:
         if self._read != self._played and now_ms >= self._place_ms:
             begins_ms = max([now_ms, self._from_ms, *self._queue])
             ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
-            self._queue, self.from_file = [*self._queue, ends_ms][-_QUEUED:], True
+            self._queue = [*self._queue, ends_ms][-_QUEUED:]
+            self.from_file = self.from_file or self._byte_ms > 0
             self._played = (self._played + 1) % _BUFFERS
         if self._read == self._played and not self._read_buffer():
             self._silence()
