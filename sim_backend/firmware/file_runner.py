@@ -79,6 +79,7 @@ class FileRunner(Boot):
         """Accept a request; one in the next pass can still replace the file."""
         self.flags |= int(UiFlag.BUSY)
         self.state = int(UiState.OPENING)
+        self._io_control.stays_on = False
         self._menu.interrupt()
         self._timer_started_ms, self._next_step_ms = now_ms, now_ms + 1
 

@@ -11,28 +11,43 @@ class IoControl:
     """Commands to the processor that controls the power supply.
 
     Attributes:
-        power_word: 0, `POWER_DOWN` or `BOOT`.
+        stays_on: Whether the brick is still on after it was switched off: what is written to the map is sent at once.
         display_on: Whether the display is on; it goes off before the power.
     """
 
     def __init__(self) -> None:
-        self.power_word = self._sent = 0
-        self._announced = False
+        self._word = self._sent = 0
+        self._announced = self.stays_on = False
         self.display_on = True
+
+    @property
+    def power_word(self) -> int:
+        """0, `POWER_DOWN` or `BOOT`."""
+        return self._word
+
+    @power_word.setter
+    def power_word(self, word: int) -> None:
+        self._word = word
+        if self.stays_on:
+            self.take_back()
 
     @property
     def power_command(self) -> int:
         """Last command to the second processor: 0x00 none, 0x5A power off, 0xA5 boot loader."""
-        sends = self.power_word in (POWER_DOWN, BOOT) and not self._announced
-        return (self.power_word if sends else self._sent) >> 8
+        sends = self._word in (POWER_DOWN, BOOT) and not self._announced
+        return (self._word if sends else self._sent) >> 8
 
-    def power_down(self, *, announced: bool) -> None:
-        """Switch the brick off; the map shows the command a pass before it is sent."""
-        self.power_word, self._announced = POWER_DOWN, announced
+    def announce_power_down(self) -> None:
+        """Show the command to switch off in the map, a pass before it is sent."""
+        self._word, self._announced, self.stays_on = POWER_DOWN, True, False
+
+    def send(self) -> None:
+        """Send the command of the map."""
+        self._announced = False
 
     def take_back(self) -> None:
-        """Clear the command in the map, as the firmware does when the brick is still on after it."""
-        self._sent, self.power_word = self.power_command << 8, 0
+        """Clear the command in the map, as the firmware does in each pass when the brick is still on after it."""
+        self._sent, self._word, self.stays_on = self.power_command << 8, 0, True
 
     def shut_down(self, word: int) -> None:
         """Switch the display off, then the brick."""

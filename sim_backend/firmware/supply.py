@@ -101,8 +101,10 @@ class Supply(SleepTimer):
         down_ms = now_ms - self._down_ms
         if down_ms == times.DEAF_MS and not self._from_menu and self.state not in states.STARTED:
             self._io_control.take_back()
-        elif 0 <= down_ms < times.DEAF_MS:
-            self._io_control.power_down(announced=down_ms == 0)
+        elif down_ms == 0:
+            self._io_control.announce_power_down()
+        elif 0 < down_ms < times.DEAF_MS:
+            self._io_control.send()
 
     def watch_radio(self) -> None:
         """Show the radio's request, a question or a message, unless the user interface is busy."""

@@ -237,7 +237,7 @@ class UiModule(FileRunner):
             self._menu.press(key)
             self._show_key()
         elif key == Key.ENTER:
-            self._next_step_ms, self._starting = now_ms + 1, True
+            self._next_step_ms, self._starting, self._io_control.stays_on = now_ms + 1, True, False
 
     @property
     def _takes_keys(self) -> bool:
