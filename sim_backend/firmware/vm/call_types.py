@@ -68,6 +68,7 @@ ENHANCED_CALL_TYPES: Mapping[int, str] = {
     78: "bIHH.",
     79: "bIH.",
     80: "bBBBBBB",
+    82: "HB..I",
     **dict.fromkeys((83, 84, 85, 86, 87), "HB.I"),
     88: "BBHB",
     90: "HBBi",

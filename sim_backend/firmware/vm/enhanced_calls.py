@@ -12,6 +12,7 @@ from sim_backend.firmware.names import NAME_SIZE, pack_name
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.enhanced_drawing import DRAWING
 from sim_backend.firmware.vm.file_calls import name_at, put_status, returned
+from sim_backend.firmware.vm.loader_call import execute_loader, open_linear
 
 _NO_POSITION = 0x9C
 """Status of a position outside of a file."""
@@ -61,14 +62,9 @@ def _open_write(call: Call) -> None:
 
 def _open_read_linear(call: Call) -> None:
     """Open a file that is in one block: status, handle, name, length."""
-    loader = call.devices.loader
-    opened = loader.open_read(name_at(call, 2))
-    file = loader.handles[opened.handle].file
+    opened = open_linear(call.devices.loader, name_at(call, 2))
     call.put(1, opened.handle)
     call.put(3, opened.size)
-    if opened.status == Status.OK and file is not None and not file.linear:
-        loader.close(opened.handle)
-        opened = opened._replace(status=Status.NOT_A_LINEAR_FILE)
     put_status(call, opened.status)
 
 
@@ -187,6 +183,7 @@ def write_map(call: Call, module: Callable[[], LiveMap | Status]) -> None:
 TABLE: Mapping[int, Function] = {
     78: _io_map_read,
     79: _io_map_write,
+    82: execute_loader,
     83: _find_first,
     84: _find_next,
     85: _open_write_linear,
