@@ -10,7 +10,7 @@ from sim_backend.firmware.file_handle import Use
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Loader, Opened
-from sim_backend.firmware.names import pack_name
+from sim_backend.firmware.names import NAME_LIMIT, matcher, pack_name
 from sim_backend.firmware.vm.calls import Call
 
 _NAME, _BUFFER, _LENGTH = 2, 3, 4
@@ -68,7 +68,7 @@ def _open_read_linear(call: Call, loader: Loader) -> Result:
     return opened.status, opened.handle
 
 
-def _created(opened: Opened) -> Result:
+def _opened(opened: Opened) -> Result:
     return opened.status, opened.handle
 
 
@@ -98,6 +98,17 @@ def _delete(call: Call, loader: Loader) -> Result:
     return loader.delete(_name(call)), handle
 
 
+def _rename(call: Call, loader: Loader) -> Result:
+    """Rename a file; the length is that of the last one that was looked for: the one of the new name, or the old."""
+    name, new_name = _name(call), call.text(_BUFFER).decode("latin-1")
+    looked_for = new_name if loader.is_there(new_name) else name
+    file = next((each for each in loader.flash.files if matcher(looked_for)(each.name)), None)
+    status, handle, _ = loader.rename(name, new_name)
+    if len(new_name) <= NAME_LIMIT:
+        call.put(_LENGTH, 0 if file is None else file.size)
+    return status, handle
+
+
 def _found(call: Call, status: Status, handle: int, file: File | None) -> Result:
     call.put(_LENGTH, 0 if file is None else file.size)
     if file is not None:
@@ -119,20 +130,21 @@ def _close_modules(call: Call) -> Result:
 
 _COMMANDS: Mapping[int, Callable[[Call, Loader], Result]] = {
     0x80: _open_read,
-    0x81: lambda call, loader: _created(loader.create(_name(call), call.number(_LENGTH))),
+    0x81: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH))),
     0x82: _read,
     0x83: _write,
     0x84: lambda call, loader: (loader.close(_handle(call)), _handle(call)),
     0x85: _delete,
     0x86: lambda call, loader: _found(call, *loader.find_first(_name(call))),
     0x87: lambda call, loader: _found(call, *loader.find_next(_handle(call))),
-    0x89: lambda call, loader: _created(loader.create(_name(call), call.number(_LENGTH), linear=True)),
+    0x89: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH), linear=True)),
     0x8A: _open_read_linear,
-    0x8B: lambda call, loader: _created(loader.create(_name(call), call.number(_LENGTH), appendable=True)),
+    0x8B: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH), appendable=True)),
     0x8C: _append,
     0x8D: lambda call, loader: (loader.crop(_handle(call)), _handle(call)),
     0x90: lambda call, _: _found_module(call, call.devices.module_search.first(_name(call))),
     0x91: lambda call, _: _found_module(call, call.devices.module_search.following()),
     0x92: lambda call, _: _close_modules(call),
+    0xA3: _rename,
 }
 """Number of each command to its function, which are those of the telegrams."""
