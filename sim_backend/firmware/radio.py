@@ -70,7 +70,6 @@ class RadioState(IntEnum):
     OFF = 4
     REPORTING = 8
     ASKING = 0x40
-    ASKING_PIN = 0x80
 
 
 class Radio:

@@ -321,13 +321,13 @@ class UiModule(FileRunner):
             self._follow_question(now_ms)
 
     def _follow_question(self, now_ms: int) -> None:
-        """Show a question of the radio; enter takes the first answer; other keys and a PIN show no effect."""
+        """Show a question of the radio until it is answered."""
         question = self._question
         if not question.sounded:
             question.sounded = True
             self._sound.play_own(ATTENTION, self.volume)
         elif question.waits:
-            question.chosen = self._key(now_ms) == Key.ENTER and not self.radio.state & RadioState.ASKING_PIN
+            question.press(self._key(now_ms))
         elif question.go_on():
             self.end_report(RadioState.ASKING)
             return
