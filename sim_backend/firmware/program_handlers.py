@@ -21,6 +21,9 @@ from sim_backend.firmware.vm.memory import OutOfMemory
 
 _NO_PROGRAM = HandlerResult(Status.NO_ACTIVE_PROGRAM)
 
+_POINTS_APART = 12
+"""Breakpoints, of four bytes each, from those of a clump to those of the next one: the size of a clump's record."""
+
 
 class ProgramHandlers:
     """The commands for programs; checks come in the firmware's order."""
@@ -121,10 +124,12 @@ class ProgramHandlers:
 
     @handles(enhanced.SetBreakpoint)
     def set_breakpoint(self, command: enhanced.SetBreakpoint) -> HandlerResult:
-        """Store a breakpoint; the first one and those beyond the last are not stored."""
+        """Store a breakpoint, but not the first one; a number beyond the last reaches those of a later clump."""
         points = self._command.breakpoints
-        if command.clump < len(points) and 0 < command.number < len(points[command.clump]):
-            points[command.clump][command.number] = command.enabled, command.offset
+        later, number = divmod(command.number, _POINTS_APART)
+        clump = command.clump + later
+        if command.clump < len(points) and clump < len(points) and 0 < number < len(points[clump]):
+            points[clump][number] = command.enabled, command.offset
         return self._breakpoints(command.clump)
 
     @handles(enhanced.GetBreakpoints)
