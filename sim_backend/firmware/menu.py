@@ -26,7 +26,7 @@ _MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (PROGRAM,), (4,), (5,)
 _DATA_LOG, _VIEW = _LISTS = (2,), (VIEW,)
 _SEARCH = (*_BLUETOOTH, 0)
 _VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
-_PROGRAMS, _SOUNDS = (*_MY_FILES, 0), (*_MY_FILES, 2)
+_PROGRAMS, _MADE, _SOUNDS = ((*_MY_FILES, item) for item in range(3))
 _PAGE = 4
 """Level of a file's page."""
 _RUN, _SEND, _DELETE = range(3)
@@ -274,7 +274,7 @@ class Menu:
         return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
 
     def _is_page(self, menu: tuple[int, ...]) -> bool:
-        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _SOUNDS)
+        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _MADE, _SOUNDS)
 
     def _asks(self, menu: tuple[int, ...]) -> bool:
         """Return whether a menu is the question whether to delete a file."""
