@@ -8,18 +8,9 @@ TELEOP = (
 )
 
 
-# starting a program for each repeat would take longer than the repeats
-HOLD = """
-import sys, time
-for _ in range(int(sys.argv[2])):
-    print(end=sys.argv[1], flush=True)
-    time.sleep(0.1)
-"""
-
-
 def press(bench, key, seconds):
     """Hold a key down, as the terminal repeats it."""
-    bench.run(f"python3 -c '{HOLD}' {key} {seconds * 10} > keys")
+    bench.run(f"for _ in $(seq {seconds * 10}); do printf '{key}'; sleep 0.1; done > keys")
 
 
 def test_the_keys_drive_until_they_are_let_go(bench):
