@@ -110,7 +110,7 @@ def test_a_journal_alone_is_enough_and_says_that_the_numbers_are_defaults(runs, 
     alone.write_bytes((runs["adaptive"] / "journal.jsonl").read_bytes())
     assert explained(alone, "--json")["profile"] == "adaptive"
     assert explained(alone, "--json")["numbers"] == "defaults"
-    assert "default numbers" in explained(alone)
+    assert "default parameters" in explained(alone)
 
 
 def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path):

@@ -165,7 +165,7 @@ def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_re
     columns, rows = choice_rows(lines)
     assert [dict(zip(columns, row, strict=True)) for row in rows] == [
         {
-            "policy": "adaptive",
+            "agent": "adaptive",
             "cause": "missed",
             "fitting": "rescan",
             "wait": "0",
