@@ -73,6 +73,7 @@ def test_a_bare_checkout_runs_missions_and_measures(bare, checkout, tmp_path):
     assert _run(bare, "-m", "nxtdrive", "--version", cwd=checkout) == "nxtdrive 0+checkout\n"
 
 
+@pytest.mark.nightly
 def test_the_plain_installation_measures_with_the_checkout_it_is_called_in(installed, checkout):
     # -P as in the script `nxtdrive`: the current folder is not searched for modules
     assert "import nxtdrive, CPU" in _run(installed, "-P", "-m", "nxtdrive", "bench", "import", cwd=checkout)

@@ -29,7 +29,9 @@ def test_a_timer_that_drifts_is_found(short_hours, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("traced_every", "found"), [(100, "more objects"), (1, "bytes behind")])
+@pytest.mark.parametrize(
+    ("traced_every", "found"), [(100, "more objects"), pytest.param(1, "bytes behind", marks=pytest.mark.nightly)]
+)
 def test_memory_that_grows_is_found(short_hours, monkeypatch, traced_every, found):
     kept = []
     monkeypatch.setattr(soak, "_pursue", lambda *_: kept.append([bytes(100 + i % 2) for i in range(2000)]) or [])

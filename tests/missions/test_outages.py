@@ -45,7 +45,7 @@ def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile,
     assert not done.of(Kind.CHOICE), "it goes on with what it was doing"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @PROFILES
 def test_real_eyes_outlast_it_too(perform, mission_for, profile):
     done = perform("open", mission_for("lena", profile=profile), arrange=_camera_away(APPROACHING_S, 4.0))

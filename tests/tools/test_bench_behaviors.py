@@ -15,7 +15,7 @@ from nxtdrive.tools.dev.bench_behaviors import (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_figure_is_there_and_has_its_goal():
     figures = {
         figure.name: figure for figure in measure_behaviors(turns=2, hard=["far"], seeds=[100], kinds=["open", "link"])

@@ -8,7 +8,7 @@ import pytest
 from nxtdrive.tools.dev.bench_doors import measure_doors
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_door_the_passes_and_the_memory_are_measured():
     figures = {figure.name: figure for figure in measure_doors(round_trips=3, repeats=1, passes=50)}
     memory = ["memory"] if sys.platform.startswith("linux") else []

@@ -60,7 +60,7 @@ def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
     assert out.read_bytes() == before
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
     out, name = tmp_path / "regret.jsonl", "wall_start:103:adaptive"
     for _ in range(2):
