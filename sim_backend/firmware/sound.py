@@ -204,7 +204,8 @@ class SoundModule:
             self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
         elif self._loader.is_there(unpack_name(self.name)):  # an empty one cannot be opened
             self._silence()
-            self.tone = None if interrupts else self.tone
+            if interrupts:
+                self.tone = None
 
     def _start_tone(self, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play the tone of the map, behind the rest of a file's sample."""

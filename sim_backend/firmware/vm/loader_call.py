@@ -102,10 +102,11 @@ def _rename(call: Call, loader: Loader) -> Result:
     """Rename a file; the length is that of the last one that was looked for: the one of the new name, or the old."""
     name, new_name = _name(call), call.text(_BUFFER).decode("latin-1")
     looked_for = new_name if loader.is_there(new_name) else name
-    file = next((each for each in loader.flash.files if matcher(looked_for)(each.name)), None)
+    files, at = loader.flash.files, loader.flash.find(matcher(looked_for))
+    size = files[at].size if at < len(files) else 0
     status, handle, _ = loader.rename(name, new_name)
     if len(new_name) <= NAME_LIMIT:
-        call.put(_LENGTH, 0 if file is None else file.size)
+        call.put(_LENGTH, size)
     return status, handle
 
 
