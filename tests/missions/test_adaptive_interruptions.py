@@ -141,7 +141,9 @@ def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_g
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["block_permanent", "block_transient", "dim"])
+@pytest.mark.parametrize(
+    "kind", ["block_transient", *(pytest.param(kind, marks=pytest.mark.nightly) for kind in ("block_permanent", "dim"))]
+)
 def test_the_same_seed_gives_the_same_journal(kind):
     journals = []
     for _ in range(2):

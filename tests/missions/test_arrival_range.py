@@ -23,7 +23,10 @@ def _mission(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("height_mm", "geometric"), [(12.0, True), (20.0, True), (30.0, True), (60.0, False)])
+@pytest.mark.parametrize(
+    ("height_mm", "geometric"),
+    [(12.0, True), (20.0, True), (30.0, True), pytest.param(60.0, False, marks=pytest.mark.nightly)],
+)
 def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(
     perform, mission_for, height_mm, geometric
 ):
@@ -44,7 +47,9 @@ def test_a_stop_before_a_target_of_another_height_is_at_the_target(perform, miss
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "geometric"), [(0.8, True), (1.0, False), (1.2, True)])
+@pytest.mark.parametrize(
+    ("share", "geometric"), [(0.8, True), pytest.param(1.0, False, marks=pytest.mark.nightly), (1.2, True)]
+)
 def test_a_height_that_is_measured_roughly_will_do(perform, mission_for, share, geometric):
     done = perform("open", _mission(mission_for("lena"), share * TRUE_HEIGHT_MM), geometric=geometric)
     assert done.report.achieved

@@ -18,7 +18,7 @@ PRINT = "from nxtdrive.host.environment import pip_command; print(pip_command('d
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the shell is POSIX's here")
-@pytest.mark.parametrize("with_pip", [True, False])
+@pytest.mark.parametrize("with_pip", [pytest.param(True, marks=pytest.mark.nightly), False])
 def test_the_printed_command_works_on_the_environment_that_printed_it(tmp_path, with_pip):
     folder = tmp_path / "my env"
     venv.create(folder, with_pip=with_pip)

@@ -92,7 +92,7 @@ def test_what_is_rebuilt_stands_where_it_stood(past):
     assert np.mean(gaps_mm < 150.0) > 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.xdist_group("rebuilt")
 def test_what_if_plays_a_run_of_a_real_robot_in_its_rebuilt_room(past, tmp_path, capsys):
     generated, _, referee = past

@@ -41,7 +41,9 @@ def test_figure_1_an_arrival_fails(serve, camera):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("camera", [False, True], ids=["geometric", "camera"])
+@pytest.mark.parametrize(
+    "camera", [pytest.param(False, id="geometric"), pytest.param(True, id="camera", marks=pytest.mark.nightly)]
+)
 def test_figure_7_the_target_is_changed(serve, camera):
     served = serve("figure7", camera=camera)
     assert replay(served.client().ask, GOLDEN / "figure7.txt")[-5:] == FIGURE_7

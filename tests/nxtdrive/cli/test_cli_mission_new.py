@@ -120,9 +120,14 @@ PURSUED = ("A6 Größe (1).png", "alpha.png", "door.jpg", "narrow.jpg", "poster.
 """Those that a mission is run with: each shape, the smallest and the largest target, letters, stains, and what is
 transparent."""
 
+PURSUED_AT_NIGHT = {"alpha.png", "narrow.jpg", "poster.png", "wide.jpg"}
+BY_NIGHT_OR_DAY = [
+    pytest.param(name, marks=pytest.mark.nightly) if name in PURSUED_AT_NIGHT else name for name in sorted(PHOTOGRAPHS)
+]
+
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(PHOTOGRAPHS))
+@pytest.mark.parametrize("name", BY_NIGHT_OR_DAY)
 def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
     height_mm = PHOTOGRAPHS[name][3]
     assert main(["mission", "new", "m.toml", "--picture", str(_save(name)), "--height-mm", str(height_mm)]) == DONE

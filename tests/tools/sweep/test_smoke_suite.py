@@ -20,7 +20,7 @@ PROFILES = ("thesis", "adaptive")
 TASKS = plan(list(CLASSES), range(FIRST, LAST + 1), PROFILES, "geometric")
 REPEATED = {("clutter", "adaptive"), ("link", "adaptive"), ("moved", "thesis")}
 """A crowded room, a link with outages, the other profile."""
-SAMPLE = {*(kind for kind, _ in REPEATED), "block_transient", "narrow_door"}
+SAMPLE = {*(kind for kind, _ in REPEATED), "narrow_door"}
 
 
 @pytest.fixture(scope="module", name="lines", params=["some", pytest.param("all", marks=pytest.mark.nightly)])

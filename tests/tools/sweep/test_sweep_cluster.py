@@ -153,6 +153,7 @@ def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp
         assert sweep(TASKS, tmp_path / "x", cluster, number=2, progress=kill, watch=cluster.watch).lines == lines
 
 
+@pytest.mark.nightly
 def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impatient_dask, lines, tmp_path):
     (tmp_path / "killer.py").write_text(KILLER, encoding="utf-8")
     impatient_dask.add_workers(3, "--preload", "killer.py")
@@ -182,6 +183,7 @@ def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path):
             sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: dask.scheduler.kill(), watch=cluster.watch)
 
 
+@pytest.mark.nightly
 def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
     dask.add_workers(1)
 

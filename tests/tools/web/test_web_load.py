@@ -118,6 +118,7 @@ def test_the_robots_loop_keeps_its_period_whatever_the_clients_do(tmp_path):
     assert crowded.steps[:STEPS] == alone.steps[:STEPS]
 
 
+@pytest.mark.nightly
 def test_watchers_do_not_change_a_mission(tmp_path):
     journals = []
     for watchers in (0, 3):
