@@ -109,10 +109,10 @@ def _played(
 ) -> dict[str, Any]:
     """Play a mission and its branches."""
     from behaviors.mission import MissionError
-    from nxtdrive.tools.sweep.what_if import Branch, RecordedRun, branches, costs, play
+    from nxtdrive.tools.sweep.what_if import RecordedRun, all_costs, play
 
     try:
-        base = play(Branch(source, -1, 0, None))
+        base = play(source)
     except MissionError as error:
         raise ConfigError(str(error)) from None
     choices = tuple((each.time_s, each.chose) for each in base.decisions)
@@ -121,10 +121,8 @@ def _played(
             f"{name} cannot be repeated: the same mission leads to other decisions now.",
             remedy="It was made with another version of nxtdrive, or a person or another program intervened.",
         )
-    found: dict[int, dict[int, list[float]]] = {}
-    for branch, cost_s in costs(branches(source, base, args.futures, _wanted(base, args)), executor, watch):
-        found.setdefault(branch.decision, {}).setdefault(branch.candidate, []).append(cost_s)
-    result = {"run": name, "decisions": [_decision_values(at, base, candidates) for at, candidates in found.items()]}
+    found = all_costs(source, base, args.futures, _wanted(base, args), executor, watch)
+    result = {"run": name, "decisions": [_decision_values(at, base, costs_s) for at, costs_s in found]}
     if isinstance(source, RecordedRun):
         _keep(source.path, result)
     return result
@@ -187,21 +185,21 @@ def _keep(folder: Path, result: dict[str, Any]) -> None:
         write_file(folder / WHAT_IF, (json.dumps({**result, "decisions": decisions}, indent=2) + "\n").encode())
 
 
-def _decision_values(at: int, base: Rollout, candidates: dict[int, list[float]]) -> dict[str, Any]:
+def _decision_values(at: int, base: Rollout, costs_s: list[list[float]]) -> dict[str, Any]:
     """Return a decision with what each candidate would have cost, as plain values."""
     import numpy as np
 
     from nxtdrive.tools.sweep.regret import regret
     from nxtdrive.tools.sweep.summary import estimate
 
-    made, found = base.decisions[at], regret(np.array([candidates[number] for number in sorted(candidates)]))
-    means = [estimate([(cost_s, 1.0) for cost_s in candidates[number]]) for number in sorted(candidates)]
+    made, found = base.decisions[at], regret(np.array(costs_s))
+    means = [estimate([(cost_s, 1.0) for cost_s in each]) for each in costs_s]
     return {
         "decision": at + 1,
         "t": round(made.time_s, 3),
         "target": made.target,
         "reason": made.reason,
-        "futures": len(candidates[0]),
+        "futures": len(costs_s[0]),
         "regret_s": round(found.seconds, 2),
         "biased_regret_s": round(found.biased_s, 2),
         "beyond_best_s": [round(found.interval.mean, 2), round(found.interval.low, 2), round(found.interval.high, 2)],

@@ -8,7 +8,7 @@ docs/evaluation.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, wait
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
@@ -40,6 +40,7 @@ from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 
+from .forks import CAN_FORK, Forks
 from .runner import CHECK_INTERVAL_S
 
 
@@ -116,19 +117,15 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """A mission with one candidate forced.
+    """How a mission goes on at a decision.
 
     Attributes:
-        source: The mission.
-        decision: Number of the decision, from 0; -1 where none is forced.
         candidate: Number of the candidate, as `behaviors.operator.question` orders them; 0 is the profile's own.
         future: Seed of all randomness afterwards; None to leave it as it was.
     """
 
-    source: Source
-    decision: int
-    candidate: int
-    future: int | None
+    candidate: int = 0
+    future: int | None = None
 
 
 @dataclass(slots=True)
@@ -174,28 +171,36 @@ class Rollout:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-def play(branch: Branch) -> Rollout:
-    """Play a branch to its end.
+def play(source: Source, decision: int = -1, enter: Callable[[], Branch] = Branch) -> Rollout:
+    """Play a mission to its end.
+
+    Args:
+        source: The mission.
+        decision: Number of the decision, from 0, at which it takes a branch; -1 for none.
+        enter: Called there for the branch.
 
     Raises:
         ConfigError: The run cannot be repeated.
     """
-    source = branch.source
     with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as stage:
         stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation))
-        stage.run(supervised(stage.mission, partial(_decide, branch, stage.rollout, stage.simulation.reseed)))
+        ask = partial(_decide, decision, enter, stage.rollout, stage.simulation.reseed)
+        stage.run(supervised(stage.mission, ask))
         if stage.observers.failures:
             raise RuntimeError(f"observers failed: {dict(stage.observers.failures)}")
     return stage.rollout
 
 
-def _decide(branch: Branch, rollout: Rollout, reseed: Callable[[str], None], asked: Question) -> Choice:
+def _decide(
+    decision: int, enter: Callable[[], Branch], rollout: Rollout, reseed: Callable[[str], None], asked: Question
+) -> Choice:
     """Choose as the profile does, but for one decision."""
     number, evidence = len(rollout.decisions), asked.evidence
     words = tuple(each.choice.words() for each in asked.candidates)
     rollout.decisions.append(Decision(evidence.target, evidence.reason.value, words))
-    if number != branch.decision:
+    if number != decision:
         return asked.proposed
+    branch = enter()
     if branch.future is not None:
         reseed(f"future {branch.future}")
     return asked.candidates[branch.candidate].choice
@@ -265,36 +270,46 @@ def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
         yield _stage(mission, transport.simulation, observers, run)
 
 
-def branches(source: Source, base: Rollout, futures: int, only: Collection[int] | None = None) -> list[Branch]:
-    """Return every candidate of every decision, or of some, in every future."""
-    return [
-        Branch(source, number, candidate, future)
-        for number, made in enumerate(base.decisions)
-        if only is None or number in only
-        for candidate, future in product(range(len(made.candidates)), range(futures))
-    ]
+def branch_costs(source: Source, decision: int, candidates: int, futures: int) -> list[list[float]]:
+    """Return what each candidate of a decision costs in each future, in seconds: a row for each candidate.
+
+    The mission is played to the decision once and copied there with its process, where that is possible.
+    """
+    branches = list(product(range(candidates), range(futures)))
+    if CAN_FORK and not isinstance(source, RecordedRun):  # whose camera has a thread, which a copy has not
+        with Forks() as forks:
+            forks.tell(play(source, decision, lambda: Branch(*branches[forks.each(len(branches))])).cost_s(decision))
+        costs_s = forks.results
+    else:
+        costs_s = [play(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
+    return [costs_s[first : first + futures] for first in range(0, len(costs_s), futures)]
 
 
-def costs(
-    todo: list[Branch], executor: Executor, watch: Callable[[], None] = lambda: None
-) -> Iterator[tuple[Branch, float]]:
-    """Play branches; yield each with its cost, in order.
+def all_costs(
+    source: Source,
+    base: Rollout,
+    futures: int,
+    wanted: Sequence[int],
+    executor: Executor,
+    watch: Callable[[], None] = lambda: None,
+) -> Iterator[tuple[int, list[list[float]]]]:
+    """Yield the number of each decision and the costs of its candidates, in order.
 
     Args:
-        todo: The branches.
+        source: The mission.
+        base: How it went.
+        futures: For each candidate.
+        wanted: Numbers of the decisions.
         executor: Plays them.
         watch: Called every second of waiting; raises if no result can come.
     """
-    playing = [executor.submit(_cost_s, branch) for branch in todo]
+    counts = {number: len(base.decisions[number].candidates) for number in wanted}
+    playing = {number: executor.submit(branch_costs, source, number, counts[number], futures) for number in wanted}
     try:
-        for branch, future in zip(todo, playing, strict=True):
+        for number, future in playing.items():
             while not wait([future], CHECK_INTERVAL_S).done:
                 watch()
-            yield branch, future.result()
+            yield number, future.result()
     finally:
-        for future in playing:
+        for future in playing.values():
             future.cancel()
-
-
-def _cost_s(branch: Branch) -> float:
-    return play(branch).cost_s(branch.decision)

@@ -13,8 +13,9 @@ from nxtdrive.mission.setup import load, with_profile
 from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
+from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
 from nxtdrive.tools.sweep.regret import over_missions, regret
-from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branches, play
+from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branch_costs, play
 from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
@@ -117,12 +118,6 @@ def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_ti
     assert Rollout(100.0, ("b",), [Decision("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
 
 
-def test_every_candidate_is_played_in_every_future():
-    rollout = Rollout(9.0, (), [Decision("a", "", ("x", "y"), 1.0), Decision("a", "", ("x",), 2.0)])
-    assert len(branches(SOURCE, rollout, 3)) == 9
-    assert {(each.candidate, each.future) for each in branches(SOURCE, rollout, 2, only=[1])} == {(0, 0), (0, 1)}
-
-
 def test_chance_that_is_seeded_anew_differs_from_then_on():
     def later(seed):
         simulation = Simulation("open", seed=1)
@@ -138,13 +133,35 @@ def test_chance_that_is_seeded_anew_differs_from_then_on():
 
 @pytest.mark.slow
 def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_another():
-    base = play(Branch(SOURCE, -1, 0, None))
-    assert play(Branch(SOURCE, 0, 0, None)) == base
+    base = play(SOURCE)
+    assert play(SOURCE, 0) == base
     assert len(base.decisions[0].candidates) > 1
-    other = play(Branch(SOURCE, 0, 1, None))
+    other = play(SOURCE, 0, lambda: Branch(1))
     assert replace(other.decisions[0], chose="") == replace(base.decisions[0], chose="")
     assert other.reached != base.reached
-    assert play(Branch(SOURCE, 0, 1, 1)) != play(Branch(SOURCE, 0, 1, 2))
+    assert play(SOURCE, 0, lambda: Branch(1, 1)) != play(SOURCE, 0, lambda: Branch(1, 2))
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
+def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
+    def half_in_the_first(forks):
+        with forks:
+            forks.tell([0.5][forks.each(2)])
+
+    forks = Forks()
+    with pytest.raises(RuntimeError, match="without a result"):
+        half_in_the_first(forks)
+    assert forks.results == [0.5]
+    assert "IndexError: list index" in capfd.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
+def test_copies_of_the_process_go_on_as_a_repeated_mission_does(monkeypatch):
+    copied = branch_costs(SOURCE, 0, 2, 2)
+    monkeypatch.setattr("nxtdrive.tools.sweep.what_if.CAN_FORK", False)
+    assert branch_costs(SOURCE, 0, 2, 2) == copied
+    assert copied[0] != copied[1]
 
 
 @pytest.mark.slow
