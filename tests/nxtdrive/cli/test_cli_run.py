@@ -8,6 +8,7 @@ import pty
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import cv2
@@ -210,6 +211,7 @@ def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(tmp_path, smal
     try:
         while not list(tmp_path.glob("runs/*/camera.webm*")):
             assert process.poll() is None
+            time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         said, errors = process.communicate(timeout=60)
     finally:

@@ -158,9 +158,9 @@ def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
 @pytest.mark.slow
 @pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
 def test_copies_of_the_process_go_on_as_a_repeated_mission_does(monkeypatch):
-    copied = branch_costs(SOURCE, 0, 2, 2)
+    copied = branch_costs(SOURCE, 0, 2, 1)
     monkeypatch.setattr("nxtdrive.tools.sweep.what_if.CAN_FORK", False)
-    assert branch_costs(SOURCE, 0, 2, 2) == copied
+    assert branch_costs(SOURCE, 0, 2, 1) == copied
     assert copied[0] != copied[1]
 
 
