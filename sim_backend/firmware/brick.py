@@ -131,8 +131,10 @@ class SimBrick:
         self._module_search = ModuleSearch(self._maps)
         comm_map = self._maps[0]
         handlers = self._handlers(version, channel, comm_map)
+        self.radio.inbox = comm_map.bytes_from("BtInBuf")
+        self.radio.show_boot()
         self.comm = Comm(handlers, channel, USB, version, comm_map.bytes_from("UsbInBuf"))
-        self.bluetooth = BluetoothComm(handlers, channel, version, comm_map.bytes_from("BtInBuf"))
+        self.bluetooth = BluetoothComm(handlers, channel, version, self.radio.inbox)
 
     def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:
         return handlers_of(
@@ -213,7 +215,7 @@ class SimBrick:
         )
         brick.radio.start_from(self.radio)
         brick._status_bar.preset()
-        io_maps.show_boot_messages(brick._maps[0], brick.radio.stored_name)
+        brick.radio.show_boot()
         return brick
 
     @property

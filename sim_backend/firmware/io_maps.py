@@ -22,9 +22,6 @@ from sim_backend.firmware.ui import UiModule
 
 _BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
 _FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
-_RADIO_MESSAGES, _LAST_MESSAGE, _NAME_SUM = 1157, bytes.fromhex("05000100ffdf"), 63
-"""Receive buffer, the last message of the boot, and the sum of the bytes around the name in the one before."""
-
 _FORMAT = b"MindstormsNXT".ljust(16, b"\0")
 _AWAKE = b"\x01"
 
@@ -168,22 +165,15 @@ def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
         live.bytes_from("BtInBuf")[1] = 0
 
     live = LiveMap(iomap.COMM, on_write=clear_second)
-    live.bind(radio, BrickName="name")
-    live.bind(radio, BrickAddress="address")
+    live.bind(radio, BrickName="name", BrickAddress="address")
+    live.show(radio, BtInBuf="received")
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state")
     live.show(ui, UsbState="has_cable")
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
         live.preset(connection, _NO_HANDLE)
-    show_boot_messages(live, radio.stored_name)
     return live
-
-
-def show_boot_messages(live: LiveMap, name: bytes) -> None:
-    """Show what the radio's last messages of the boot leave in the receive buffer; the last but one has its name."""
-    told = bytes(2) + name + (-_NAME_SUM - sum(name) & 0xFFFF).to_bytes(2, "big")
-    live.preset(_RADIO_MESSAGES, _LAST_MESSAGE + told[len(_LAST_MESSAGE) :])
 
 
 def command_map(module: CommandModule) -> LiveMap:

@@ -9,7 +9,8 @@ from firmware_protocol.enums import Property
 from firmware_protocol.status import Status
 from sim_backend.firmware.handler_result import DONE, OUT_OF_RANGE, HandlerResult, handles, reply_with
 from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.radio import Radio, RadioState
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.sleep_timer import MINUTE_MS
 from sim_backend.firmware.sound import MAX_VOLUME, SoundModule
 from sim_backend.firmware.ui import UiModule

@@ -6,19 +6,16 @@ Source: docs/firmware.md section 10. The durations are those of the recordings' 
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
 from math import inf
+from operator import itemgetter
 from typing import NamedTuple
 
+from sim_backend.firmware import radio_answers as answers
+from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
-
-NAME_SIZE = 16
-"""Bytes of the name field; at most 15 count."""
+from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, RadioState
 
 DEFAULT_NAME = b"NXT"
-
-_NAME_AT_BOOT = 8
-"""Characters of the radio's name that the firmware takes over when the radio has started."""
 
 _STARTED, _VISIBLE = 1, 2
 """Bits that the start of the radio sets in the map's state of it, one pass after the other."""
@@ -26,22 +23,11 @@ _STARTED, _VISIBLE = 1, 2
 _OFF_AT_BOOT = -11
 """Bytes that a boot which leaves the radio off adds to those of its answers."""
 
-_SHORT_ANSWER, _START_ANSWER, _ON_ANSWERS, _RESET_ANSWERS = 5, 4, 61, 67
-"""Bytes of its answers: to a new name or switching off, first if it is off, to switching on, to a reset."""
-
 _TIME_OUT_MS = 494
 """Additional time for which the firmware waits for an answer that does not arrive."""
 
 _STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
-
-
-class _Change(NamedTuple):
-    """A change of an attribute at a later time."""
-
-    at_ms: int
-    attribute: str
-    value: int | bytes
 
 
 class _Operation(NamedTuple):
@@ -59,17 +45,7 @@ class _Operation(NamedTuple):
     answer_ms: int
     late_ms: int
     duration_ms: int
-    changes: tuple[tuple[int, str, int | bytes], ...]
-
-
-class RadioState(IntEnum):
-    """State of the radio as the user interface shows it, and its requests to the user interface."""
-
-    STARTING = 0
-    ON = 1
-    OFF = 4
-    REPORTING = 8
-    ASKING = 0x40
+    changes: tuple[Change, ...]
 
 
 class Radio:
@@ -80,9 +56,11 @@ class Radio:
         address: The firmware's copy of the address.
         shown_state: The state as the user interface knows it: changes come after its turn in a pass.
         on_plan: Called when an operation begins or goes on; set by the brick.
+        inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
     """
 
     on_plan: Callable[[], None]
+    inbox: memoryview
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         self._clock = clock
@@ -92,7 +70,7 @@ class Radio:
         self._state = self.shown_state = int(RadioState.ON)
         self._busy_until_ms = 0.0
         self._link_state = _STARTED | _VISIBLE
-        self._changes: list[_Change] = []
+        self._changes: list[Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
         self._is_lost = False
@@ -112,7 +90,7 @@ class Radio:
             self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0][0] + _TIME_OUT_MS
             self._is_lost = True
         elif operation and not streaming and self._busy_until_ms == inf:
-            self._answer(operation)
+            self._go_on(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
             self._hold()
 
@@ -181,9 +159,15 @@ class Radio:
         return self._answered
 
     @property
+    def received(self) -> bytes:
+        """The receive buffer of the Comm map."""
+        self._settle()
+        return bytes(self.inbox[: BLUETOOTH.buffer])
+
+    @property
     def next_redraw_ms(self) -> float:
         """Time of the next answer that redraws the status bar."""
-        return min((change.at_ms for change in self._changes if change.attribute == "_redraws"), default=inf)
+        return min((at_ms for at_ms, attribute, _ in self._changes if attribute == "_redraws"), default=inf)
 
     def follow(self, until_ms: int) -> bool:
         """Update the state that the user interface shows; return whether the status bar is to be redrawn."""
@@ -208,18 +192,23 @@ class Radio:
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""
         self._stored_name = before.stored_name
-        self._name = _padded(self._stored_name[:_NAME_AT_BOOT])
+        self._name = _padded(self._stored_name[:NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
             self._answered, self._link_state = _OFF_AT_BOOT, 0
 
+    def show_boot(self) -> None:
+        """Show the last answers of the boot in the receive buffer."""
+        self.inbox[:NAME_SIZE] = bytes(NAME_SIZE)
+        for answer in (answers.name_answer(self._stored_name), answers.IS_ON if self._on else answers.IS_OFF):
+            self.inbox[: len(answer)] = answer
+
     def rename(self, name: bytes) -> None:
         """Change the name; at most 15 characters count."""
         self.name, self._redraws = _padded(name), True
-        duration = 4 if self._on else 158
-        started = [] if self._on else [_redraw(154)]
-        told = self._told(duration, _SHORT_ANSWER + (0 if self._on else _START_ANSWER))
-        self._occupy(duration, *started, (duration, "_stored_name", self._name), _redraw(duration), told, late_ms=1)
+        at_ms, woken = (4, []) if self._on else (158, answers.woken(154))
+        renamed = (at_ms, "_stored_name", self._name), (at_ms, "_answer", answers.RENAMED), (at_ms, "_redraws", True)
+        self._occupy(at_ms, *woken, *renamed, late_ms=1)
 
     def switch(self, on: bool) -> bool:
         """Switch the radio on or off; False if it is busy, or on already."""
@@ -227,14 +216,11 @@ class Radio:
         if self.busy or (on and self._on):
             return False
         if on:
-            start, on_at = (161, "_state", RadioState.STARTING), (162, "_state", RadioState.ON)
-            told = self._told(162, _ON_ANSWERS)
-            redraws = map(_redraw, (154, 158, 160))
-            self._occupy(163, *redraws, (161, "_on", True), start, on_at, *_link_states(162), told)
+            self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163))
         else:
             off = (5, "_on", False), (5, "_state", RadioState.OFF)
-            drawn = [_redraw(5), self._told(5, _SHORT_ANSWER)] if self._on else []
-            self._occupy(5 if self._on else 606, *off, *drawn, answer_ms=5, late_ms=1)
+            answer = ((5, "_answer", answers.SWITCHED_OFF), (5, "_redraws", True)) if self._on else ()
+            self._occupy(5 if self._on else 606, *off, *answer, answer_ms=5, late_ms=1)
         return True
 
     def disconnect(self) -> bool:
@@ -243,28 +229,22 @@ class Radio:
         if self.seems_busy:
             return False
         duration = 3 if self._on else 3 + _STREAM_ENDS_MS
-        self._occupy(duration, self._told(duration, 0), answer_ms=5, late_ms=1)
+        self._occupy(duration, (duration, "_answer", b""), answer_ms=5, late_ms=1)
         return True
 
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
         self._settle()
-        wait, starting = (0, 1) if self._on else (154, 2)
+        wait, on_ms, woken = (0, 168, []) if self._on else (154, 323, answers.woken(154))
         name = _padded(DEFAULT_NAME)
-        redraws = [160 + wait, 164 + wait, 166 + wait] if self._on else [154, 160 + wait, 164 + wait, 166 + wait]
         self._occupy(
             170 + wait,
             (6, "_stored_name", name),
-            *map(_redraw, redraws),
+            *woken,
+            (6 + wait, "_answer", answers.RESTORED),
             (6 + wait, "_resetting", 1),
             (7, "_state", RadioState.OFF),
-            (164 + wait, "_name", name[:_NAME_AT_BOOT] + self._name[_NAME_AT_BOOT:]),
-            (167 + wait, "_resetting", 0),
-            (167 + wait, "_on", True),
-            (167 + wait, "_state", RadioState.STARTING),
-            (167 + wait + starting, "_state", RadioState.ON),
-            *_link_states(168 + wait),
-            self._told(167 + wait + starting, _RESET_ANSWERS + (0 if self._on else _START_ANSWER)),
+            *self._started(160 + wait, name, on_ms=on_ms, last_ms=170 + wait, reset=True),
             answer_ms=5,
         )
 
@@ -272,14 +252,12 @@ class Radio:
         """Delay the effects of an operation: the radio stands still for the next passes."""
         self._settle()
         self._busy_until_ms += passes
-        self._changes = [each._replace(at_ms=each.at_ms + passes) for each in self._changes]
+        self._changes = [(at_ms + passes, name, value) for at_ms, name, value in self._changes]
         self.on_plan()
         if self._operation is not None:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
 
-    def _occupy(
-        self, duration_ms: int, *changes: tuple[int, str, int | bytes], answer_ms: int = 4, late_ms: int = 0
-    ) -> None:
+    def _occupy(self, duration_ms: int, *changes: Change, answer_ms: int = 4, late_ms: int = 0) -> None:
         self._operation = operation = _Operation(self._clock.now_ms, answer_ms, late_ms, duration_ms, changes)
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
@@ -288,9 +266,10 @@ class Radio:
         else:
             self._schedule(operation, 0, 0)
 
-    def _told(self, at_ms: int, size: int) -> tuple[int, str, int]:
-        """Return the change when the last of an operation's answers, which have `size` bytes."""
-        return at_ms, "_answered", self._answered + size
+    def _started(self, at_ms: int, name: bytes, *, on_ms: int, last_ms: int, reset: bool = False) -> list[Change]:
+        """Return the changes of a start of the radio."""
+        started = answers.started(at_ms, name, self.own_address, on_ms=on_ms, last_ms=last_ms, reset=reset)
+        return [*started, (at_ms + 8, "_link_state", _STARTED), (at_ms + 9, "_link_state", _VISIBLE)]
 
     def _unanswered(self, operation: _Operation) -> bool:
         """Return whether the radio has not carried out the first step, which it does not do in stream mode."""
@@ -299,7 +278,7 @@ class Radio:
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
 
-    def _answer(self, operation: _Operation) -> None:
+    def _go_on(self, operation: _Operation) -> None:
         """Go on with an operation as the radio leaves stream mode."""
         passed_ms = self._clock.now_ms - operation.began_ms
         late_ms = operation.late_ms if passed_ms >= _STREAM_ENDS_MS else 0
@@ -309,30 +288,33 @@ class Radio:
         began_ms = operation.began_ms + shift_ms
         self._busy_until_ms = began_ms + operation.duration_ms + late_ms
         changed = [
-            _Change(began_ms + delay + (0 if attribute == "_stored_name" else late_ms), attribute, value)
+            (began_ms + delay + (0 if attribute == "_stored_name" else late_ms), attribute, value)
             for delay, attribute, value in operation.changes
         ]
-        self._changes = sorted(changed, key=lambda change: change.at_ms)
+        self._changes = sorted(changed, key=itemgetter(0))
         self.on_plan()
 
     def _settle(self, until_ms: int | None = None) -> None:
         """Make the changes whose time has come."""
         until_ms = self._clock.now_ms if until_ms is None else until_ms
-        while self._changes and self._changes[0].at_ms <= until_ms:
-            change = self._changes.pop(0)
-            if change.attribute == "_link_state":
-                self._link_state |= int(change.value)
+        while self._changes and self._changes[0][0] <= until_ms:
+            _, attribute, value = self._changes.pop(0)
+            if isinstance(value, bytes):
+                self._take(attribute, value)
+            elif attribute == "_link_state":
+                self._link_state |= value
             else:
-                setattr(self, change.attribute, change.value)
+                setattr(self, attribute, value)
 
-
-def _redraw(at_ms: int) -> tuple[int, str, int]:
-    return at_ms, "_redraws", True
-
-
-def _link_states(at_ms: int) -> list[tuple[int, str, int]]:
-    """Return the changes of the map's state as the radio starts."""
-    return [(at_ms, "_link_state", _STARTED), (at_ms + 1, "_link_state", _VISIBLE)]
+    def _take(self, attribute: str, content: bytes) -> None:
+        """Take an answer, or one of the two names."""
+        if attribute == "_answer":
+            self.inbox[: len(content)] = content
+            self._answered += len(content)
+        elif attribute == "_name":
+            self._name = content[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
+        else:
+            self._stored_name = content
 
 
 def _padded(name: bytes) -> bytes:

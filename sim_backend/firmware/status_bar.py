@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.radio import Radio, RadioState
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import UiModule

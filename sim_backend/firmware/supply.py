@@ -15,7 +15,8 @@ from sim_backend.firmware.keys import Key, Keys
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.question import Question
-from sim_backend.firmware.radio import Radio, RadioState
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sleep_timer import SleepTimer

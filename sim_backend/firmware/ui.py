@@ -20,7 +20,7 @@ from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import pack_name
 from sim_backend.firmware.program_steps import ProgramSteps
-from sim_backend.firmware.radio import RadioState
+from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
