@@ -144,7 +144,9 @@ class SimBrick:
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
             ModuleHandlers(self._maps, self._module_search, channel),
-            IdentityHandlers(version, self.radio, self.loader, self.high_speed, self.io_control, channel, comm_map),
+            IdentityHandlers(
+                version, self.radio, self.loader, self.high_speed, self.io_control, self._screen, channel, comm_map
+            ),
         )
 
     def _make_maps(self, version: Version) -> list[LiveMap]:

@@ -12,6 +12,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.versions import Version
 
 _PROTOCOL = (124, 1)
@@ -30,12 +31,14 @@ class IdentityHandlers:
         loader: Loader,
         high_speed: HighSpeed,
         io_control: IoControl,
+        screen: ScreenRefresh,
         channel: Channel,
         comm_map: LiveMap,
     ) -> None:
         self._versions = system.Versions(*_PROTOCOL, version.minor, version.major)
         self._radio, self._loader = radio, loader
-        self._high_speed, self._io_control, self._channel = high_speed, io_control, channel
+        self._high_speed, self._channel = high_speed, channel
+        self._io_control, self._screen = io_control, screen
         self._comm_map = comm_map
 
     @handles(system.GetVersions)
@@ -118,5 +121,6 @@ class IdentityHandlers:
         """Enter the boot loader if the text is correct and came over USB."""
         if command.text != system.BOOT_TEXT or self._channel.limits.streams:
             return refuse_with_zeros(system.Boot, Status.UNDEFINED_ERROR)
-        self._io_control.shut_down(BOOT)
+        self._screen.shut_down()
+        self._io_control.power_word = BOOT
         return reply_with(system.BootAnswer("Yes"))

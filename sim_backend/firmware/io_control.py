@@ -48,8 +48,3 @@ class IoControl:
     def take_back(self) -> None:
         """Clear the command in the map, as the firmware does in each pass when the brick is still on after it."""
         self._sent, self._word, self.stays_on = self.power_command << 8, 0, True
-
-    def shut_down(self, word: int) -> None:
-        """Switch the display off, then the brick."""
-        self.display_on = False
-        self.power_word = word

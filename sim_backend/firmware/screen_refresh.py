@@ -93,6 +93,11 @@ class ScreenRefresh:
         self.flags = int(DisplayFlag.ON | DisplayFlag.REFRESH)
         self.wake()
 
+    def shut_down(self) -> None:
+        """Switch the display off and its refresh on."""
+        self.flags = self.flags & ~int(DisplayFlag.ON) | int(DisplayFlag.REFRESH)
+        self.wake()
+
     @property
     def drawing(self) -> bool:
         """Whether parts of the screen are left to erase or to draw."""
