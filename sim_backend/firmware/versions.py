@@ -190,6 +190,8 @@ _V1_05 = replace(
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
 )
 
+_PORT_GROUPS = {3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)}
+
 _V1_32 = replace(
     _V1_29,
     minor=32,
@@ -200,7 +202,7 @@ _V1_32 = replace(
     reads_digital_raw=True,
     windup_by_gain=False,
     regulates_position=True,
-    port_groups={0xFF: (0, 1, 2), 3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)},
+    port_groups={0xFF: (0, 1, 2), **_PORT_GROUPS},
     ends_high_speed=True,
     high_speed_modulus=128,
     end_restores_screen=True,
@@ -212,6 +214,7 @@ _V1_32 = replace(
     sectors=410,
     pool=_V1_29.pool._replace(clump=48),
     dialect=_V1_29.dialect._replace(
+        port_groups=_PORT_GROUPS,
         missing=frozenset(),
         records=WITH_POINTS,
         tells_faults=True,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from sim_backend.firmware.vm.clump_records import ADDRESSES, RecordFormat
@@ -56,6 +58,7 @@ class Dialect(NamedTuple):
         records: How the records of clumps are laid out.
         abort_stops_tick: Whether the Tick of the Command map leaves out the pass in which a program is aborted.
         searches_calibrations: Whether the start of a program looks for files of calibrations.
+        port_groups: The motors that are set by a number, not one in an array, that is not one port's.
     """
 
     timing: Timing
@@ -83,3 +86,4 @@ class Dialect(NamedTuple):
     records: RecordFormat = ADDRESSES
     abort_stops_tick: bool = True
     searches_calibrations: bool = True
+    port_groups: Mapping[int, Sequence[int]] = MappingProxyType({})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, NONE, Place, ProgramError
 from sim_backend.firmware.vm.devices import OUTPUT_FIELDS, stored_output
@@ -53,9 +53,12 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     fields = len(machine.devices.output_fields)
 
     def run() -> None:
-        places = data.parts(Place(ports)) if data.kind(ports) == Type.ARRAY else [Place(ports)]
-        for place in places:
-            port = data.integer(place.entry, place.offset)
+        if data.kind(ports) == Type.ARRAY:
+            chosen: Iterable[int] = (data.integer(place.entry, place.offset) for place in data.parts(Place(ports)))
+        else:
+            number = data.integer(ports)
+            chosen = machine.dialect.port_groups.get(number, (number,))
+        for port in chosen:
             for field, source in values:
                 if 0 <= port < _PORTS <= port + field / fields:
                     raise ProgramError(ERR_ARG, f"there is no field {field}")
@@ -68,8 +71,9 @@ def _fast_setting(machine: Machine, port: int, values: Sequence[tuple[int, int]]
     """Set fields, each of which exists, of the port that a number names."""
     operands, module = machine.operands, machine.devices.output
     operands.names["outputs"] = module.outputs
+    operands.names["groups"] = {number: (number,) for number in range(_PORTS)} | dict(machine.dialect.port_groups)
     wake = operands.function("wake_outputs", module.wake)
-    lines = [f"number = {operands.integer(port)}", f"if 0 <= number < {_PORTS}:", "    port = outputs[number]"]
+    lines = [f"for number in groups.get({operands.integer(port)}, ()):", "    port = outputs[number]"]
     for field, value in values:
         stored = stored_output(OUTPUT_FIELDS[field], operands.integer(value))
         if stored:
