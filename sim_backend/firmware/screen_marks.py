@@ -61,7 +61,7 @@ CHARACTER = Marks(0x10_0000)
 """Another character of a question of the radio, before its parts are drawn again."""
 ANSWERED = Marks(0x2000_0000)
 """The end of a question, with the status bar."""
-STATUS_RUNNING = Marks(0x200, 0x1F218, again=True)
+STATUS_RUNNING = Marks(0x200, 0x1F218, drop=_ALL)
 """The status bar, and the same while a program runs."""
 
 
