@@ -129,8 +129,6 @@ class FileRunner(Boot):
                 self._open_menu()
             case _:
                 self.flags = self.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
-                if self._opens_program:
-                    self._sound.end_program(self.volume)
                 self._run = Run.MESSAGE
                 self._screen.mark(marks.MESSAGE)
                 self.flags |= int(UiFlag.UPDATE)

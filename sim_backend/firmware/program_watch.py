@@ -36,9 +36,10 @@ class ProgramWatch:
         began, ended = active and not self._was_active, self._was_active and not active
         if began:
             ui.flags |= states.RUNNING_FLAGS
-        elif ended and not ui.runs_file:
-            ui.flags = ui.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
+        elif ended:
             self._sound.end_program(ui.volume)
-        if ended and self._screen:
-            self._screen.restore()
+            if not ui.runs_file:
+                ui.flags = ui.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
+            if self._screen:
+                self._screen.restore()
         self._was_active = active
