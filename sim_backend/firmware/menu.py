@@ -11,46 +11,24 @@ from functools import partial
 from typing import Protocol
 
 from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware import menu_places as places
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.keys import Key
+from sim_backend.firmware.menu_places import Place, Places
 from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.sensor_view import VIEW, SensorView
-from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.sensor_view import SensorView
 from sim_backend.firmware.ui_states import UiState
 
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
 
-_MY_FILES, _TYPES, _BLUETOOTH, _SETTINGS, _TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
-_DATA_LOG, _VIEW = _LISTS = (2,), (VIEW,)
-_SEARCH = (*_BLUETOOTH, 0)
-_VOLUME, _SLEEP = (*_SETTINGS, 0), (*_SETTINGS, 1)
-_PROGRAMS, _MADE, _SOUNDS = ((*_MY_FILES, item) for item in range(3))
-_PAGE = 4
-"""Level of a file's page."""
-_RUN, _SEND, _DELETE = range(3)
-"""Items of a file's page."""
-_NO, _YES = range(2)
-"""Answers to the question whether to delete a file."""
-
-_SLOW = range(1, 4)
-"""Items of the main menu whose pages are drawn in two passes."""
-
-_OPENED: dict[tuple[int, ...], tuple[Marks, ...]] = {
-    _TYPES: (marks.MENU, marks.TYPES),
-    **dict.fromkeys(_LISTS, (marks.LIST, marks.PAGE)),
+_OPENED: dict[Place, tuple[Marks, ...]] = {
+    places.TYPES: (marks.MENU, marks.TYPES),
+    **dict.fromkeys(places.LISTS, (marks.LIST, marks.PAGE)),
 }
-"""What these passes draw below the main menu."""
+"""What the passes of a page that is drawn in two draw below the main menu."""
 
-_SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
-_ITEMS = {(): 7, _MY_FILES: 4, _SETTINGS: 4, _VOLUME: MAX_VOLUME + 1, _SLEEP: len(_SLEEP_MINUTES)}
-"""Items of the menus that are known, by their place: the numbers of the items that lead there."""
-
-_EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
-"""Files of the items of the first menu."""
-
-_LIST_LEVEL = 2
 _LIST_MS, _MOVE_MS = 5, 4
 """Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
 
@@ -107,11 +85,11 @@ class Menu:
         *,
         data_log: bool,
     ) -> None:
-        self._settings, self._files, self._delete, self._screen = settings, files, delete, screen
-        self._data_log = data_log
+        self._settings, self._delete, self._screen = settings, delete, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
         self.program, self.view = ProgramSteps(), SensorView(modern=data_log)
+        self._places = Places(files, self.program, self.view, data_log=data_log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
         self._drawn = NOTHING
@@ -126,7 +104,7 @@ class Menu:
 
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
-        self._place, asked, self._confirms, self._file = [*_PROGRAMS, 0, 0], self._confirms, None, name
+        self._place, asked, self._confirms, self._file = [*places.PROGRAMS, 0, 0], self._confirms, None, name
         if asked:
             self._place.pop()
 
@@ -138,9 +116,9 @@ class Menu:
         """Draw the page after a file from state DRAWING on."""
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
         self._steps = [(UiState.DRAWING, drawn) for drawn in _FILE_PAGE]
-        if self._is_list(tuple(self._place[:-1])):
+        if places.is_list(tuple(self._place[:-1])):
             del self._steps[1:]
-            self._draw_list(_PROGRAMS)
+            self._draw_list(places.PROGRAMS)
 
     def go_on_from(self, state: int) -> None:
         """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
@@ -189,10 +167,10 @@ class Menu:
     def _page(self) -> Marks:
         """The drawing at the end of a key's states."""
         menu = tuple(self._place[:-1])
-        if menu[:1] == _TYPES:
+        if menu[:1] == places.TYPES:
             return NOTHING
-        runs = self._is_page(menu) and self._place[-1] == _RUN
-        return marks.PAGE if menu in (_VOLUME, _SLEEP) or menu[:1] in _LISTS or runs else marks.MENU
+        runs = places.is_page(menu) and self._place[-1] == places.RUN
+        return marks.PAGE if menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS or runs else marks.MENU
 
     def next_state(self) -> UiState | None:
         """Return the next state of the last key, which lasts a pass; the drawing of the one before is shown."""
@@ -230,42 +208,26 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        if self._asks(menu):
-            self._place[-1] = _NO if step > 0 else _YES
+        if places.asks(menu):
+            self._place[-1] = places.NO if step > 0 else places.YES
             return
-        items = self._items(menu)
-        if menu == _MY_FILES and not self._data_log:
-            items -= 1
-        if items == len(_PAIR_MS) and self._is_list(menu):
+        items = self._places.items(menu)
+        if items == len(_PAIR_MS) and places.is_list(menu):
             self._place[-1] = max(step, 0)
         elif items:
             self._place[-1] %= items
-        if self._place == [*_DATA_LOG] and not self._data_log:
+        if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
-        if menu == _VOLUME:
+        if menu == places.VOLUME:
             self._set = partial(self._set_volume, self._place[-1])
-        if menu in (_VOLUME, _SLEEP):
+        if menu in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.BAR, NOTHING)
-        if self._is_page(menu) and self._place[-1] == _RUN:
+        if places.is_page(menu) and self._place[-1] == places.RUN:
             self._draw_last(*_FILE_PAGE)
         self._draw_slowly()
-        if self._is_list(menu) and (files := self._items(menu)):
+        if places.is_list(menu) and (files := self._places.items(menu)):
             passes = _PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1]
             self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
-
-    def _items(self, menu: tuple[int, ...]) -> int:
-        """Return the number of items of a menu, 0 if it is not known."""
-        if self._is_list(menu):
-            return len(self._listed(menu))
-        if self._is_page(menu):
-            return len((_RUN, _SEND, _DELETE))
-        return _ITEMS.get(menu, 0) or self.program.items([*menu]) or self.view.items(menu)
-
-    def _is_list(self, menu: tuple[int, ...]) -> bool:
-        return len(menu) == _LIST_LEVEL and menu[: len(_MY_FILES)] == _MY_FILES
-
-    def _listed(self, menu: tuple[int, ...]) -> Sequence[str]:
-        return self._files(_EXTENSIONS[menu[-1]])
 
     def _list_drawn(self, files: int) -> list[Marks]:
         """Return the drawing, pass by pass, of a list of files from its first one on, after the menu."""
@@ -273,18 +235,11 @@ class Menu:
             return [NOTHING] * (_NO_FILE_MS - 1)
         return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
 
-    def _is_page(self, menu: tuple[int, ...]) -> bool:
-        return len(menu) == _PAGE - 1 and menu[: len(_PROGRAMS)] in (_PROGRAMS, _MADE, _SOUNDS)
-
-    def _asks(self, menu: tuple[int, ...]) -> bool:
-        """Return whether a menu is the question whether to delete a file."""
-        return self._is_page(menu[:-1]) and menu[-1] == _DELETE
-
     def _leave(self) -> None:
         if len(self._place) == 1:
             self._confirms = True
             return
-        if tuple(self._place[:-1]) == _VOLUME:
+        if tuple(self._place[:-1]) == places.VOLUME:
             self._set = partial(self._set_volume, self._volume)
             self._show(UiState.EXIT)
             self._place.pop()
@@ -296,7 +251,7 @@ class Menu:
             self._draw_last(NOTHING, NOTHING)
         elif self.program.is_step(self._place):
             self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
-        if self._is_list(menu):
+        if places.is_list(menu):
             self._place[-1] = 0
             self._draw_list(menu)
         self._draw_slowly()
@@ -314,12 +269,12 @@ class Menu:
         """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
         if slow:
-            self._draw_last(marks.PAGE, *_OPENED[_VIEW])
+            self._draw_last(marks.PAGE, *_OPENED[places.VALUES])
         return slow
 
     def _draw_list(self, menu: tuple[int, ...]) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
-        files = self._items(menu)
+        files = self._places.items(menu)
         self._draw_last(marks.MENU, *self._list_drawn(files))
         if not files:
             self._place.pop()
@@ -330,37 +285,37 @@ class Menu:
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
-        if menu == _VOLUME:
+        if menu == places.VOLUME:
             self._volume = self._settings.volume
             self._show(UiState.EXIT)
             self._leave()
-        elif menu == _SLEEP:
-            self._set = partial(self._settings.set_sleep_minutes, _SLEEP_MINUTES[self._place.pop()])
+        elif menu == places.SLEEP:
+            self._set = partial(self._settings.set_sleep_minutes, places.SLEEP_MINUTES[self._place.pop()])
             self._show(UiState.EXIT)
-        elif menu == _MY_FILES and not self._listed(place):
+        elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
-        elif self._is_page(menu) and place[-1] == _RUN:
+        elif places.is_page(menu) and place[-1] == places.RUN:
             self.runs = self._file
-        elif self._is_page(menu[:-1]):
+        elif places.is_page(menu[:-1]):
             self._place.pop()
             self._answer_page(menu[-1], place[-1])
         elif self.view.opens(place):
             return
-        elif place in (_TRY_ME, _SEARCH):
+        elif place in (places.TRY_ME, places.SEARCH):
             self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
-            self._find_nothing(marks.MENU if place == _SEARCH else NOTHING)
+            self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
         else:
             self._open(place)
 
     def _answer_page(self, item: int, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
-        if item == _SEND:
+        if item == places.SEND:
             self._draw_last(*[NOTHING] * _SENT_MS)
             self._show(UiState.EXIT)
-        elif answer == _YES:
+        elif answer == places.YES:
             self._place.pop()
-            left = self._items(tuple(self._place[:-1])) - 1
+            left = self._places.items(tuple(self._place[:-1])) - 1
             self._set = partial(self._delete, self._file)
             self._draw_last(*[NOTHING] * _DELETED_MS)
             self._show(UiState.EXIT)
@@ -377,23 +332,23 @@ class Menu:
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
-        names = self._listed(place[:-1]) if self._is_list(place[:-1]) else ()
+        names = self._places.listed(place[:-1]) if places.is_list(place[:-1]) else ()
         if names:
             self._file = names[place[-1] % len(names)]
-        if place == _VOLUME:
+        if place == places.VOLUME:
             first = self._volume = self._settings.volume
-        elif place == _SLEEP and self._settings.sleep_minutes in _SLEEP_MINUTES:
-            first = _SLEEP_MINUTES.index(self._settings.sleep_minutes)
+        elif place == places.SLEEP and self._settings.sleep_minutes in places.SLEEP_MINUTES:
+            first = places.SLEEP_MINUTES.index(self._settings.sleep_minutes)
         self._place.append(first)
-        if self._is_list(place):
-            self._draw_last(*2 * self._list_drawn(self._items(place)))
-        elif self._is_list(place[:-1]):
-            self._draw_last(*((NOTHING, *_FILE_PAGE) if place[1] < len(_EXTENSIONS) - 1 else (NOTHING, NOTHING)))
-        if place in (_VOLUME, _SLEEP):
+        if places.is_list(place):
+            self._draw_last(*2 * self._list_drawn(self._places.items(place)))
+        elif places.is_list(place[:-1]):
+            self._draw_last(*((NOTHING, *_FILE_PAGE) if place[1] < len(places.EXTENSIONS) - 1 else (NOTHING, NOTHING)))
+        if place in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
-        elif self._is_page(place[:-1]) and place[-1] == _SEND:
+        elif places.is_page(place[:-1]) and place[-1] == places.SEND:
             self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
-        elif place[0] in _SLOW:
+        elif place[0] in places.SLOW:
             if place[0] == PROGRAM:
                 self.program.enter([*place])
             if not self._draw_slowly():

@@ -1,0 +1,87 @@
+"""The places in the menus: the numbers of the items that lead there, and how many items each menu has.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
+from sim_backend.firmware.sensor_view import VIEW, SensorView
+from sim_backend.firmware.sound import MAX_VOLUME
+
+Place = tuple[int, ...]
+
+MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
+DATA_LOG, VALUES = LISTS = (2,), (VIEW,)
+SEARCH = (*BLUETOOTH, 0)
+VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
+PROGRAMS, _MADE, _SOUNDS = ((*MY_FILES, item) for item in range(3))
+PAGE = 4
+"""Level of a file's page."""
+RUN, SEND, DELETE = range(3)
+"""Items of a file's page."""
+NO, YES = range(2)
+"""Answers to the question whether to delete a file."""
+
+SLOW = range(1, 4)
+"""Items of the main menu whose pages are drawn in two passes."""
+
+SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
+_ITEMS = {(): 7, MY_FILES: 4, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
+"""Items of the menus that are known."""
+
+EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
+"""Files of the items of the first menu."""
+
+_LIST_LEVEL = 2
+
+
+def is_list(menu: Place) -> bool:
+    """Return whether a menu is a list of files."""
+    return len(menu) == _LIST_LEVEL and menu[: len(MY_FILES)] == MY_FILES
+
+
+def is_page(menu: Place) -> bool:
+    """Return whether a menu is a file's page with items."""
+    return len(menu) == PAGE - 1 and menu[: len(PROGRAMS)] in (PROGRAMS, _MADE, _SOUNDS)
+
+
+def asks(menu: Place) -> bool:
+    """Return whether a menu is the question whether to delete a file."""
+    return is_page(menu[:-1]) and menu[-1] == DELETE
+
+
+class Places:
+    """The menus of a brick.
+
+    Args:
+        files: Lists the files with an extension.
+        program: The program that is made on the brick.
+        view: The values that can be shown.
+        data_log: Whether the main menu has an item for the data log.
+    """
+
+    def __init__(
+        self, files: Callable[[str], Sequence[str]], program: ProgramSteps, view: SensorView, *, data_log: bool
+    ) -> None:
+        self._files, self._program, self._view, self._data_log = files, program, view, data_log
+
+    def items(self, menu: Place) -> int:
+        """Return the number of items of a menu, 0 if it is not known."""
+        if is_list(menu):
+            return len(self.listed(menu))
+        if is_page(menu):
+            return len((RUN, SEND, DELETE))
+        if menu == MY_FILES and not self._data_log:
+            return len(EXTENSIONS) - 1
+        return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
+
+    def listed(self, menu: Place) -> Sequence[str]:
+        """Return the names of a list of files."""
+        return self._files(EXTENSIONS[menu[-1]])
+
+    def is_missing(self, place: Place) -> bool:
+        """Return whether the main menu leaves out an item."""
+        return place == DATA_LOG and not self._data_log
