@@ -6,7 +6,7 @@ the pages of volume and sleep. Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
@@ -14,8 +14,9 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import menu_places as places
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware.keys import Key
+from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu_places import Place, Places
-from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
+from sim_backend.firmware.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
@@ -63,8 +64,7 @@ class Menu:
 
     Args:
         settings: The user interface.
-        files: Lists the files with an extension.
-        delete: Deletes a file.
+        loader: Has the files.
         screen: Draws the menus.
         data_log: Whether the main menu has an item for the data log.
 
@@ -79,17 +79,16 @@ class Menu:
     def __init__(
         self,
         settings: Settings,
-        files: Callable[[str], Sequence[str]],
-        delete: Callable[[str], object],
+        loader: Loader,
         screen: ScreenRefresh,
         *,
         data_log: bool,
     ) -> None:
-        self._settings, self._delete, self._screen = settings, delete, screen
+        self._settings, self._loader, self._screen = settings, loader, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self.program, self.view = ProgramSteps(), SensorView(modern=data_log)
-        self._places = Places(files, self.program, self.view, data_log=data_log)
+        self.program, self.view = ProgramSteps(loader), SensorView(modern=data_log)
+        self._places = Places(loader.flash.names_ending, self.program, self.view, data_log=data_log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
         self._drawn = NOTHING
@@ -167,10 +166,12 @@ class Menu:
     def _page(self) -> Marks:
         """The drawing at the end of a key's states."""
         menu = tuple(self._place[:-1])
-        if menu[:1] == places.TYPES:
+        if menu == places.TYPES:
             return NOTHING
+        steps = self.program.is_step([*menu]) or self.program.is_run([*menu])
         runs = places.is_page(menu) and self._place[-1] == places.RUN
-        return marks.PAGE if menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS or runs else marks.MENU
+        below = menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS
+        return marks.PAGE if steps or runs or below else marks.MENU
 
     def next_state(self) -> UiState | None:
         """Return the next state of the last key, which lasts a pass; the drawing of the one before is shown."""
@@ -244,13 +245,17 @@ class Menu:
             self._show(UiState.EXIT)
             self._place.pop()
         left = [*self._place]
+        if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
+            self._place[-1] = 0
+            return
         self._place.pop()
         menu = tuple(self._place[:-1])
         if self.program.is_step(self._place[:-1]):
-            self.program.leave(left)
-            self._draw_last(NOTHING, NOTHING)
+            self._set = partial(self.program.leave, left)
+            self._draw_last(marks.STEP, marks.PAGE)
         elif self.program.is_step(self._place):
-            self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING), (UiState.DRAWING, NOTHING)]
+            self._draw_last(marks.STEP)
+            self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.DRAWING, marks.TYPES)]
         if places.is_list(menu):
             self._place[-1] = 0
             self._draw_list(menu)
@@ -301,12 +306,21 @@ class Menu:
             self._answer_page(menu[-1], place[-1])
         elif self.view.opens(place):
             return
+        elif self.program.is_run([*menu]):
+            self._leave_steps(place[-1])
         elif place in (places.TRY_ME, places.SEARCH):
             self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
             self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
         else:
             self._open(place)
+
+    def _leave_steps(self, item: int) -> None:
+        """Run the program, for which a file is missing, or leave it for the main menu."""
+        if item == RUN:
+            self._draw_last(*marks.NOT_RUN)
+        elif item == LEAVE:
+            self._place = [PROGRAM]
 
     def _answer_page(self, item: int, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
@@ -316,7 +330,7 @@ class Menu:
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
-            self._set = partial(self._delete, self._file)
+            self._set = partial(self._loader.delete, self._file)
             self._draw_last(*[NOTHING] * _DELETED_MS)
             self._show(UiState.EXIT)
             self._draw_last(marks.MENU if left else NOTHING, *self._list_drawn(left))
@@ -348,8 +362,8 @@ class Menu:
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif places.is_page(place[:-1]) and place[-1] == places.SEND:
             self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
-        elif place[0] in places.SLOW:
-            if place[0] == PROGRAM:
-                self.program.enter([*place])
-            if not self._draw_slowly():
-                self._draw_last(*_OPENED.get(place, (NOTHING, NOTHING)))
+        elif self.program.is_step([*place]) or self.program.is_run([*place]):
+            self._set = partial(self.program.enter, [*place])
+            self._draw_last(*self.program.drawn([*place]))
+        elif place[0] in places.SLOW and not self._draw_slowly():
+            self._draw_last(*_OPENED.get(place, (NOTHING, NOTHING)))

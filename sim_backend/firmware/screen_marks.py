@@ -29,12 +29,22 @@ ICONS = 0x1E000
 """Bits of the icons of the status bar."""
 _ALL = 0xFFFF_FFFF
 NOTHING = Marks()
-MENU = Marks(0x4000_0200, 0xFF700, drop=0xFF)
+MENU = Marks(0x4000_0200, 0xFF700, drop=_ALL)
 PAGE = Marks(0xE0600, 0xFF700)
 """A page below a menu: a file's, a value's."""
 BAR = Marks(0xC, 0x10_0004)
 """The bar of a value."""
 TYPES = Marks(0xFC, 0x10FC, drop=0x100)
+FIRST_STEP, STEP, LAST_STEP = (Marks(0x4000_000E, 0x1F10_1800), Marks(0xE, 0x1F10_1800), Marks(0xE, 0x1F00_1800))
+"""The steps of a program that is made on the brick: the first, others, and the page behind the last."""
+NOT_RUN = (
+    Marks(0x4000_000E, 0x1F00_1800),
+    Marks(0x400),
+    *(NOTHING, NOTHING),
+    Marks(0xC, 0xE_1400, drop=~0x1F00_0800 & _ALL),
+    PAGE,
+)
+"""The start of that program without the file that runs it, pass by pass."""
 VALUE = Marks(0x4000_0200, 0x11_F200)
 """The value of a sensor or motor."""
 LIST = Marks(0x8000_0000, 0x4)

@@ -54,7 +54,7 @@ class UiModule(FileRunner):
         self.run_state, self.has_cable = 1, True
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
-        self._menu = Menu(self, loader.flash.names_ending, loader.delete, screen, data_log=version.data_log)
+        self._menu = Menu(self, loader, screen, data_log=version.data_log)
         self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
 
