@@ -48,6 +48,13 @@ _SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
 def _nothing() -> None: ...
 
 
+def _message(passes: int, before: int) -> list[Marks]:
+    """Return the drawing of a message, which begins after some of its passes."""
+    erased, *drawn = marks.REPORT
+    message = [*[NOTHING] * before, erased, NOTHING, NOTHING, *drawn]
+    return message + [NOTHING] * (passes - len(message))
+
+
 class Settings(Protocol):
     """The settings that the menus change."""
 
@@ -169,7 +176,7 @@ class Menu:
         if menu == places.TYPES:
             return NOTHING
         steps = self.program.is_step([*menu]) or self.program.is_run([*menu])
-        runs = places.is_page(menu) and self._place[-1] == places.RUN
+        runs = places.action(tuple(self._place)) == places.RUN
         below = menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS
         return marks.PAGE if steps or runs or below else marks.MENU
 
@@ -209,11 +216,11 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        if places.asks(menu):
+        if places.action(menu) == places.DELETE:
             self._place[-1] = places.NO if step > 0 else places.YES
             return
         items = self._places.items(menu)
-        if items == len(_PAIR_MS) and places.is_list(menu):
+        if items == len(_PAIR_MS) and (places.is_list(menu) or places.is_page(menu)):
             self._place[-1] = max(step, 0)
         elif items:
             self._place[-1] %= items
@@ -223,7 +230,7 @@ class Menu:
             self._set = partial(self._set_volume, self._place[-1])
         if menu in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.BAR, NOTHING)
-        if places.is_page(menu) and self._place[-1] == places.RUN:
+        if places.action(tuple(self._place)) == places.RUN:
             self._draw_last(*_FILE_PAGE)
         self._draw_slowly()
         if places.is_list(menu) and (files := self._places.items(menu)):
@@ -299,11 +306,11 @@ class Menu:
             self._show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
-        elif places.is_page(menu) and place[-1] == places.RUN:
+        elif places.action(place) == places.RUN:
             self.runs = self._file
         elif places.is_page(menu[:-1]):
             self._place.pop()
-            self._answer_page(menu[-1], place[-1])
+            self._answer_page(places.action(menu), place[-1])
         elif self.view.opens(place):
             return
         elif self.program.is_run([*menu]):
@@ -322,18 +329,18 @@ class Menu:
         elif item == LEAVE:
             self._place = [PROGRAM]
 
-    def _answer_page(self, item: int, answer: int) -> None:
+    def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
-        if item == places.SEND:
-            self._draw_last(*[NOTHING] * _SENT_MS)
+        if action == places.SEND:
+            self._draw_last(*_message(_SENT_MS, before=2))
             self._show(UiState.EXIT)
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
             self._set = partial(self._loader.delete, self._file)
-            self._draw_last(*[NOTHING] * _DELETED_MS)
+            self._draw_last(*_message(_DELETED_MS, before=4))
             self._show(UiState.EXIT)
-            self._draw_last(marks.MENU if left else NOTHING, *self._list_drawn(left))
+            self._draw_last(marks.MENU, *self._list_drawn(left))
             self._place[-1] = 0
             if not left:
                 self._place.pop()
@@ -360,7 +367,7 @@ class Menu:
             self._draw_last(*((NOTHING, *_FILE_PAGE) if place[1] < len(places.EXTENSIONS) - 1 else (NOTHING, NOTHING)))
         if place in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
-        elif places.is_page(place[:-1]) and place[-1] == places.SEND:
+        elif places.action(place) == places.SEND:
             self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
             self._set = partial(self.program.enter, [*place])

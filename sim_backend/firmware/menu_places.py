@@ -17,11 +17,12 @@ MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,
 DATA_LOG, VALUES = LISTS = (2,), (VIEW,)
 SEARCH = (*BLUETOOTH, 0)
 VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
-PROGRAMS, _MADE, _SOUNDS = ((*MY_FILES, item) for item in range(3))
-PAGE = 4
-"""Level of a file's page."""
+PROGRAMS = (*MY_FILES, 0)
+_PAGE_LEVEL = 3
+"""Items that lead to a file's page."""
 RUN, SEND, DELETE = range(3)
-"""Items of a file's page."""
+_ACTIONS, _LOG_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND)
+"""Items of a file's page, and of that of a data log."""
 NO, YES = range(2)
 """Answers to the question whether to delete a file."""
 
@@ -44,13 +45,18 @@ def is_list(menu: Place) -> bool:
 
 
 def is_page(menu: Place) -> bool:
-    """Return whether a menu is a file's page with items."""
-    return len(menu) == PAGE - 1 and menu[: len(PROGRAMS)] in (PROGRAMS, _MADE, _SOUNDS)
+    """Return whether a menu is a file's page."""
+    return len(menu) == _PAGE_LEVEL and menu[: len(MY_FILES)] == MY_FILES
 
 
-def asks(menu: Place) -> bool:
-    """Return whether a menu is the question whether to delete a file."""
-    return is_page(menu[:-1]) and menu[-1] == DELETE
+def actions(menu: Place) -> Sequence[int]:
+    """Return what the items of a file's page do."""
+    return _LOG_ACTIONS if EXTENSIONS[menu[1]] == ".log" else _ACTIONS
+
+
+def action(place: Place) -> int | None:
+    """Return what an item of a file's page does; None elsewhere."""
+    return actions(place)[place[-1]] if is_page(place[:-1]) else None
 
 
 class Places:
@@ -73,7 +79,7 @@ class Places:
         if is_list(menu):
             return len(self.listed(menu))
         if is_page(menu):
-            return len((RUN, SEND, DELETE))
+            return len(actions(menu))
         if menu == MY_FILES and not self._data_log:
             return len(EXTENSIONS) - 1
         return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
