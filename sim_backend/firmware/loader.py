@@ -212,9 +212,8 @@ class Loader:
         return status
 
     def _remove(self, number: int) -> Status:
-        if self._blocked(
-            number, {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
-        ):
+        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
+        if self._blocked(number, uses):
             return Status.FILE_IS_BUSY
         found = self._handles[number]
         del self.flash.files[found.index]
@@ -234,7 +233,7 @@ class Loader:
 
     def rename(self, name: str, new_name: str) -> Opened:
         """Rename a file, unless a handle in use refers to its directory entry; the handle is the search's."""
-        _, number = self._allocate("")
+        number = self.next_handle
         if len(new_name) > NAME_LIMIT:
             return Opened(Status.ILLEGAL_FILE_NAME, number)
         if self.is_there(new_name):
@@ -301,19 +300,19 @@ class Loader:
         self.flash.erase()
         self.free_flash = self.flash.free
 
-    def _allocate(self, name: str) -> tuple[Status, int]:
-        """Return the lowest free handle, and whether `name` is legal; `_take` makes it used."""
-        for number, handle in enumerate(self._table):
-            if handle.use == Use.FREE:
-                return Status.ILLEGAL_FILE_NAME if len(name) > NAME_LIMIT else Status.OK, number
-        return Status.NO_MORE_HANDLES, 0
+    @property
+    def next_handle(self) -> int:
+        """The lowest free handle, 0 if there is none."""
+        return next((number for number, handle in enumerate(self._table) if handle.use == Use.FREE), 0)
 
     def _find(self, name: str) -> tuple[Status, int, File | None]:
         """Return a free handle and the first file that matches; without the file, the status says why."""
-        status, number = self._allocate(name)
-        if status:
-            return status, number, None
+        number = self.next_handle
         handle = self._handles[number]
+        if handle.use != Use.FREE:
+            return Status.NO_MORE_HANDLES, number, None
+        if len(name) > NAME_LIMIT:
+            return Status.ILLEGAL_FILE_NAME, number, None
         handle.name, handle.matches, handle.index = name.lower(), matcher(name), _NOWHERE
         return self.find_next(number)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.file_handle import Use
@@ -43,11 +44,16 @@ def _store(call: Call, content: bytes) -> None:
     data.memory.write(data.memory.array(data.index_of(call.members[_BUFFER])).offset, content)
 
 
-def _open_read(call: Call, loader: Loader) -> Result:
-    opened = loader.open_read(_name(call))
-    if opened.status == Status.OK:
+def _opened(call: Call, opened: Opened, *, sized: bool = True) -> Result:
+    """Return the size, too, unless it is left as it is."""
+    if sized:
         call.put(_LENGTH, opened.size)
     return opened.status, opened.handle
+
+
+def _open_read(call: Call, loader: Loader) -> Result:
+    opened = loader.open_read(_name(call))
+    return _opened(call, opened, sized=opened.status == Status.OK)
 
 
 def open_linear(loader: Loader, name: str) -> Opened:
@@ -62,20 +68,14 @@ def open_linear(loader: Loader, name: str) -> Opened:
 
 def _open_read_linear(call: Call, loader: Loader) -> Result:
     opened = open_linear(loader, _name(call))
-    call.put(_LENGTH, opened.size)
     if opened.status == Status.OK:
         _store(call, loader.address_of(opened.handle).to_bytes(4, "little"))
-    return opened.status, opened.handle
+    return _opened(call, opened)
 
 
-def _opened(opened: Opened) -> Result:
-    return opened.status, opened.handle
-
-
-def _append(call: Call, loader: Loader) -> Result:
-    opened = loader.append(_name(call))
-    call.put(_LENGTH, opened.size)
-    return opened.status, opened.handle
+def _create(call: Call, loader: Loader, *, linear: bool = False, appendable: bool = False) -> Result:
+    created = loader.create(_name(call), call.number(_LENGTH), linear=linear, appendable=appendable)
+    return _opened(call, created, sized=False)
 
 
 def _read(call: Call, loader: Loader) -> Result:
@@ -94,7 +94,7 @@ def _write(call: Call, loader: Loader) -> Result:
 
 def _delete(call: Call, loader: Loader) -> Result:
     """Delete a file; the handle is that of the search."""
-    handle = next((number for number, each in enumerate(loader.handles) if each.use == Use.FREE), 0)
+    handle = loader.next_handle
     return loader.delete(_name(call)), handle
 
 
@@ -131,17 +131,17 @@ def _close_modules(call: Call) -> Result:
 
 _COMMANDS: Mapping[int, Callable[[Call, Loader], Result]] = {
     0x80: _open_read,
-    0x81: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH))),
+    0x81: _create,
     0x82: _read,
     0x83: _write,
     0x84: lambda call, loader: (loader.close(_handle(call)), _handle(call)),
     0x85: _delete,
     0x86: lambda call, loader: _found(call, *loader.find_first(_name(call))),
     0x87: lambda call, loader: _found(call, *loader.find_next(_handle(call))),
-    0x89: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH), linear=True)),
+    0x89: partial(_create, linear=True),
     0x8A: _open_read_linear,
-    0x8B: lambda call, loader: _opened(loader.create(_name(call), call.number(_LENGTH), appendable=True)),
-    0x8C: _append,
+    0x8B: partial(_create, appendable=True),
+    0x8C: lambda call, loader: _opened(call, loader.append(_name(call))),
     0x8D: lambda call, loader: (loader.crop(_handle(call)), _handle(call)),
     0x90: lambda call, _: _found_module(call, call.devices.module_search.first(_name(call))),
     0x91: lambda call, _: _found_module(call, call.devices.module_search.following()),
