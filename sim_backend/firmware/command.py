@@ -16,7 +16,7 @@ from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.calibrations import Calibrations
-from sim_backend.firmware.vm.clump_records import ClumpRecords
+from sim_backend.firmware.vm.clump_records import NO_BREAKPOINTS, ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
@@ -30,9 +30,6 @@ _POOL_AT = COMMAND.field("MemoryPool").offset
 
 _CALIBRATIONS = "*.cal"
 """Files that the firmware looks for at the start of a program."""
-
-BREAKPOINTS = 4
-"""Breakpoints of a clump."""
 
 
 class _Phase(Enum):
@@ -256,6 +253,8 @@ class CommandModule:
         self._handle, content = self._loader.open_program(self.program_name)
         try:
             program = parse(content, self._layout.types)
+            address = self._loader.address_of(self._handle)
+            self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program, address)
             self._written = {}
             self._memory = memory = Memory(program, self._layout, self._pool)
             memory.fill()
@@ -265,12 +264,10 @@ class CommandModule:
                 self._phase = _Phase.WAITING
             return
         self.mailboxes = Mailboxes(memory)
-        address = self._loader.address_of(self._handle)
-        self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program, address)
         calibrations = Calibrations(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes, calibrations), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
-        self.breakpoints = [[(0, 0)] * BREAKPOINTS for _ in program.clumps]
+        self.breakpoints = [[*NO_BREAKPOINTS] for _ in program.clumps]
         if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
             with suppress(OutOfMemory):
                 name = file.name.split(".")[0].encode("latin-1")

@@ -13,12 +13,16 @@ from typing import NamedTuple, Protocol
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP
 from sim_backend.firmware.vm.memory import Layout
-from sim_backend.firmware.vm.rxe import Program
+from sim_backend.firmware.vm.rxe import Clump, Program
 
 _WORD = 2
 _ADDRESS_MASK, _WORD_MASK = 0xFFFF_FFFF, 0xFFFF
 _POINT = 4
 """Bytes of a breakpoint in a record."""
+
+
+NO_BREAKPOINTS = ((0, 0),) * 4
+"""The breakpoints of a clump at the start of a program: for each whether it is enabled, and its offset."""
 
 
 class RecordFormat(NamedTuple):
@@ -86,10 +90,13 @@ class ClumpRecords:
         self._code = address + len(program.content) - _WORD * len(program.code)
         for number, clump in enumerate(program.clumps):
             at = number * layout.clump
-            pool[at + layout.fire_count - 1] = clump.fire_count
+            self._place(at, clump, clump.start)
+            pool[at + layout.fire_count - 1] = pool[at + layout.fire_count] = clump.fire_count
             pool[at + layout.fire_count + 1 : at + layout.fire_count + 3] = bytes((NO_CLUMP, record.tail))
             struct.pack_into("<I", pool, at + record.dependents, address + clump.list_at if clump.dependents else 0)
             pool[at + record.number_of] = clump.dependents
+            if record.points is not None:
+                self._show_points(at + record.points, NO_BREAKPOINTS)
 
     def show(
         self, tasks: Sequence[ShownTask], sleeping: Collection[int], points: Sequence[Sequence[tuple[int, int]]]
@@ -98,19 +105,24 @@ class ClumpRecords:
         record = self._format
         for task, clump in zip(tasks, self._program.clumps, strict=True):
             at = task.number * self._layout.clump
-            places = [clump.start, clump.end - 1, task.pc - (0 if record.addresses else clump.start)]
-            if record.addresses:
-                places = [self._code + _WORD * place for place in places]
+            self._place(at, clump, task.pc)
             if record.compares is not None and task.compares:
                 self._pool[at + record.compares] &= ~1
-            mask = _ADDRESS_MASK if record.addresses else _WORD_MASK
-            record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
             if record.wake is not None and task.wake_ms != NEVER:
                 wakes = task.wake_ms - 1 if task.number in sleeping else 0
                 struct.pack_into("<I", self._pool, at + record.wake, wakes)
         if record.points is not None:
             for number, each in enumerate(points):
                 self._show_points(number * self._layout.clump + record.points, each)
+
+    def _place(self, at: int, clump: Clump, pc: int) -> None:
+        """Write where a clump begins, ends and continues."""
+        record = self._format
+        places = [clump.start, clump.end - 1, pc - (0 if record.addresses else clump.start)]
+        if record.addresses:
+            places = [self._code + _WORD * place for place in places]
+        mask = _ADDRESS_MASK if record.addresses else _WORD_MASK
+        record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
 
     def _show_points(self, at: int, points: Sequence[tuple[int, int]]) -> None:
         self._pool[at - 1] = NO_CLUMP
