@@ -59,10 +59,11 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _play_file(call: Call) -> None:
-    """Play a sound file: status, name, loop, volume."""
+    """Play a sound file: status, name, loop, volume; the last byte of the map's name stays as it is."""
     sound = call.devices.sound
-    sound.volume = _volume(call, 3)
+    sound.volume, before = _volume(call, 3), sound.name
     sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=bool(call.number(2)))
+    sound.name = sound.name[:NAME_LIMIT] + before[NAME_LIMIT:]
     call.put(0, Status.OK)
 
 
