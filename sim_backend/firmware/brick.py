@@ -105,9 +105,8 @@ class SimBrick:
         self.loader = Loader(flash, version)
         self.sound = SoundModule(clock, self.loader)
         self._screen = ScreenRefresh(clock)
-        self.display = DisplayModule(
-            self._show_status, self._screen.show_drawing, enhanced=version.dialect.enhanced_calls
-        )
+        screen, enhanced = self._screen, version.dialect.enhanced_calls
+        self.display = DisplayModule(self._show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
         self.radio = Radio(clock, name.encode("latin-1"), address)
@@ -124,7 +123,7 @@ class SimBrick:
         self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
         self.radio.on_plan = self.ui.wake_later
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
-        ui, screen = self.ui, self._screen
+        ui = self.ui
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
         channel = Channel()
         self._maps = self._make_maps(version)

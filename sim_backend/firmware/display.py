@@ -32,6 +32,7 @@ class DisplayModule:
     Args:
         show_status: Called with False when a program takes the screen, with True when it gives it back.
         show_drawing: Called when a program has drawn something.
+        drop_drawings: Called when a program clears the screen.
         enhanced: Whether lines are drawn from left to right, and cut off at the edges of the screen first.
 
     Attributes:
@@ -42,10 +43,12 @@ class DisplayModule:
         self,
         show_status: Callable[[bool], None] = lambda _: None,
         show_drawing: Callable[[], None] = lambda: None,
+        drop_drawings: Callable[[], None] = lambda: None,
         *,
         enhanced: bool = False,
     ) -> None:
-        self._show_status, self.show_drawing, self._enhanced = show_status, show_drawing, enhanced
+        self._show_status, self.show_drawing, self._drop_drawings = show_status, show_drawing, drop_drawings
+        self._enhanced = enhanced
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
         self._shape: dict[tuple[int, int], int] | None = None
@@ -63,6 +66,7 @@ class DisplayModule:
         """Prepare for drawing: the first time the firmware's own screen makes room for the program's."""
         if clear or not self._drawn:
             self.clear()
+            self._drop_drawings()
         if not self._drawn:
             self._drawn = True
             self._show_status(False)

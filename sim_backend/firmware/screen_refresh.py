@@ -79,6 +79,10 @@ class ScreenRefresh:
         """Draw what a program has drawn."""
         self.mark(_DRAWING)
 
+    def drop_drawings(self) -> None:
+        """Draw nothing of what was left to draw: a program clears the screen."""
+        self.update_mask = 0
+
     def show_normal(self) -> None:
         """Show the normal screen."""
         self._flags &= ~int(DisplayFlag.POPUP)
