@@ -139,7 +139,7 @@ class SoundModule:
     @property
     def audible(self) -> bool:
         """Whether a tone or file is playing: a tone until the pass before its end, a file until its last sample."""
-        if self._is_melody or self.state == SoundState.TONE:
+        if self._is_melody or self.state == SoundState.TONE or not (self._queue or self.state == SoundState.FILE):
             return self._sounds and self._clock.now_ms < self._ends_ms - 1
         if not self._queue:
             return self._sounds
