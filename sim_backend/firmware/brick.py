@@ -104,8 +104,8 @@ class SimBrick:
         flash = flash or Flash(version.sectors, version.directory_size, version.settings)
         self.loader = Loader(flash, version)
         self.sound = SoundModule(clock, self.loader)
-        self._screen = ScreenRefresh(clock)
-        screen, enhanced = self._screen, version.dialect.enhanced_calls
+        self._screen = screen = ScreenRefresh(clock)
+        enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self._show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
@@ -123,8 +123,7 @@ class SimBrick:
         self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
         self.radio.on_plan = self.ui.wake_later
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
-        ui = self.ui
-        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, ui)
+        self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         channel = Channel()
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps)
