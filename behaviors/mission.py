@@ -176,7 +176,7 @@ class Mission(Table):
     robot: RobotTable = RobotTable()
     camera: CameraTable = CameraTable()
     color: dict[ColorName, ColorTable] = Field(default={})
-    calibration: CalibrationTable = Field(default=CalibrationTable(), exclude=True)
+    calibration: CalibrationTable = CalibrationTable()
 
     @property
     def guessed_heights(self) -> frozenset[str]:

@@ -84,6 +84,10 @@ class RobotTable(Table):
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
 
 
+MEASURED_PLACE = frozenset({"forward_mm", "height_mm"})
+"""Keys of [camera] whose values are measured ones if they are given, and guesses otherwise."""
+
+
 class CameraTable(Table):
     """The camera on the robot.
 
@@ -145,7 +149,7 @@ class MeasuredTable(Table):
         measured: Values that no other table has.
     """
 
-    date: datetime.date
+    date: Annotated[datetime.date, Field(strict=False)]  # text in JSON
     method: str = Field(max_length=200)
     standard_uncertainty: dict[str, Annotated[float, Field(ge=0)]] = {}
     measured: dict[str, float] = {}

@@ -19,6 +19,7 @@ from typing import TextIO
 from behaviors.executive import Report
 from behaviors.journal import Record
 from behaviors.mission import Mission
+from behaviors.robot_description import MEASURED_PLACE
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.output_file import write_file
 
@@ -58,9 +59,9 @@ class RunFolder:
     def write_mission(self, mission: Mission) -> None:
         """Write ``mission.json``: the mission with all parameters it runs with; it reads as the same mission."""
         self.mission = mission
-        # where the lens is counts only if the mission says it
-        unsaid = {"camera": {"forward_mm"} - mission.camera.model_fields_set}
-        write_file(self.path / MISSION, (mission.model_dump_json(indent=2, exclude=unsaid) + "\n").encode())
+        guesses = MEASURED_PLACE - mission.camera.model_fields_set
+        text = mission.model_dump_json(indent=2, exclude={"camera": set(guesses)})
+        write_file(self.path / MISSION, (text + "\n").encode())
 
     def close(self) -> None:
         """Close the journal; if the folder was removed in the meantime, recreate it and its files."""

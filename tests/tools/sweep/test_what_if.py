@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from datetime import date
 
 import numpy as np
 import pytest
 
+from behaviors.mission import described_by
+from behaviors.robot_description import RobotFile
 from nxtdrive.cli.main import main
 from nxtdrive.mission.setup import load, with_profile
 from nxtdrive.recording.explanation import what_if_words, what_ifs
@@ -15,7 +18,7 @@ from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
 from nxtdrive.tools.sweep.regret import over_missions, regret
-from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branch_costs, play
+from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branch_costs, play, read_recorded
 from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
@@ -208,8 +211,14 @@ def test_of_a_file_that_another_program_wrote_only_whole_decisions_are_read(tmp_
     assert "regret 2.0 s" in what_if_words(TOLD)
 
 
-def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path):
-    mission = with_profile(load(None), "adaptive")
+CAMERAS = {"unmeasured": {}, "measured": {"height_mm": 200.0, "forward_mm": 60.0}}
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("calibration", [{}, {"camera": {"date": date(2026, 1, 2), "method": "sheet"}}])
+def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path, camera, calibration):
+    described = RobotFile.model_validate({"camera": CAMERAS[camera], "calibration": calibration})
+    mission = described_by(with_profile(load(None), "adaptive"), described)
     folder = new_run_folder(tmp_path, "x")
     folder.write_mission(mission)
     folder(next(iter(_records())))
@@ -217,6 +226,21 @@ def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path):
     read = read_run(folder.path).mission
     assert read == mission
     assert read.sonar_ahead_mm == mission.sonar_ahead_mm
+    said = CAMERAS[camera].keys()
+    assert read.camera.model_fields_set & {"height_mm", "forward_mm"} == said, "a default is not a measured value"
+
+
+@pytest.mark.nightly
+def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
+    mission = tmp_path / "short.toml"
+    mission.write_text('[mission]\ntargets = ["lena"]\ntime_limit_s = 40\n')
+    with mission.open("a") as file:
+        file.write('[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\nheight_mm = 297\n')
+    main(["run", str(mission), "--no-video", "--out", str(tmp_path)])
+    (folder,) = tmp_path.glob("*-001")
+    recorded = read_recorded(folder)
+    assert recorded.choices
+    assert tuple((each.time_s, each.chose) for each in play(recorded).decisions) == recorded.choices
 
 
 def _records():
