@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from concurrent.futures import Executor
 
     from nxtdrive.tools.sweep.what_if import Rollout, Source
@@ -111,21 +112,34 @@ def _played(
     from behaviors.mission import MissionError
     from nxtdrive.tools.sweep.what_if import RecordedRun, all_costs, play
 
+    complain(f"{name}: repeating the mission, to find its decisions", sender="")
     try:
         base = play(source)
     except MissionError as error:
         raise ConfigError(str(error)) from None
-    choices = tuple((each.time_s, each.chose) for each in base.decisions)
-    if isinstance(source, RecordedRun) and choices != source.choices:
-        raise ConfigError(
-            f"{name} cannot be repeated: the same mission leads to other decisions now.",
-            remedy="It was made with another version of nxtdrive, or a person or another program intervened.",
-        )
-    found = all_costs(source, base, args.futures, _wanted(base, args), executor, watch)
-    result = {"run": name, "decisions": [_decision_values(at, base, costs_s) for at, costs_s in found]}
+    if isinstance(source, RecordedRun):
+        _check_repeated(name, source.choices, base)
+    wanted, decisions = _wanted(base, args), []
+    for done, (at, costs_s) in enumerate(all_costs(source, base, args.futures, wanted, executor, watch), 1):
+        decisions.append(_decision_values(at, base, costs_s))
+        complain(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}", sender="")
+    result = {"run": name, "decisions": decisions}
     if isinstance(source, RecordedRun):
         _keep(source.path, result)
     return result
+
+
+def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Rollout) -> None:
+    """Raise a `ConfigError` that names the first decision in which a mission differs from its record."""
+    choices = [(each.time_s, each.chose) for each in base.decisions]
+    for was, now in zip_longest(recorded, choices):
+        if was != now:
+            then, instead = (f"{each[1]} at {each[0]:.1f} s" if each else "the end" for each in (was, now))
+            raise ConfigError(
+                f"{name} cannot be repeated: where it has {then}, the same mission now leads to {instead}.",
+                remedy="It was made with another version of nxtdrive or of its world file, or a person or another "
+                "program intervened.",
+            )
 
 
 def _wanted(base: Rollout, args: argparse.Namespace) -> list[int]:

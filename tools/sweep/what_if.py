@@ -17,7 +17,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, cast
 
-from behaviors.executive import Executive
+from behaviors.executive import Ending, Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
@@ -181,11 +181,13 @@ def play(source: Source, decision: int = -1, enter: Callable[[], Branch] = Branc
 
     Raises:
         ConfigError: The run cannot be repeated.
+        KeyboardInterrupt: Ctrl-C, which ends a mission in good order.
     """
     with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as stage:
         stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation))
         ask = partial(_decide, decision, enter, stage.rollout, stage.simulation.reseed)
-        stage.run(supervised(stage.mission, ask))
+        if stage.run(supervised(stage.mission, ask)).ending is Ending.INTERRUPTED:
+            raise KeyboardInterrupt
         if stage.observers.failures:
             raise RuntimeError(f"observers failed: {dict(stage.observers.failures)}")
     return stage.rollout
@@ -222,7 +224,7 @@ class _ReadyMission:
     mission: Mission
     simulation: Any
     observers: Observers
-    run: Callable[[MakeProfile], object]
+    run: Callable[[MakeProfile], Report]
     rollout: Rollout
 
 
@@ -230,7 +232,7 @@ def _stage(
     mission: Mission,
     simulation: Any,  # noqa: ANN401 - see above
     observers: Observers,
-    run: Callable[[MakeProfile], object],
+    run: Callable[[MakeProfile], Report],
 ) -> _ReadyMission:
     """Set a mission up, with the targets that there are or will be."""
     pictures = {picture.name for picture in simulation.world_file.pictures}
@@ -250,8 +252,8 @@ def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[_ReadyMiss
     with closing(Episode(scenario, GEOMETRIC)) as episode:
         robot, observers = episode.robot, Observers()
 
-        def run(make_profile: MakeProfile) -> None:
-            Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
+        def run(make_profile: MakeProfile) -> Report:
+            return Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
 
         yield _stage(mission, episode.simulation, observers, run)
 
@@ -264,8 +266,8 @@ def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
         # the run was recorded, and a camera that is watched takes each frame when it is due
         robot.watch(lambda _: None)
 
-        def run(make_profile: MakeProfile) -> None:
-            MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
+        def run(make_profile: MakeProfile) -> Report:
+            return MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
 
         yield _stage(mission, transport.simulation, observers, run)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from datetime import date
 
@@ -145,6 +146,14 @@ def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_
     assert play(SOURCE, 0, lambda: Branch(1, 1)) != play(SOURCE, 0, lambda: Branch(1, 2))
 
 
+def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        play(SOURCE, 0, interrupt)
+
+
 @pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
 def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
     def half_in_the_first(forks):
@@ -188,7 +197,7 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
     journal = folder / "journal.jsonl"
     journal.write_text(journal.read_text().replace('"choice": "', '"choice": "un', 1))
     assert main(["what-if", str(folder), "--workers", "1"]) != 0
-    assert "cannot be repeated" in capsys.readouterr().err
+    assert re.search(r"where it has un\w+ at [\d.]+ s, the same mission now leads to \w+ at", capsys.readouterr().err)
 
 
 OTHERS = {
