@@ -216,6 +216,8 @@ def _say_where(report: Report, recording: Recording) -> None:
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
         print_line(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
+    for hint in report.hints:  # again, for the reader of a long run's last lines
+        _say_hint(hint)
     if report.error:
         complain(report.error)
     for path in recording.files():

@@ -192,7 +192,7 @@ class RunReview:
             self._hint(
                 target,
                 f"{target}: while driving, its size in the picture gave {1 / factor:.2g} times the true distance. Is "
-                f"height_mm = {height_mm:g} right? It may be about {height_mm * factor:.2g} mm high; or "
+                f"height_mm = {height_mm:g} right? It may be about {float(f'{height_mm * factor:.2g}'):g} mm high; or "
                 f"hfov_deg = {self._mission.camera.hfov_deg:g} is wrong, which `nxtdrive calibrate camera` measures.",
             )
 

@@ -173,7 +173,9 @@ class Course:
             if self._brick.now() >= end_s:
                 raise CalibrationRefused(
                     "a turn did not bring the sheet to where it should be in the frame.",
-                    remedy="Clear the floor round the robot, and see that nothing but the sheet has such markers.",
+                    remedy="Clear the floor round the robot, and see that nothing but the sheet has such markers. If "
+                    "its wheels or track are unusual, write roughly measured values into the robot file first: "
+                    "[robot] wheel_diameter_mm = ..., axle_track_mm = ...",
                 )
         self._rover.stop()
 

@@ -47,7 +47,8 @@ def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column) -> bo
     if abs(moved) < LEAST_SHARE:
         raise CalibrationRefused(
             f"the picture did not move when the motor on port {port} turned.",
-            remedy="Check the ports with `nxtdrive motor`, and that the wheels touch the floor.",
+            remedy="See that the wheels touch the floor, find the ports with `nxtdrive motor`, and write them into the "
+            'robot file: [robot] left = "B", right = "C".',
         )
     return moved * sign > 0
 

@@ -44,6 +44,15 @@ def test_a_sheet_of_another_kind_is_refused(capsys):
     assert "Use .pdf" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("path", ["nowhere/robot.toml", "robots"])
+def test_a_file_that_cannot_be_written_is_refused_before_the_robot_drives(here, capsys, path):
+    (here / "robots").mkdir()
+    assert main(["calibrate", "--robot", path]) == USAGE
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "turning each wheel" not in said.err
+
+
 @pytest.mark.parametrize("what", ["camera", "motors"])
 def test_without_a_sheet_in_view_nothing_is_written(here, capsys, what):
     (here / "robot.toml").write_text("[robot]\nradius_mm = 140.0\n")
