@@ -12,9 +12,11 @@ from nxtdrive.drawing.blocks import LegendBlock, Note, NotesBlock, Tag, draw_tag
 from nxtdrive.drawing.floor_view import BELOW_PX, LEFT_PX, Area, Axes, FloorView, scale_for
 from nxtdrive.drawing.label_placement import centre, place_boxes
 from nxtdrive.drawing.legend import Key
-from nxtdrive.drawing.sheet import DIM, PAPER, Box, Point, Sheet, wrapped
+from nxtdrive.drawing.sheet import DIM, PAPER, Box, Point, Sheet, text_width, wrapped
 
 WIDTH, MARGIN = 1600, 40
+NARROWEST = 800
+"""Width of a page without notes at least: the legend needs it."""
 INNER_PX = float(WIDTH - 2 * MARGIN)
 TITLE, SUBTITLE = 32, 18
 SUBTITLE_PX = 26
@@ -66,13 +68,13 @@ class Page:
 
 
 def draw_page(page: Page) -> Image.Image:
-    """Draw a page; returns an RGB picture `WIDTH` pixels wide."""
+    """Draw a page; returns an RGB picture `WIDTH` pixels wide, or without notes as wide as map and title need."""
     titles = wrapped(page.title, TITLE, WIDTH - 2 * MARGIN, 1)
     subtitles = wrapped(page.subtitle, SUBTITLE, WIDTH - 2 * MARGIN, 3)
     top = MARGIN + 40 * len(titles) + SUBTITLE_PX * len(subtitles) + 30
     wide = page.area.width >= WIDE * page.area.height or not page.notes
     layout = _below(page, top) if wide else _beside(page, top)
-    sheet = Sheet(WIDTH, math.ceil(layout.bottom + MARGIN))
+    sheet = Sheet(layout.width, math.ceil(layout.bottom + MARGIN))
     view = FloorView(sheet, page.area, page.axes, (MARGIN + LEFT_PX, top), layout.most)
     view.draw_grid()
     page.paint(view)
@@ -89,8 +91,9 @@ def draw_page(page: Page) -> Image.Image:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """Where things are on a page: the map's greatest size, then the blocks with their upper edges."""
+    """Where things are on a page: its width, the map's greatest size, then the blocks with their upper edges."""
 
+    width: int
     most: Point
     legend: LegendBlock
     legend_top: float
@@ -107,11 +110,19 @@ class _Layout:
 def _below(page: Page, top: float) -> _Layout:
     """Place the legend below the map, and the notes below the legend in two columns."""
     most = (INNER_PX - LEFT_PX, MAP_PX)
-    legend = LegendBlock(page.keys, INNER_PX)
-    legend_top = top + page.area.height * scale_for(page.area, most) + BELOW_PX + SECTION_PX
+    scale = scale_for(page.area, most)
+    width = WIDTH if page.notes else _width_without_notes(page, scale)
+    legend = LegendBlock(page.keys, width - 2 * MARGIN)
+    legend_top = top + page.area.height * scale + BELOW_PX + SECTION_PX
     notes = NotesBlock(page.heading, page.notes, (INNER_PX - GAP_PX) / 2)
     columns = (float(MARGIN), (WIDTH + GAP_PX) / 2)
-    return _Layout(most, legend, legend_top, notes, legend_top + legend.height + SECTION_PX, columns)
+    return _Layout(width, most, legend, legend_top, notes, legend_top + legend.height + SECTION_PX, columns)
+
+
+def _width_without_notes(page: Page, scale: float) -> int:
+    texts = max(text_width(page.title, TITLE), text_width(page.subtitle, SUBTITLE))
+    inner = max(LEFT_PX + page.area.width * scale, texts)
+    return max(NARROWEST, math.ceil(min(inner, INNER_PX)) + 2 * MARGIN)
 
 
 def _beside(page: Page, top: float) -> _Layout:
@@ -124,7 +135,7 @@ def _beside(page: Page, top: float) -> _Layout:
     legend, legend_top = LegendBlock(page.keys, right - MARGIN), bottom + SECTION_PX
     if legend_top + legend.height > notes_bottom:
         legend, legend_top = LegendBlock(page.keys, INNER_PX), max(bottom, notes_bottom) + SECTION_PX
-    return _Layout(most, legend, legend_top, notes, top, (right + GAP_PX,))
+    return _Layout(WIDTH, most, legend, legend_top, notes, top, (right + GAP_PX,))
 
 
 def place_tags(view: FloorView, page: Page) -> list[Box | None]:

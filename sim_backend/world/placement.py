@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from sim_backend.world.objects import STAND_THICKNESS_MM
+from sim_backend.world.sensor_tables import Patch
 from sim_backend.world.toml_types import Point
-from sim_backend.world.world_file import Box, Picture, Wall, WorldFile
+from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
 
 SLACK_MM = 1.0
 """Objects may overlap by this much; they touch."""
@@ -67,6 +68,18 @@ def outline_of_picture(picture: Picture) -> Outline:
     size_mm = STAND_THICKNESS_MM, picture.size_mm[0]
     top_mm = picture.centre_height_mm + picture.size_mm[1] / 2
     return Outline(repr(picture.name), picture.at_mm, size_mm, picture.facing_deg, top_mm)
+
+
+def outline_of_patch(patch: Patch) -> Outline | None:
+    """Return the outline of a patch on the floor; None of tape."""
+    if patch.at_mm is None or patch.size_mm is None:
+        return None
+    return Outline("the patch", patch.at_mm, patch.size_mm, patch.facing_deg, 0.0)
+
+
+def outline_of_carpet(carpet: Carpet) -> Outline:
+    """Return the outline of a carpet."""
+    return Outline("the carpet", carpet.at_mm, carpet.size_mm, carpet.facing_deg, 0.0)
 
 
 def misplaced(world: WorldFile) -> Iterator[str]:

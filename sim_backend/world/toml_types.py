@@ -71,6 +71,12 @@ def _paint(value: object) -> object:
     return value
 
 
+def paint_name(paint: tuple[float, float, float]) -> str:
+    """Return a colour as a world file gives it: by name, or as [red, green, blue]."""
+    text = "[{:g}, {:g}, {:g}]".format(*paint)
+    return next((name for name, each in PAINTS.items() if each == paint), text)
+
+
 Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
 """A colour by name, or as reflected red, green and blue light in percent."""
 

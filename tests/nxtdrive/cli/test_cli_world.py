@@ -13,6 +13,9 @@ import pytest
 
 import nxtdrive
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.room_picture import room_page
+from nxtdrive.drawing.floor_view import FloorView
+from nxtdrive.drawing.sheet import Sheet
 from sim_backend.bundled import WORLDS
 from sim_backend.world.loading import load_world, parse_world
 
@@ -91,6 +94,68 @@ def test_a_room_is_drawn_as_an_image(capsys):
     assert main(["world", "show", "arena", "--out", "nowhere/arena.png"]) == USAGE
     assert main(["world", "show", "arena", "--out", "arena.odd"]) == USAGE
     assert capsys.readouterr().err.count("cannot be written") == 2
+
+
+def test_a_room_as_text_shows_what_its_sensors_measure_and_where_they_are(capsys):
+    assert main(["world", "show", "track"]) == DONE
+    drawing, _, legend = capsys.readouterr().out.rpartition("+\n")
+    rows = drawing.splitlines()
+    assert all("k" in row for row in rows[5:20])
+    assert rows[1].count("r") == rows[1].count("y") == rows[-2].count("g") == rows[-2].count("b") > 3
+    assert "U!" in drawing, "the magnet and the sound are at the same place"
+    assert "port 2: color, 80 mm forward and 30 right" in legend
+    assert "k  black tape, 40 mm wide, along (1200, 500) (2800, 500)" in legend
+    assert "r  red patch at (250, 200), 300 x 300 mm" in legend
+    assert "U  magnet at (2000, 1300), 30° within 500 mm" in legend
+    assert "!  sound at (2000, 1300), 75 dB from 10 s for 5 s" in legend
+
+
+def test_inner_walls_are_listed_below_the_text(capsys):
+    assert main(["world", "show", "room"]) == DONE
+    assert "=  wall from (1500, 2000) to (1500, 2800), 600 high" in capsys.readouterr().out
+
+
+def test_the_image_shows_tape_and_patches_in_their_colours_in_map_and_legend():
+    page, (image, view) = _painted("track")
+    text = [key.text for key in page.keys]
+    assert text[-8:-2] == ["floor, white", "black tape", "red patch", "yellow patch", "green patch", "blue patch"]
+    assert text[-2:] == ["source of sound", "magnet or iron, and its range"]
+    assert "a sensor on it" in text
+    colors = [image.getpixel(view.at(place)) for place in ((2000, 500), (250, 200), (3750, 200), (250, 2400))]
+    black, red, yellow, green = colors
+    assert max(black) < 80
+    assert red[0] > 2 * red[1] > red[2]
+    assert min(yellow[:2]) > 1.5 * yellow[2]
+    assert green[1] > 1.2 * max(green[0], green[2])
+    assert min(image.getpixel(view.at((700, 1300)))) > 220, "the floor is white"
+
+
+def test_what_is_larger_than_the_room_ends_at_its_walls():
+    patch = "[[patches]]\ncolor = 'red'\nat_mm = [300, 500]\nsize_mm = [1000000, 200]\n"
+    text = f"[floor]\nsize_mm = [600, 1000]\n[robot]\nstart_mm = [200, 200]\n{patch}"
+    Path("small.toml").write_text(text, encoding="utf-8")
+    _, (image, view) = _painted("small.toml")
+    assert [image.getpixel(view.at((x_mm, 550))) == (255, 255, 255) for x_mm in (-80, 80, 520, 680)] == [1, 0, 0, 1]
+
+
+def test_a_world_without_paint_keeps_its_plain_floor_in_the_image():
+    page, (image, view) = _painted("room")
+    assert image.getpixel(view.at((800, 800))) == (255, 255, 255)
+    assert not any("floor" in key.text for key in page.keys)
+
+
+def test_the_image_holds_a_person_who_comes_in_at_the_edge():
+    Path("edge.toml").write_text(EXAMPLE.replace("[2600, 150]", "[2600, 0]"), encoding="utf-8")
+    page, _ = _painted("edge.toml")
+    assert page.area.top < -180
+
+
+def _painted(world):
+    page = room_page(load_world(world))
+    sheet = Sheet(1000, 800)
+    view = FloorView(sheet, page.area, page.axes, (0.0, 0.0), (1000.0, 800.0))
+    page.paint(view)
+    return page, (sheet.finished(), view)
 
 
 @pytest.mark.parametrize("command", ["mission", "world"])

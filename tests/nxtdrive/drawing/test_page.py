@@ -15,7 +15,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes, FloorView, tick_mm
 from nxtdrive.drawing.legend import Key, dot_sample, line_sample
-from nxtdrive.drawing.page import WIDTH, Page, draw_page
+from nxtdrive.drawing.page import MARGIN, NARROWEST, WIDTH, Page, draw_page
 from nxtdrive.drawing.sheet import INK, Sheet, dashes, encoded
 
 AXES = Axes("x, m", "y, m", up=True)
@@ -64,10 +64,17 @@ def test_pages_of_every_shape_hold_their_notes(size_mm, notes):
         [Tag((10.0, 10.0), str(i), INK) for i in range(notes)],
     )
     drawn = np.asarray(draw_page(page))
-    assert drawn.shape[1] == WIDTH
+    assert drawn.shape[1] == WIDTH or not notes
+    assert NARROWEST <= drawn.shape[1] <= WIDTH
     assert drawn.shape[0] < 1.5 * WIDTH
     edge = np.concatenate([drawn[:3].ravel(), drawn[-3:].ravel(), drawn[:, :3].ravel(), drawn[:, -3:].ravel()])
     assert edge.min() == 255, "nothing is cut off at the edges"
+
+
+def test_a_page_without_notes_ends_beside_its_map():
+    drawn = np.asarray(draw_page(Page("A room", "", Area(0.0, 0.0, 4000.0, 3000.0), AXES, lambda view: None, [])))
+    assert drawn[:, -2 * MARGIN :].min() < 255
+    assert drawn.shape[1] < WIDTH
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".png", ".PNG", ".webp"])
