@@ -53,11 +53,10 @@ def _check(args: argparse.Namespace) -> int:
 def _mistakes(file: str) -> list[str]:
     """Return what is wrong with a world, image files included."""
     from sim_backend.simulation import Simulation
+    from sim_backend.world.loading import load_world
 
     try:
-        simulation = Simulation(file)
-        simulation.truth.front_images()
-        simulation.webcam.frame()
+        Simulation(load_world(file, read_images=True)).webcam.frame()
     except ConfigError as error:
         head, *rest = str(error).split(CONTINUED)
         return rest or [head]

@@ -104,6 +104,8 @@ class TextureLibrary:
         try:
             return Texture(read_picture(path))
         except InputFileError as error:
+            if path.is_file():
+                raise ConfigError(str(error)) from None
             known = f"Textures are {', '.join(self.names)}, or the path of a PNG or JPEG file."
             raise ConfigError(f"no texture {name!r}: {error}", remedy=known) from None
 

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import InputFileError
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.toml_file import check, hint, mistakes, read_tables
 from sim_backend.world.event_tables import Event
-from sim_backend.world.partial_world import valid_part
+from sim_backend.world.partial_world import PartialWorld, valid_part
 from sim_backend.world.placement import misplaced
 from sim_backend.world.toml_types import TEXTURES
-from sim_backend.world.world_file import WorldFile
+from sim_backend.world.world_file import Box, Person, Wall, WorldFile
 
 
-def load_world(source: str | Path) -> WorldFile:
+def load_world(source: str | Path, *, read_images: bool = False) -> WorldFile:
     """Load the world in a file.
 
     Args:
         source: Path of a TOML file, or the name of a bundled world, with or without ".toml".
+        read_images: Whether to read all image files, too, so that an unreadable one is among the mistakes.
 
     Raises:
         ConfigError: There is no such file, or it has mistakes; the message lists all of them.
@@ -30,25 +32,27 @@ def load_world(source: str | Path) -> WorldFile:
     tables = read_tables(path)
     if "mission" in tables and "floor" not in tables:
         raise ConfigError(f"{path} is a mission, not a world.", remedy="`nxtdrive world new FILE` writes a world.")
-    return parse_world(tables, path)
+    return parse_world(tables, path, read_images=read_images)
 
 
-def parse_world(tables: Mapping[str, Any], path: Path) -> WorldFile:
+def parse_world(tables: Mapping[str, Any], path: Path, *, read_images: bool = False) -> WorldFile:
     """Validate the parsed tables of a TOML file as a world.
 
     Args:
         tables: The tables as `tomllib` returns them.
         path: The file, for messages and to find pictures beside it.
+        read_images: As in `load_world`.
 
     Raises:
         ConfigError: The tables have mistakes; the message lists all of them.
     """
     world, problems = check(WorldFile, tables)
     found = [problem.sentence for problem in problems]
-    if world is not None:
-        found += _mistakes(world, path.parent, {})
-    elif part := valid_part(tables, problems):
-        found += map(part.renumbered, part.relevant(_mistakes(part.world, path.parent, part.lost)))
+    part = PartialWorld(world, {}, {}) if world else valid_part(tables, problems)
+    if part:
+        sentences = list(_mistakes(part.world, path.parent, part.lost))
+        sentences += _unreadable_images(part.world, path.parent) if read_images else []
+        found += map(part.renumbered, part.relevant(sentences))
     if found or world is None:
         raise mistakes(path, found)
     return _with_image_paths(world, path.parent)
@@ -173,14 +177,39 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
 
 
 def _missing_textures(world: WorldFile) -> Iterator[str]:
-    textures = [("floor.wall_texture", world.floor.wall_texture)]
-    textures += [(f"walls[{index}].texture", wall.texture) for index, wall in enumerate(world.walls)]
-    textures += [(f"boxes[{index}].texture", box.texture) for index, box in enumerate(world.boxes)]
-    textures += [(f"people[{index}].texture", person.texture) for index, person in enumerate(world.people)]
     known = [*TEXTURES, *sorted(path.stem for path in PICTURES.glob("*.png"))]
-    for path, name in textures:
-        if name not in known and not (Path(name).suffix and os.path.isfile(name)):
+    for path, name in _textures(world):
+        if name not in known and not _is_image_file(name):
             yield f"{path}: there is no texture {name!r}; {hint(name, known)}"
+
+
+def _textures(world: WorldFile) -> Iterator[tuple[str, str]]:
+    """Yield the path of each key that names a texture, and the texture."""
+    yield "floor.wall_texture", world.floor.wall_texture
+    tables: dict[str, Sequence[Wall | Box | Person]]
+    tables = {"walls": world.walls, "boxes": world.boxes, "people": world.people}
+    for table, entries in tables.items():
+        for index, entry in enumerate(entries):
+            yield f"{table}[{index}].texture", entry.texture
+
+
+def _is_image_file(texture: str) -> bool:
+    return bool(Path(texture).suffix) and os.path.isfile(texture)
+
+
+def _unreadable_images(world: WorldFile, folder: Path) -> Iterator[str]:
+    """Yield mistakes in image files that exist."""
+    from input_files.picture import read_picture
+
+    files = [(path, Path(name)) for path, name in _textures(world) if _is_image_file(name)]
+    for index, picture in enumerate(world.pictures):
+        if picture.file is not None and os.path.isfile(folder / picture.file):
+            files.append((f"pictures[{index}].file", folder / picture.file))
+    for path, file in files:
+        try:
+            read_picture(file)
+        except InputFileError as error:
+            yield f"{path}: {error}"
 
 
 def _with_image_paths(world: WorldFile, folder: Path) -> WorldFile:

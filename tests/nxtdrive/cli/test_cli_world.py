@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 import nxtdrive
+from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.room_picture import room_page
 from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.sheet import Sheet
 from sim_backend.bundled import WORLDS
+from sim_backend.camera.textures import TextureLibrary
 from sim_backend.world.loading import load_world, parse_world
 
 PAGE = (Path(__file__).parents[3] / "docs" / "worlds.md").read_text(encoding="utf-8")
@@ -69,10 +71,29 @@ def test_mistakes_of_several_files_are_listed_with_the_images_that_cannot_be_rea
     bad, nowhere, image, good = [each["mistakes"] for each in json.loads(capsys.readouterr().out)]
     assert bad[0].startswith("robot.start_mm: the robot stands in the box")
     assert nowhere[0].startswith("there is no world file nowhere")
-    assert "cat.jpg" in image[0]
+    assert image == ["pictures[0].file: cat.jpg is not an image OpenCV can read. Use a PNG or JPEG file."]
     assert good == []
     assert main(["world", "check", "bad.toml"]) == USAGE
     assert capsys.readouterr().err.startswith("bad.toml: 1 mistake\n  robot.start_mm")
+
+
+def test_every_unreadable_image_is_listed_together_with_the_other_mistakes(capsys):
+    Path("cat.jpg").write_text("no image", encoding="utf-8")
+    text = EXAMPLE.replace('name = "lena"', 'name = "lena"\nfile = "cat.jpg"').replace('"crate"\n', '"cat.jpg"\n')
+    text = text.replace("heading_deg = 270", "heading = 270")
+    Path("bad.toml").write_text(text, encoding="utf-8")
+    assert main(["world", "check", "bad.toml"]) == USAGE
+    report = capsys.readouterr().err
+    assert report.startswith("bad.toml: 3 mistakes")
+    for path in ("robot.heading", "pictures[0].file: cat.jpg is not", "boxes[0].texture: cat.jpg is not"):
+        assert path in report
+
+
+def test_a_program_that_meets_an_unreadable_image_names_it_without_a_list_of_textures():
+    Path("cat.jpg").write_text("no image", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        TextureLibrary()["cat.jpg"]
+    assert str(caught.value) == "cat.jpg is not an image OpenCV can read. Use a PNG or JPEG file."
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in WORLDS.glob("*.toml")))
