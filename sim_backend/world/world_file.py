@@ -142,9 +142,9 @@ class Robot(Table):
 
     start_mm: Point
     heading_deg: float = 0.0
-    radius_mm: Length = 115.0
-    wheel_diameter_mm: Length = 56.0
-    track_mm: Length = 112.0
+    radius_mm: Annotated[float, Field(ge=50, le=500)] = 115.0
+    wheel_diameter_mm: Annotated[float, Field(ge=10, le=300)] = 56.0
+    track_mm: Annotated[float, Field(ge=30, le=600)] = 112.0
     mass_kg: Length = 0.75
     grip: Length = 0.9
     motor_mismatch_percent: Annotated[float, Field(ge=-50, le=50)] = 1.5

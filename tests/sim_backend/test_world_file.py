@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from behaviors.robot_description import RobotTable
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import WORLDS
 from sim_backend.camera.textures import SURFACES
@@ -93,6 +94,19 @@ def test_every_mistake_is_reported_at_once_with_its_path():
 def test_a_misspelt_key_gets_the_likely_one():
     [mistake] = mistakes_in(GOOD + "headng_deg = 90")
     assert mistake == "robot.headng_deg: there is no such key; did you mean heading_deg?"
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "high"), [("wheel_diameter_mm", 10, 300), ("track_mm", 30, 600), ("radius_mm", 50, 500)]
+)
+def test_the_robot_has_the_sizes_that_a_mission_allows(key, low, high):
+    model = Robot.model_fields[key].metadata
+    limits = RobotTable.model_fields[{"track_mm": "axle_track_mm"}.get(key, key)].metadata
+    assert model == limits
+    [mistake] = mistakes_in(GOOD + f"{key} = {low / 2}")
+    assert mistake == f"robot.{key}: must be {low} or more, not {low / 2}"
+    [mistake, *_] = mistakes_in(GOOD + f"{key} = {2 * high}")
+    assert mistake == f"robot.{key}: must be {high} or less, not {2 * high}"
 
 
 def test_misspelt_keys_are_found_in_nested_tables():
