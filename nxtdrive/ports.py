@@ -46,9 +46,11 @@ def in_range(name: str, value: float, minimum: float, maximum: float) -> float:
     Raises:
         LocalProtocolError: It is not a number from `minimum` to `maximum`; the message names it.
     """
-    if not isinstance(value, int | float) or isinstance(value, bool) or not minimum <= value <= maximum:
-        bounds = "a number" if (minimum, maximum) == (-math.inf, math.inf) else f"from {minimum:g} to {maximum:g}"
-        raise LocalProtocolError(f"{name} must be {bounds}, not {value!r}.")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not minimum <= value <= maximum:
+        words = [] if is_number else ["a number"]
+        words += [] if (minimum, maximum) == (-math.inf, math.inf) else [f"from {minimum:g} to {maximum:g}"]
+        raise LocalProtocolError(f"{name} must be {' '.join(words) or 'a number'}, not {value!r}.")
     return value
 
 

@@ -131,10 +131,11 @@ class SimWorld:
             after_s: When, from now.
 
         Raises:
-            ConfigError: Nothing has this name.
+            ConfigError: Nothing has this name, or the place is outside the room.
         """
+        at_mm = self._inside(x_mm, y_mm)
         if not self._knows(name):
-            self._add(Picture(name=name, at_mm=(x_mm, self._row_mm(y_mm)), facing_deg=0.0, present=False))
+            self._add(Picture(name=name, at_mm=at_mm, facing_deg=0.0, present=False))
         return self._later(after_s, lambda: self._place(name, x_mm, y_mm, facing_deg))
 
     def put_picture(
@@ -150,7 +151,7 @@ class SimWorld:
         path = Path(file)
         if not path.is_file():
             raise ConfigError(f"there is no picture {path}.")
-        at_mm = (x_mm, self._row_mm(y_mm))
+        at_mm = self._inside(x_mm, y_mm)
         self._add(Picture(name=name, file=path.absolute(), at_mm=at_mm, facing_deg=0.0, size_mm=size_mm))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 
@@ -166,14 +167,14 @@ class SimWorld:
         mass_kg: float | None = None,
     ) -> Self:
         """Bring in a box; with a mass the robot can push it, without one it is fixed like a wall."""
-        at_mm = (x_mm, self._row_mm(y_mm))
+        at_mm = self._inside(x_mm, y_mm)
         return self._add(
             Box(name=name, at_mm=at_mm, size_mm=size_mm, height_mm=height_mm, facing_deg=facing_deg, mass_kg=mass_kg)
         )
 
     def put_person(self, name: str, *, x_mm: float, y_mm: float | None = None) -> Self:
         """Bring in a standing person, who can `walk`."""
-        self._add(Person(name=name, enters_from_mm=(x_mm, self._row_mm(y_mm))))
+        self._add(Person(name=name, enters_from_mm=self._inside(x_mm, y_mm)))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
 
     def hide(self, name: str, *, after_s: float = 0.0, for_s: float | None = None) -> Self:
@@ -193,16 +194,17 @@ class SimWorld:
         """Have a person walk somewhere, 800 mm a second unless the world says otherwise, and let the robot pass.
 
         Raises:
-            ConfigError: There is no person of this name.
+            ConfigError: There is no person of this name, or the place is outside the room.
         """
         people = self.simulation.world.people
         if name not in people:
             raise ConfigError(f"there is no person {name!r} here; known: {', '.join(people) or 'none'}.")
+        self._inside(x_mm, y_mm)
         return self._later(after_s, lambda: people[name].come((x_mm, self._row_mm(y_mm)), None))
 
     def place_robot(self, *, x_mm: float, y_mm: float, heading_deg: float = 0.0) -> Self:
         """Lift the robot up and put it down elsewhere."""
-        self.simulation.world.place_robot((x_mm, y_mm), heading_deg)
+        self.simulation.world.place_robot(self._inside(x_mm, y_mm), heading_deg)
         return self
 
     def plug(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> Self:
@@ -241,6 +243,18 @@ class SimWorld:
         if facing_deg is None and name in world.pictures:
             facing_deg = math.degrees(math.atan2(world.robot.y_mm - y_mm, world.robot.x_mm - x_mm))
         world.place(name, (x_mm, y_mm), facing_deg, present=True)
+
+    def _inside(self, x_mm: float, y_mm: float | None) -> tuple[float, float]:
+        """Return a place on the floor.
+
+        Raises:
+            ConfigError: It is outside the room.
+        """
+        y_mm = self._row_mm(y_mm)
+        width_mm, depth_mm = self.simulation.world_file.floor.size_mm
+        if not (0 <= x_mm <= width_mm and 0 <= y_mm <= depth_mm):
+            raise ConfigError(f"({x_mm:g}, {y_mm:g}) is outside the floor of {width_mm:g} x {depth_mm:g} mm.")
+        return x_mm, y_mm
 
     def _row_mm(self, y_mm: float | None) -> float:
         return self.simulation.world.robot.y_mm if y_mm is None else y_mm

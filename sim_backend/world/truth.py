@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from firmware_protocol.errors import ConfigError
 from sim_backend.world.objects import BoxObject, PictureObject, PlacedObject
 from sim_backend.world.people import PersonObject
 from sim_backend.world.world import World
@@ -81,11 +82,19 @@ class GroundTruth:
         return [(time_ms / 1000.0, name) for time_ms, name in self._world.scheduler.log]
 
     def distance_mm(self, name: str) -> float:
-        """Return the distance between the centers of the robot and a picture, box or person."""
+        """Return the distance between the centers of the robot and a picture, box or person.
+
+        Raises:
+            ConfigError: Nothing has this name; so do the other methods that take one.
+        """
+        self._object(name)
         return self._world.robot_distance_mm(name)
 
     def in_view(self, picture: str) -> bool:
         """Return whether the camera could recognise the picture now."""
+        if picture not in self._world.pictures:
+            known = ", ".join(self._world.pictures) or "none"
+            raise ConfigError(f"there is no picture {picture!r} here; known: {known}.")
         return self._world.in_view(picture)
 
     def outlines(self) -> list[tuple[float, float, float, float]]:
@@ -98,15 +107,21 @@ class GroundTruth:
 
     def lens_distance_mm(self, name: str) -> float:
         """Return the distance between the camera's lens and a picture's center, or the surface of a box or person."""
-        eye, obj = self._world.viewpoint(), self._objects()[name]
+        eye, obj = self._world.viewpoint(), self._object(name)
         if name in self._world.pictures:
             return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)
         return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
 
     def in_front_of_camera(self, name: str) -> bool:
         """Return whether the camera points at a picture, box or person and nothing hides it."""
-        obj = self._objects()[name]
+        obj = self._object(name)
         return self._world.in_view(name) if isinstance(obj, PictureObject) else self._world.sees(obj)
+
+    def _object(self, name: str) -> PictureObject | BoxObject | PersonObject:
+        objects = self._objects()
+        if name not in objects:
+            raise ConfigError(f"there is no {name!r} here; known: {', '.join(objects) or 'nothing'}.")
+        return objects[name]
 
     def _objects(self) -> dict[str, PictureObject | BoxObject | PersonObject]:
         return {**self._world.pictures, **self._world.boxes, **self._world.people}

@@ -97,6 +97,11 @@ def test_a_wrong_argument_is_one_kind_of_error_that_names_it(lab, mistake, name)
         mistake(lab().brick)
 
 
+def test_text_in_place_of_a_number_is_called_no_number(lab):
+    with pytest.raises(LocalProtocolError, match=r"^distance_mm must be a number from -10000 to 10000, not '300'\.$"):
+        lab().brick.rover().straight("300")
+
+
 @pytest.mark.parametrize("way", ["stepped", "threaded"])
 @pytest.mark.parametrize(
     ("radius_mm", "angle_deg"), [(300, 90), (300, -60), (-200, 45), (56, 90), (0, 120), (1000, 20)]

@@ -63,6 +63,30 @@ def test_a_box_put_against_the_bumper_presses_it(sim_world, sim_brick):
     assert bumper.pressed
 
 
+@pytest.mark.parametrize(
+    "arrange",
+    [
+        lambda world: world.put_box("crate", x_mm=15000),
+        lambda world: world.put_person("anna", x_mm=500, y_mm=-1),
+        lambda world: world.put_picture("my fox", PICTURES / "fox.png", x_mm=4001),
+        lambda world: world.put("lena", x_mm=15000, after_s=2),
+        lambda world: world.put("lena", x_mm=float("nan")),
+        lambda world: world.put_person("anna", x_mm=500).walk("anna", x_mm=500, y_mm=3001),
+        lambda world: world.place_robot(x_mm=-100, y_mm=1000),
+    ],
+)
+def test_a_place_outside_the_room_is_a_mistake(sim_world, arrange):
+    with pytest.raises(ConfigError, match=r"is outside the floor of 4000 x 3000 mm"):
+        arrange(sim_world)
+
+
+@pytest.mark.parametrize("question", ["distance_mm", "in_view", "lens_distance_mm", "in_front_of_camera"])
+def test_the_truth_names_what_there_is(sim_world, question):
+    sim_world.put("lena", x_mm=1500).put_box("crate", x_mm=2500)
+    with pytest.raises(ConfigError, match=r"there is no .*'nocrate' here; known: lena"):
+        getattr(sim_world.truth, question)("nocrate")
+
+
 def test_people_stand_walk_and_vanish(sim_world):
     sim_world.put_person("anna", x_mm=2000).walk("anna", x_mm=2000, y_mm=700, after_s=1)
     assert sim_world.truth.people == {"anna": (2000, 1500)}
