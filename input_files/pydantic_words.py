@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+
+LONGEST_EXAMPLE = 60
+"""A longer text is no readable example."""
 
 WORDS = {
     "greater_than": "must be more than {gt:g}",
@@ -34,13 +38,16 @@ WORDS = {
 """By pydantic's name of the kind of mistake, with its context to be filled in."""
 
 
-def words(kind: str, context: Mapping[str, object], message: str) -> str:
+def words(kind: str, context: Mapping[str, object], message: str, value: object = None) -> str:
     """Return what is wrong with a value.
 
     Args:
         kind: Pydantic's name of the kind of mistake.
         context: Its numbers.
         message: Pydantic's own message, for kinds that are not listed.
+        value: The value; a text that should be a list is shown in its brackets.
     """
+    if kind == "list_type" and isinstance(value, str) and len(value) <= LONGEST_EXAMPLE:
+        return f"must be a list in brackets, as in [{json.dumps(value, ensure_ascii=False)}]"
     text = WORDS.get(kind)
     return message.removeprefix("Value error, ") if text is None else text.format(**context)

@@ -142,7 +142,12 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         (GOOD + "[robot]\nultrasonic = 7\n", "robot.ultrasonic: must be 0, 1, 2, 3 or 4, not 7"),
         (GOOD + "[robot]\ntouch = '1'\n", "robot.touch: must be 0, 1, 2, 3 or 4, not '1'"),
         (GOOD + "[robot]\nwheel_diameter_mm = 5.6\n", "robot.wheel_diameter_mm: must be 10 or more, not 5.6"),
-        (GOOD.replace('["box"]', '"box"'), "mission.targets: must be a list in brackets"),
+        (GOOD.replace('["box"]', '"box"'), "mission.targets: must be a list in brackets, as in [\"box\"], not 'box'"),
+        (
+            '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = "my dog.png"',
+            "target.a.pictures: must be a list in brackets, as in [\"my dog.png\"], not 'my dog.png'",
+        ),
+        (GOOD.replace('["box"]', "3"), "mission.targets: must be a list in brackets, as in [1, 2], not 3"),
         (GOOD.replace('["box"]', '["bx"]'), "target 'bx' has no table [target.bx]; did you mean 'box'?"),
         (GOOD.replace("[mission]", "[mission]\ncruise_mm_s = 100"), "cruise_mm_s: belongs in the table [thesis] or"),
         (GOOD.replace("[mission]\n", ""), "targets: belongs in the table [mission]"),
