@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 import sys
+import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -158,6 +159,8 @@ def _new(args: argparse.Namespace) -> int:
     mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
     world = mission.with_name(f"{mission.stem}-world.toml")
     for path in (mission, world):
+        if target.picture is not None and path.resolve() == target.picture.resolve():
+            raise ConfigError(f"{path} is the photograph, which would be overwritten.", remedy="Choose another name.")
         if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
     text = world_text(target, world.parent)
@@ -211,8 +214,14 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
         raise ConfigError(*error.args, remedy=error.remedy) from None
     height_px, width_px = pixels.shape[:2]
     height_mm = _asked_height_mm(width_px > height_px) if height_mm is None else height_mm
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", picture.stem).strip("-") or "picture"
-    return TemplateTarget(name, height_mm, round(height_mm * width_px / height_px, 1), picture)
+    return TemplateTarget(target_name(picture), height_mm, round(height_mm * width_px / height_px, 1), picture)
+
+
+def target_name(picture: Path) -> str:
+    """Return the name of the target that a photograph shows: its file's, without accents and with dashes for spaces."""
+    letters = unicodedata.normalize("NFKD", picture.stem.replace("ß", "ss"))
+    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", plain).strip("-") or "picture"
 
 
 def _asked_height_mm(across: bool) -> float:

@@ -69,7 +69,7 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
 
 def new_file(text: str) -> Path:
     """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address."""
-    if not text.isprintable() or "?" in text or text.startswith("-"):
+    if not text.isprintable() or "?" in text or text.startswith("-") or not Path(text).name:
         raise argparse.ArgumentTypeError(
             f"{text!r} is not a valid name for it; use letters, digits, spaces, '.', '_' and, not at the beginning, '-'"
         )

@@ -67,18 +67,20 @@ def from_spec(spec: DetectorSpec) -> PictureDetector:
 
 def _read(path: Path) -> Image:
     try:
-        return read_image(path)
+        picture = read_image(path)
     except CameraError as error:
         raise ConfigError(*error.args, remedy=error.remedy) from None
+    check_picture(picture, f"{path}: the picture")
+    return picture
 
 
-def check_picture(picture: Image) -> None:
-    """Raise a ConfigError if a picture is too small to be searched for, or of a single colour."""
+def check_picture(picture: Image, name: str = "The picture") -> None:
+    """Raise a ConfigError that begins with the name if a picture is too small to be searched for, or of one colour."""
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:
         raise ConfigError(
-            f"The picture is only {width}x{height} pixels.",
+            f"{name} is only {width}x{height} pixels.",
             remedy=f"Use one of at least {SMALLEST_PX} pixels each way.",
         )
     if float(cv2.meanStdDev(picture)[1].max()) < 1.0:
-        raise ConfigError("The picture is of a single colour.", remedy="Use the color detector for this target.")
+        raise ConfigError(f"{name} is of a single colour.", remedy="Use the color detector for this target.")

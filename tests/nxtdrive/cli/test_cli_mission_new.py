@@ -17,6 +17,7 @@ import nxtdrive
 from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.mission import target_name
 from nxtdrive.mission import setup
 from nxtdrive.tools.dev.onnx_models import red_model
 from nxtdrive.vision.geometry import Pinhole
@@ -208,7 +209,9 @@ def test_without_a_height_it_says_what_is_needed(capsys):
 def test_a_picture_that_cannot_be_found_is_refused_with_what_to_do(image, height_mm, expected, capsys):
     cv2.imwrite("p.png", image)
     assert main(["mission", "new", "--picture", "p.png", "--height-mm", height_mm]) == USAGE
-    assert expected in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.startswith("nxtdrive: p.png")
     assert not list(Path().glob("*.toml"))
 
 
@@ -236,7 +239,7 @@ def test_in_a_terminal_it_asks_for_the_height(answer, written):
 
 @pytest.mark.parametrize("command", ["mission", "world"])
 @pytest.mark.parametrize(
-    "name", ["why?.toml", "two\nlines.toml", "not-utf8-\udcff.toml", "-dash.toml", "in\x7f/my.toml"]
+    "name", ["", ".", "/", "why?.toml", "two\nlines.toml", "not-utf8-\udcff.toml", "-dash.toml", "in\x7f/my.toml"]
 )
 def test_a_name_that_cannot_be_typed_as_an_address_is_refused(command, name, capsys):
     with pytest.raises(SystemExit) as ended:
@@ -244,6 +247,34 @@ def test_a_name_that_cannot_be_typed_as_an_address_is_refused(command, name, cap
     assert ended.value.code == USAGE
     assert "letters" in capsys.readouterr().err
     assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize("mission", ["{}.png", "sub/../{}.png", "link.png"])
+@pytest.mark.parametrize("stem", ["photo", "photo-world"])
+def test_the_photograph_is_not_overwritten_even_when_forced(mission, stem, capsys):
+    """The room of photo.toml is called photo-world.toml, whatever the mission's suffix is."""
+    name = "photo.png" if stem == "photo" else "photo-world.toml"
+    image = cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes()
+    Path(name).write_bytes(image)
+    Path("sub").mkdir()
+    Path("link.png").symlink_to(name)
+    command = ["mission", "new", "--picture", name, "--height-mm", "297", mission.format("photo"), "--force"]
+    assert main(command) == USAGE
+    assert "is the photograph" in capsys.readouterr().err
+    assert Path(name).read_bytes() == image
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("großer Hund ü.png", "grosser-Hund-u"),
+        ("Cafe\u0301 Ångström.png", "Cafe-Angstrom"),
+        ("猫.png", "picture"),
+        ("a.b (1).png", "a-b-1"),
+    ],
+)
+def test_a_target_has_its_pictures_name_in_plain_letters(file, name):
+    assert target_name(Path(file)) == name
 
 
 def test_a_picture_whose_name_no_toml_file_can_hold_is_refused(capsys):
