@@ -10,13 +10,12 @@ import argparse
 import importlib
 import logging
 import os
-import re
 import sys
 import traceback
 from collections.abc import Container, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NoReturn, Protocol, cast
+from typing import Protocol, cast
 
 from firmware_protocol.errors import (
     AddressError,
@@ -33,6 +32,7 @@ from firmware_protocol.errors import (
 from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
 from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
+from nxtdrive.cli.parser import Help, Parser
 from nxtdrive.signals import SignalInterrupt, ignore_signals, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
@@ -286,11 +286,11 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 def make_parser(named: Container[str]) -> argparse.ArgumentParser:
     """Make the parser of the command line; only the commands in `named` are imported and get their arguments."""
-    parser = _Parser(
+    parser = Parser(
         prog="nxtdrive",
         description="A LEGO MINDSTORMS NXT that searches for what you showed it and drives there.",
         epilog=_EPILOG,
-        formatter_class=_Help,
+        formatter_class=Help,
     )
     parser.add_argument("--version", action=_Version)
     parser.add_argument("-v", "--verbose", action="store_true", help="log what happens; show tracebacks")
@@ -303,75 +303,20 @@ def make_parser(named: Container[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def _add_command(commands: argparse._SubParsersAction[_Parser], name: str, module: str, summary: str) -> None:
+def _add_command(commands: argparse._SubParsersAction[Parser], name: str, module: str, summary: str) -> None:
     command = cast("CommandModule", importlib.import_module(f"nxtdrive.cli.{module}"))
     parser = commands.add_parser(
         name,
         help=summary,
         description=command.DESCRIPTION,
         epilog="examples:\n" + command.EXAMPLES,
-        formatter_class=_Help,
+        formatter_class=Help,
     )
     parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     parser.set_defaults(parser=parser)
     command.add_arguments(parser)
     if hasattr(command, "run"):
         parser.set_defaults(run=command.run)
-
-
-class _Help(argparse.HelpFormatter):
-    """Fills paragraphs to the terminal's width; those with indented lines, such as examples, stay as they are."""
-
-    def _fill_text(self, text: str, width: int, indent: str) -> str:
-        import textwrap
-
-        paragraphs = text.split("\n\n")
-        return "\n\n".join(
-            paragraph
-            if "\n " in f"\n{paragraph}"
-            else textwrap.fill(
-                paragraph, width, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False
-            )
-            for paragraph in paragraphs
-        )
-
-    def _split_lines(self, text: str, width: int) -> list[str]:
-        import textwrap
-
-        return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)  # nxt-server://, built-in
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser whose error messages suggest what was meant and point to the help."""
-
-    def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401 - argparse's
-        super().__init__(*args, **options)
-        # argparse takes other negative numbers, such as -1e3, for options
-        self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
-        self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
-
-    def reject(self, unknown: Sequence[str]) -> NoReturn:
-        """Refuse the arguments that are left over, suggesting options."""
-        options = [option for option in self._option_string_actions if option.startswith("--")]
-        wrong = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
-        self.error(f"unrecognized arguments: {' '.join(unknown)}{_suggestion(wrong, options)}")
-
-    def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401 - argparse's
-        if action.choices is not None and value not in action.choices:
-            known = [str(choice) for choice in action.choices]
-            hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
-            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")
-
-    def error(self, message: str) -> NoReturn:
-        """Print the mistake and exit."""
-        super().error(f"{message}\nSee `{self.prog} --help`.")
-
-
-def _suggestion(word: str, known: Sequence[str]) -> str:
-    from difflib import get_close_matches
-
-    close = get_close_matches(word, known, n=2)
-    return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
 class _LogFormatter(logging.Formatter):

@@ -95,6 +95,22 @@ def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, capsys):
 
 
 @pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (["files", "list"], "Did you mean 'ls'?"),
+        (["files", "--nxt", "sim://", "list"], "(choose from ls, get, put, rm, df). Give --nxt after the ACTION"),
+        (["files", "--json", "ls"], "unrecognized arguments: --json. Give --json after `nxtdrive files ls`"),
+        (["--nxt", "sim://", "info"], "Give --nxt after the COMMAND"),
+    ],
+)
+def test_an_option_before_the_action_is_told_its_place(words, advice, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert stopped.value.code == USAGE
+    assert advice in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     "name", ["Foo", "Boo", "Bot", "Boots", "Delet", "DeleteUserFlsh", "BluetoothFactoryRest", "IOMapWrit"]
 )
 def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):

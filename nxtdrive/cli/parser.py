@@ -1,0 +1,79 @@
+"""The parser of the command line: its help texts, and its error messages."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NoReturn
+
+
+class Help(argparse.HelpFormatter):
+    """Fills paragraphs to the terminal's width; those with indented lines, such as examples, stay as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        import textwrap
+
+        paragraphs = text.split("\n\n")
+        return "\n\n".join(
+            paragraph
+            if "\n " in f"\n{paragraph}"
+            else textwrap.fill(
+                paragraph, width, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False
+            )
+            for paragraph in paragraphs
+        )
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        import textwrap
+
+        return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)  # nxt-server://, built-in
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose error messages suggest what was meant and point to the help."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401 - argparse's
+        super().__init__(*args, **options)
+        # argparse takes other negative numbers, such as -1e3, for options
+        self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
+        self._given: list[str] = []
+        self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401 - argparse's
+        """Parse, and remember the arguments for error messages."""
+        self._given = list(sys.argv[1:] if args is None else args)
+        return super().parse_known_args(args, namespace)
+
+    def reject(self, unknown: Sequence[str]) -> NoReturn:
+        """Refuse the arguments that are left over, suggesting options."""
+        options = [option for option in self._option_string_actions if option.startswith("--")]
+        wrong = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
+        hint = f". Give {wrong} after `{self.prog}`" if wrong in options else _suggestion(wrong, options)
+        self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401 - argparse's
+        if action.choices is not None and value not in action.choices:
+            known = [str(choice) for choice in action.choices]
+            hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
+            if isinstance(action, argparse._SubParsersAction) and (option := self._option_before(value)):
+                hint = f" (choose from {', '.join(known)}). Give {option} after the {action.metavar}"
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")
+
+    def _option_before(self, value: object) -> str:
+        """Return the option that a word follows on the command line; argparse takes its value for an action."""
+        pairs = pairwise(self._given)
+        return next((option for option, word in pairs if word == value and option.startswith("--")), "")
+
+    def error(self, message: str) -> NoReturn:
+        """Print the mistake and exit."""
+        super().error(f"{message}\nSee `{self.prog} --help`.")
+
+
+def _suggestion(word: str, known: Sequence[str]) -> str:
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, known, n=2)
+    return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
