@@ -213,6 +213,11 @@ def load_robot_file(path: Path) -> RobotFile:
         tables = read_toml(path)
     except InputFileError as error:
         raise RobotFileError(str(error)) from None
+    for table, what in (("mission", "a mission"), ("floor", "a world")):
+        if table in tables:
+            raise RobotFileError(
+                f"{path} is {what}, not a robot file. `nxtdrive calibrate --robot FILE` writes a robot file"
+            )
     problems = list(cross_checks(tables, RobotTable().model_dump()))
     try:
         described = RobotFile.model_validate(tables)

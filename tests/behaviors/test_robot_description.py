@@ -79,7 +79,9 @@ def test_a_mission_made_by_a_program_takes_a_robot_file_too():
         ('[robot]\nleft = "C"\n', "left and right both use port C"),
         ("[calibration]\nformat = 2\n", "calibration.format"),
         ("[calibration.camera]\nmethod = 'sheet'\n", "calibration.camera.date"),
-        ("[mission]\n", "mission"),
+        (MISSION, r"robot\.toml is a mission, not a robot file"),
+        ("[floor]\nsize_mm = [1, 1]\n[robot]\nstart_mm = [1, 1]\n", r"robot\.toml is a world, not a robot file"),
+        ("[[boxes]]\nname = 'a'\n", "boxes"),
         ("no toml", "is not TOML"),
     ],
 )

@@ -64,6 +64,20 @@ def test_a_mission_in_place_of_a_world_is_called_one(tmp_path):
         load_world(tmp_path / "cat.toml")
 
 
+@pytest.mark.parametrize("folder", [".", "rooms", "/"])
+def test_a_folder_in_place_of_a_world_is_called_one(folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("rooms").mkdir()
+    with pytest.raises(ConfigError, match=rf"^{re.escape(folder)} is a folder, not a world"):
+        load_world(folder)
+
+
+def test_a_bundled_world_is_found_beside_a_folder_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("open").mkdir()
+    assert load_world("open").pictures
+
+
 def test_every_mistake_is_reported_at_once_with_its_path():
     mistakes = mistakes_in(
         """
