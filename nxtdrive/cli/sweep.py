@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from concurrent.futures import BrokenExecutor
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -232,7 +233,9 @@ def _agents(names: Sequence[str]) -> list[str]:
 def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: ANN401 - any collection of names
     for name in names:
         if name not in known:
-            raise ConfigError(f"there is no {what} {name!r}.", remedy=f"Known: {', '.join(known)}.")
+            near = get_close_matches(name, known, n=1)
+            remedy = f"Did you mean {near[0]!r}?" if near else f"Known: {', '.join(known)}."
+            raise ConfigError(f"there is no {what} {name!r}.", remedy=remedy)
     return list(names)
 
 

@@ -111,6 +111,19 @@ def test_an_option_before_the_action_is_told_its_place(words, advice, capsys):
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--classes", "opne"], "there is no class 'opne'. Did you mean 'open'?"),
+        (["--profiles", "tesis"], "there is no profile 'tesis'. Did you mean 'thesis'?"),
+        (["--classes", "zzz"], "there is no class 'zzz'. Known: open, "),
+    ],
+)
+def test_a_sweep_leads_from_a_mistyped_class_or_profile_to_the_nearest(words, said, capsys):
+    assert main(["sweep", *words]) == USAGE
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     "name", ["Foo", "Boo", "Bot", "Boots", "Delet", "DeleteUserFlsh", "BluetoothFactoryRest", "IOMapWrit"]
 )
 def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):
