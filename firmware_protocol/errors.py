@@ -129,3 +129,8 @@ class ConfigError(NXTError, ValueError):
 
 class CameraError(NXTError):
     """The camera, file or stream delivers no frames."""
+
+
+def system_words(error: OSError) -> str:
+    """Return what the operating system says, without what Python adds, such as the address of a port in use."""
+    return (error.strerror or str(error)).partition(" (while attempting to bind")[0]

@@ -10,7 +10,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import ConfigError, system_words
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
@@ -201,5 +201,5 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
     try:
         return socket.create_server((host, port))
     except OSError as error:
-        reason = os.strerror(error.errno or 0)  # `strerror` of the error itself also has Python's own words
-        raise ConfigError(f"cannot listen on port {port}: {reason}.", remedy="Choose another --port.") from None
+        reason = f"cannot listen on port {port}: {system_words(error)}."
+        raise ConfigError(reason, remedy="Choose another --port.") from None

@@ -19,7 +19,7 @@ from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, Reque
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import Eyes, RobotUnreachable, SensorListener
-from firmware_protocol.errors import ConfigError, LinkError, NXTError
+from firmware_protocol.errors import ConfigError, LinkError, NXTError, system_words
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, link_errors_as_outages
 from nxtdrive.mission.setup import build_body
@@ -255,9 +255,9 @@ def _listen(host: str, port: int) -> socket.socket:
             raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
         listener = socket.create_server((host, port))
     except OSError as error:
-        reason = error.strerror or str(error)
         raise ConfigError(
-            f"cannot listen on {host}:{port}: {reason}.", remedy="Choose another --port; 0 takes a free one."
+            f"cannot listen on {host}:{port}: {system_words(error)}.",
+            remedy="Choose another --port; 0 takes a free one.",
         ) from None
     listener.setblocking(False)
     return listener

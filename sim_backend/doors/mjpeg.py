@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import ConfigError, system_words
 from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
 
 LOG = logging.getLogger(__name__)
@@ -82,7 +82,8 @@ class MjpegDoor:
                 on_error.pop_all()
         except OSError as error:
             raise ConfigError(
-                f"the camera stream cannot use port {port}: {error}.", remedy="Take another one; 0 finds a free one."
+                f"the camera stream cannot use port {port}: {system_words(error)}.",
+                remedy="Take another one; 0 finds a free one.",
             ) from error
         self.url = f"http://{LOOPBACK}:{self._listener.getsockname()[1]}{STREAM}"
         self._waiting: dict[asyncio.Task[None], None] = {}

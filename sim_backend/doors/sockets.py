@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from ipaddress import ip_address
 
-from firmware_protocol.errors import ConfigError
+from firmware_protocol.errors import ConfigError, system_words
 from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT, FrameReader, frame
 from sim_backend.doors.door import CHUNK, LOOPBACK, PARTIAL_LIMIT_S, SEND_BUFFER, Client, completed
 from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
@@ -259,8 +259,9 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, backlog=BACKLOG)
     except (OSError, OverflowError) as error:
+        reason = system_words(error) if isinstance(error, OSError) else str(error)
         raise ConfigError(
-            f"cannot listen on {host}, port {port}: {error}.",
+            f"cannot listen on {host}, port {port}: {reason}.",
             remedy="Take another port; 0 finds a free one.",
         ) from error
 

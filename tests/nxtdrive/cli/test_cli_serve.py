@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import signal
 import socket
@@ -102,7 +104,7 @@ def test_a_port_that_is_taken_is_one_sentence(capsys):
         port = taken.getsockname()[1]
         assert main(["serve", "--nxt", "sim://open", "--port", str(port)]) == 2
     errors = capsys.readouterr().err
-    assert f"cannot listen on 127.0.0.1:{port}" in errors
+    assert f"cannot listen on 127.0.0.1:{port}: {os.strerror(errno.EADDRINUSE)}. Choose" in errors
     assert "--port" in errors
 
 

@@ -1,6 +1,8 @@
 """``nxtdrive sim serve`` as a program of its own, without a terminal, ended by signals."""
 
+import errno
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -175,3 +177,20 @@ def test_doors_to_the_network_are_warned_of():
         _serving(server)
         server.terminate()
         assert "anyone" in server.communicate(timeout=30)[1]
+
+
+@pytest.mark.parametrize("door", ["--tcp", "--nxt-server", "--usbip", "--uvc", "--camera-port"])
+def test_a_port_in_use_is_told_in_the_systems_words(door, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["sim", "serve", "--tcp", "0", door, str(port)]) == USAGE
+    errors = capsys.readouterr().err
+    assert f"port {port}: {os.strerror(errno.EADDRINUSE)}. Take another" in errors
+    assert errors.count("\n") == 1
+
+
+def test_a_host_that_is_not_known_is_told_in_the_systems_words(capsys):
+    assert main(["sim", "serve", "--tcp", "0", "--host", "nowhere.invalid"]) == USAGE
+    errors = capsys.readouterr().err
+    assert errors.startswith("nxtdrive: cannot listen on nowhere.invalid, port 0: ")
+    assert "bind" not in errors
