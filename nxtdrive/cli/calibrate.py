@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import datetime
-import errno
 import math
 import os
 import sys
@@ -99,8 +98,8 @@ def run(args: argparse.Namespace) -> int:
 
     path = args.robot or usual_robot() or DEFAULT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
-    with writing(path):
-        _check_writable(path)  # before the robot drives for minutes
+    with writing(path), tempfile.TemporaryFile(dir=path.parent):
+        pass  # refused before the robot drives for minutes, if nothing can be written there
     what = _wanted(args)
     colors = what == [COLORS]
     address = _address(args.nxt, SIMULATED_ROOMS[colors])
@@ -118,14 +117,6 @@ def run(args: argparse.Namespace) -> int:
         write_robot_file(path, outcome.file)
     _tell(outcome, path, as_json=args.json)
     return DONE
-
-
-def _check_writable(path: Path) -> None:
-    """Raise an `OSError` if a file cannot be made or replaced."""
-    with tempfile.TemporaryFile(dir=path.parent):
-        pass
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
 def _wanted(args: argparse.Namespace) -> list[str]:

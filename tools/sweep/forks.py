@@ -11,7 +11,6 @@ from types import TracebackType
 CAN_FORK = sys.platform == "linux"
 """Windows cannot, and libraries of macOS may not be used in a copy."""
 
-
 _NONE = -1
 
 

@@ -278,7 +278,7 @@ def branch_costs(source: Source, decision: int, candidates: int, futures: int) -
     The mission is played to the decision once and copied there with its process, where that is possible.
     """
     branches = list(product(range(candidates), range(futures)))
-    if CAN_FORK and not isinstance(source, RecordedRun):  # whose camera has a thread, which a copy has not
+    if CAN_FORK and not isinstance(source, RecordedRun):  # whose camera may be a webcam: its thread would be missing
         with Forks() as forks:
             forks.tell(play(source, decision, lambda: Branch(*branches[forks.each(len(branches))])).cost_s(decision))
         costs_s = forks.results
@@ -305,8 +305,10 @@ def all_costs(
         executor: Plays them.
         watch: Called every second of waiting; raises if no result can come.
     """
-    counts = {number: len(base.decisions[number].candidates) for number in wanted}
-    playing = {number: executor.submit(branch_costs, source, number, counts[number], futures) for number in wanted}
+    playing = {
+        number: executor.submit(branch_costs, source, number, len(base.decisions[number].candidates), futures)
+        for number in wanted
+    }
     try:
         for number, future in playing.items():
             while not wait([future], CHECK_INTERVAL_S).done:
