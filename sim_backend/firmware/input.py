@@ -157,7 +157,16 @@ class InputPort:
 
     def read(self) -> None:
         """Read and scale the sensor's value."""
-        self.raw = raw = self.voltage
+        self._convert(self.voltage)
+
+    def read_again(self) -> None:
+        """Read the value in a pass that did not wake up the module: only another voltage changes anything."""
+        raw = self.voltage
+        if raw != self.raw or self.type in _DRIVEN:
+            self._convert(raw)
+
+    def _convert(self, raw: int) -> None:
+        self.raw = raw
         if self.type == SensorType.CUSTOM:
             self._set_pins()
             levels = self.pins.level(0) | self.pins.level(1) << 1
@@ -311,9 +320,12 @@ class InputModule:
                     continue
                 if port.type in self._analog:  # most of the others
                     self._watched.append(port)
-                    port.read()
                     if port.counts:
                         self.due_ms = min(self.due_ms, now_ms + 1)
+                    elif not woken:
+                        port.read_again()
+                        continue
+                    port.read()
                     continue
             self._watched.append(port)
             self._update(port, passes)
