@@ -25,7 +25,7 @@ def test_figure_1_an_arrival_fails(perform, mission_for):
     assert done.lines == FIGURE_1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_figure_7_the_target_is_changed(perform, mission_for):
     done = perform("figure7", mission_for("lena", "rilakkuma"))
     at = done.lines.index("[client2] change target!")

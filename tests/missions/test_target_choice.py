@@ -38,7 +38,7 @@ def _mission(mission: Mission, in_order: bool) -> Mission:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("in_order", [False, True])
+@pytest.mark.parametrize("in_order", [pytest.param(False, marks=pytest.mark.nightly), True])
 def test_a_target_in_view_comes_before_one_that_is_not_found(in_order):
     first, second = SCENARIO.mission.mission.targets
     ending, events = _events(replace(SCENARIO, mission=_mission(SCENARIO.mission, in_order)))

@@ -142,7 +142,7 @@ class Starving(SimTransport):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle_deg", [90, 720])
+@pytest.mark.parametrize("angle_deg", [90, pytest.param(720, marks=pytest.mark.nightly)])
 def test_a_computer_that_falters_does_not_end_a_move_short_or_long(angle_deg):
     errors_deg = []
     for seed in range(40):

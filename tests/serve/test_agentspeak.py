@@ -67,7 +67,7 @@ def test_figure_1_an_arrival_fails(serve, tmp_path, name, options):
     assert served.dialogue == [*golden("figure1.txt"), ("bye", 1)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @CLIENTS
 def test_figure_7_the_target_is_changed(serve, name, options):
     served = serve("figure7")

@@ -213,7 +213,9 @@ class Witness:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize(
+    "seed", [*range(10), *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(10, 30))]
+)
 def test_whatever_happens_to_the_robot_its_mission_ends(seed):
     ports = RandomPorts(seed)
     witness = Witness(ports)

@@ -121,7 +121,7 @@ PURSUED = ("A6 Größe (1).png", "alpha.png", "door.jpg", "narrow.jpg", "poster.
 """Those that a mission is run with: each shape, the smallest and the largest target, letters, stains, and what is
 transparent."""
 
-PURSUED_AT_NIGHT = {"alpha.png", "narrow.jpg", "poster.png", "wide.jpg"}
+PURSUED_AT_NIGHT = {"alpha.png", "door.jpg", "narrow.jpg", "postcard.jpg", "poster.png", "wide.jpg"}
 BY_NIGHT_OR_DAY = [
     pytest.param(name, marks=pytest.mark.nightly) if name in PURSUED_AT_NIGHT else name for name in sorted(PHOTOGRAPHS)
 ]
@@ -148,7 +148,7 @@ def test_the_red_box_stands_in_its_room_and_is_reached_though_the_frame_cuts_it_
     assert nxtdrive.run_mission("my-mission.toml", nxt=f"sim://my-mission-world.toml?seed={seed}").achieved
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("label", ["chair"])
 def test_what_a_network_finds_is_reached_without_its_height(label):
     """The box is 100 mm high, a chair is taken for 850 mm at first."""

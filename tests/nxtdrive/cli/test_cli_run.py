@@ -53,32 +53,39 @@ def small(tmp_path) -> str:
 
 @pytest.mark.slow
 def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
-    code, folder = _run("--console", "thesis")
+    code, folder = _run("--console", "thesis", "--no-video")
     assert code == 0
     lines = capsys.readouterr().out.splitlines()
     said = [line for line in lines if line.startswith("[client2] ")]
     assert said[:3] == ["[client2] Connecting to NXT", "[client2] Arriving at lena", "[client2] Failed"]
     assert "[client2] change target!" in said
-    assert sorted(path.name for path in folder.iterdir()) == FILES
-    assert [str(folder / name) for name in FILES] == lines[-6:]
-    records = _journal(folder)
-    entered = [record["to"] for record in records if record["kind"] == "transition"]
+    entered = [record["to"] for record in _journal(folder) if record["kind"] == "transition"]
     assert {"move_to", "wait", "left", "reached"} <= set(entered)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is True
     assert [target["fate"] for target in summary["targets"]] == ["reached", "reached"]
+    assert cv2.imread(str(folder / "map.png")) is not None
+
+
+@pytest.mark.slow
+def test_a_run_leaves_its_pictures_and_a_video_of_its_length(capsys, small):
+    code, folder = _run(small, "--nxt", "sim://open")
+    assert code == 0
+    assert sorted(path.name for path in folder.iterdir()) == FILES
+    assert [str(folder / name) for name in FILES] == capsys.readouterr().out.splitlines()[-6:]
+    duration_s = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["duration_s"]
     film = cv2.VideoCapture(str(folder / "camera.webm"))
     shown_s = film.get(cv2.CAP_PROP_FRAME_COUNT) / film.get(cv2.CAP_PROP_FPS)
     film.release()
-    assert shown_s == pytest.approx(summary["duration_s"], abs=0.5)
+    assert shown_s == pytest.approx(duration_s, abs=0.5)
     pictures = read_pictures(folder)
-    assert len(pictures.pictures) == pytest.approx(summary["duration_s"] * 5, rel=0.05)
+    assert len(pictures.pictures) == pytest.approx(duration_s * 5, rel=0.05)
     sightings = [(each.t, look.sighting.box) for each in pictures.pictures for look in each.looks if look.sighting]
-    for record in records:
-        if record["kind"] == "look" and record["sighting"]:
-            near = [box for t, box in sightings if abs(record["t"] - t) < 0.3]
-            assert near, f"no picture shows the sighting at {record['t']}"
-    assert cv2.imread(str(folder / "map.png")) is not None
+    looks = [record for record in _journal(folder) if record["kind"] == "look" and record["sighting"]]
+    assert looks
+    for record in looks:
+        near = [box for t, box in sightings if abs(record["t"] - t) < 0.3]
+        assert near, f"no picture shows the sighting at {record['t']}"
 
 
 @pytest.mark.slow

@@ -70,7 +70,7 @@ def _limit_files() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [(), ("--json",)], ids=["text", "json"])
+@pytest.mark.parametrize("words", [pytest.param((), marks=pytest.mark.nightly), ("--json",)], ids=["text", "json"])
 def test_a_reader_that_leaves_changes_nothing(tmp_path, small, words):
     run = subprocess.Popen(
         _command(small, *words), cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -90,7 +90,7 @@ def test_a_reader_that_leaves_changes_nothing(tmp_path, small, words):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-@pytest.mark.parametrize("words", [(), ("--json",)], ids=["text", "json"])
+@pytest.mark.parametrize("words", [(), pytest.param(("--json",), marks=pytest.mark.nightly)], ids=["text", "json"])
 def test_output_that_cannot_be_written_is_reported_once(tmp_path, small, words):
     with open("/dev/full", "w") as full:
         run = _run(_command(small, *words), cwd=tmp_path, stdout=full)

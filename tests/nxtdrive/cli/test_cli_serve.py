@@ -43,7 +43,7 @@ def _ask(client, replies, line):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.nightly)])
 def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number):
     process, address = server("--nxt", "sim://open")
     assert address[0] == "127.0.0.1"

@@ -105,7 +105,7 @@ def _empty(port):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("receive", ["receive", "receive_bluetooth"])
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(pieces=st.lists(st.one_of(noise, telegrams), max_size=20))
 def test_no_bytes_crash_the_brick(receive, pieces):
     brick = SimBrick()

@@ -21,7 +21,10 @@ def test_rooms_are_learned_from_where_the_sonar_hears_nothing_near():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("condition", ["plain", "640x480", "tilted by -10 deg"])
+@pytest.mark.parametrize(
+    "condition",
+    ["tilted by -10 deg", *(pytest.param(each, marks=pytest.mark.nightly) for each in ("plain", "640x480"))],
+)
 def test_in_a_plain_room_the_floor_ends_where_it_does(condition):
     rays = list(measure(plain_room(), CONDITIONS[condition], 1))
     errors = np.array([ray.error_px for ray in rays])

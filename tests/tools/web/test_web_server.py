@@ -203,7 +203,7 @@ def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by_program", [False, True])
+@pytest.mark.parametrize("by_program", [pytest.param(False, marks=pytest.mark.nightly), True])
 def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(by_program, tmp_path):
     with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
