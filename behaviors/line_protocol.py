@@ -35,6 +35,8 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
 
+from input_files.mistakes import excerpt
+
 LINE_LIMIT = 256
 """Longest line in bytes, without its LF; a verb with a target's name is far shorter."""
 
@@ -136,10 +138,12 @@ class BadLine:
     """A line that is not a request.
 
     Attributes:
+        text: What it says, quoted and cut to be shown.
         error: What is wrong with it.
         verb: The verb it begins with; None for an unknown one.
     """
 
+    text: str
     error: ErrorReply
     verb: Verb | None = None
 
@@ -171,9 +175,9 @@ def parse(line: bytes) -> Request | BadLine:
     if match is None or verb is None or len(line) > LINE_LIMIT:
         begun = verb or next((each for each in THESIS_FAILURES if text.startswith(each)), None)
         known = begun or len(line) > LINE_LIMIT
-        return BadLine(ErrorReply.BAD_ARGUMENT if known else ErrorReply.UNKNOWN_VERB, begun)
+        return BadLine(excerpt(text), ErrorReply.BAD_ARGUMENT if known else ErrorReply.UNKNOWN_VERB, begun)
     request = _request(verb, (match["term"] or match["rest"] or "").strip())
-    return request or BadLine(ErrorReply.BAD_ARGUMENT, verb)
+    return request or BadLine(excerpt(text), ErrorReply.BAD_ARGUMENT, verb)
 
 
 def _request(verb: Verb, argument: str) -> Request | None:

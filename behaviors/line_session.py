@@ -128,6 +128,8 @@ class Session:
         if isinstance(request, BadLine):
             if request.error is ErrorReply.BAD_ARGUMENT:
                 self._why = Why.BAD_ARGUMENT
+            why = request.error.name.lower()
+            self._note(Kind.REPLY, verb=request.text, argument="", value=request.reply, why=why, error="")
             return request.reply
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)

@@ -49,6 +49,7 @@ def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number
     assert address[0] == "127.0.0.1"
     with socket.create_connection(address, timeout=60) as client, client.makefile("rb") as replies:
         assert _ask(client, replies, "connect") == 1
+        assert _ask(client, replies, "help") == -1
         # with the first answer the second command begins
         client.sendall(b"move_to 90\nmove_to 90\n")
         assert int(replies.readline()) == 0
@@ -57,6 +58,7 @@ def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number
     said, errors = process.communicate(timeout=60)
     assert process.returncode == 0
     assert "connect -> 1" in said
+    assert "'help' -> -1  unknown_verb" in said
     assert said.endswith("ended; motors off\n")
     assert errors == ""
 
