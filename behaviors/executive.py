@@ -1,4 +1,4 @@
-"""Runs a mission: calls the service of the current state and reports the resulting fact to the chart.
+"""Runs a mission: calls the skill of the current state and reports the resulting fact to the chart.
 
 The motors are off when a mission ends, however it ends. Two decisions at the same moment are refused, so that no rule
 can spin without time passing.
@@ -86,7 +86,7 @@ class Report:
 
 
 class Livelock(RuntimeError):
-    """Raised for two decisions without time passing in between: a policy or a service does nothing."""
+    """Raised for two decisions without time passing in between: a policy or a skill does nothing."""
 
 
 class Executive:
@@ -134,10 +134,10 @@ class Executive:
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
-        self._service: Skill | None = None
-        self._serves = ""
+        self._skill: Skill | None = None
+        self._skill_state = ""
         self._failure = Failure(Event.START, Reason.MISSION_STARTED)
-        self._exist = False
+        self._seen_since_search = False
         self._researches = 0
         self._decided_s = -math.inf
         self._path: list[str] = []
@@ -152,7 +152,7 @@ class Executive:
 
         Raises:
             Livelock: Two decisions at the same moment.
-            Exception: Any other error of a service; the motors are off.
+            Exception: Any other error of a skill; the motors are off.
         """
         ending = Ending.BROKEN
         try:
@@ -200,10 +200,10 @@ class Executive:
                 except Outage as outage:
                     self._outages.outlast(outage)
                     if self._chart.mission_state in ("arrive", "verify"):
-                        self._service = None  # by the clocks of the old one the target would have been lost long ago
+                        self._skill = None  # by the clocks of the old one the target would have been lost long ago
                 else:
                     if fact.event is not Event.CONTINUED:
-                        self._service = None
+                        self._skill = None
                     self._report(fact)
         except KeyboardInterrupt:
             self._stop_motors()
@@ -223,8 +223,9 @@ class Executive:
     def _report(self, fact: Fact) -> None:
         """Keep what the next choice will need, then report the fact to the chart."""
         if fact.event is Event.TARGET_SEEN:
-            self._exist = True
-            self._researches += self._chart.mission_state != "search"
+            self._seen_since_search = True
+            if self._chart.mission_state != "search":
+                self._researches += 1
         elif fact.event is Event.RECOVERY_DONE:
             self._researches += 1
         elif isinstance(fact, Failure):
@@ -232,32 +233,32 @@ class Executive:
         self._chart.report(fact)
 
     def _serve(self) -> Fact:
-        """Call the service of the current state once."""
-        if self._service is None:
-            self._service = self._new_service()
-        if self._serves not in ("search", "arrive", "verify"):
-            return self._service.call()
+        """Call the skill of the current state once."""
+        if self._skill is None:
+            self._skill = self._new_skill()
+        if self._skill_state not in ("search", "arrive", "verify"):
+            return self._skill.call()
         self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
-        fact = self._service.call()
+        fact = self._skill.call()
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
 
-    def _new_service(self) -> Skill:
-        state = self._serves = self._chart.mission_state
+    def _new_skill(self) -> Skill:
+        state = self._skill_state = self._chart.mission_state
         if state == "search":
-            self._exist = False
+            self._seen_since_search = False
             self._queue.current.attempts += 1
         return self._profile.skill(state, self._chart.choice)
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
         if self._clock.now() <= self._decided_s:
-            raise Livelock(f"two decisions at {self.now():.3f} s; every service must let time pass")
+            raise Livelock(f"two decisions at {self.now():.3f} s; every skill must let time pass")
         self._decided_s = self._clock.now()
         self.note(Kind.CALL, verb="select")
-        self.note(Kind.REPLY, verb="select", value=int(self._exist))
+        self.note(Kind.REPLY, verb="select", value=int(self._seen_since_search))
         self._profile.learn(self._failure)
-        basis = Evidence(self._queue.target, self._failure.reason, self._exist, self._researches)
+        basis = Evidence(self._queue.target, self._failure.reason, self._seen_since_search, self._researches)
         evidence = as_recorded(self._profile.evidence(basis))
         choice = self._profile.select(evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())

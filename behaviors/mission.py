@@ -55,6 +55,8 @@ class MissionError(ValueError):
 class ThesisParameters(Table):
     """Parameters of the thesis profile; where the thesis gives none, the reading of docs/thesis.md.
 
+    The adaptive profile uses `continue_every_s`, too, and `advances` and `advance_mm` if it does not choose viewpoints.
+
     Attributes:
         wait_s: Time at rest when the target was recognised but not reached.
         turn_deg: Turn to the right before moving off when it was not recognised.

@@ -6,12 +6,19 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from behaviors.mission import Mission
+from behaviors.mission import AdaptiveParameters, Mission, ThesisParameters
+from behaviors.profile_names import ADAPTIVE, THESIS
+from behaviors.robot_description import Table
 
 LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
 """Heights outside are rarely intended: smaller ones are found from less than a metre, or are centimetres."""
 WHEEL_DEG_S = 855.0
 """An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
+
+USED_BY_ADAPTIVE = {"continue_every_s"}
+"""Keys of [thesis] that the adaptive profile uses, too,"""
+USED_BY_FIXED_MOVES = {"advances", "advance_mm"}
+"""and those that it uses if it does not choose where to look from."""
 
 
 def value_warnings(mission: Mission) -> Iterator[str]:
@@ -23,10 +30,13 @@ def value_warnings(mission: Mission) -> Iterator[str]:
     for name in mission.target:
         if name not in table.targets:
             yield f"target.{name}: no effect, since targets = [...] in [mission] does not list it."
-    own, other = (mission.adaptive, "thesis") if table.profile == "adaptive" else (mission.thesis, "adaptive")
-    # a key that is set for both profiles is meant for either
-    if unused := sorted(getattr(mission, other).model_fields_set - own.model_fields_set):
-        yield f"{other}: {', '.join(unused)} has no effect: the mission's profile is {table.profile!r}."
+    unused = unused_keys(mission)
+    for name, keys in unused.items():
+        other: Table = getattr(mission, name)
+        own = mission.thesis if other is mission.adaptive else mission.adaptive
+        # a key that is set for both profiles is meant for either
+        if idle := sorted(other.model_fields_set & keys - own.model_fields_set):
+            yield f"{name}: {', '.join(idle)} has no effect: the mission's profile is {table.profile!r}."
     for name in sorted(mission.guessed_heights) if table.profile == "thesis" else ():
         yield (
             f"target.{name}: height_mm is missing, and the profile 'thesis' does not measure it by driving: "
@@ -35,6 +45,18 @@ def value_warnings(mission: Mission) -> Iterator[str]:
     for name in dict.fromkeys(table.targets):
         yield from _odd_height(name, mission.target[name].height_mm)
     yield from _odd_robot(mission)
+
+
+def unused_keys(mission: Mission) -> dict[str, set[str]]:
+    """Return the keys of the other profile's table that the mission's profile does not use, by table.
+
+    A profile from elsewhere may use all keys of both.
+    """
+    profile = mission.mission.profile
+    if profile == ADAPTIVE:
+        used = USED_BY_ADAPTIVE if mission.adaptive.chooses_viewpoints else USED_BY_ADAPTIVE | USED_BY_FIXED_MOVES
+        return {"thesis": set(ThesisParameters.model_fields) - used}
+    return {"adaptive": set(AdaptiveParameters.model_fields)} if profile == THESIS else {}
 
 
 def _odd_height(name: str, height_mm: float) -> Iterator[str]:

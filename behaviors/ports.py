@@ -244,8 +244,12 @@ class Body(Protocol):
         """Return whether the bumper is pressed; False without a sensor."""
         ...
 
-    def use_sonar(self, doubt: str = "") -> None:
-        """Let the safety stop use the sonar; with a `doubt`, in words, leave it out as if it had failed."""
+    def distrust_sonar(self, why: str) -> None:
+        """Leave the sonar out of the safety stop, as if it had failed; `why` in words."""
+        ...
+
+    def trust_sonar(self) -> None:
+        """Let the safety stop use the sonar again."""
         ...
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:

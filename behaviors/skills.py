@@ -77,7 +77,7 @@ class SkillContext:
         body: The robot.
         eyes: Its camera.
         clock: Mission time.
-        profile: The parameters of the thesis profile.
+        thesis: The parameters of the thesis profile.
         note: Writes a record.
         report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock; each pause postpones it.
@@ -88,7 +88,7 @@ class SkillContext:
     body: Body
     eyes: Eyes
     clock: Clock
-    profile: ThesisParameters
+    thesis: ThesisParameters
     note: Note
     report: Callable[[Fact], None]
     deadline_s: float = math.inf
@@ -149,10 +149,10 @@ class ThesisSearchSkill:
 
         Called again after an outage, it goes on at the stop where it was.
         """
-        profile, body = self._context.profile, self._context.body
+        thesis, body = self._context.thesis, self._context.body
         if self._start_deg is None:
             self._start_deg = body.pose().heading_deg
-        stops = max(1, round(360.0 / profile.look_every_deg))
+        stops = max(1, round(360.0 / thesis.look_every_deg))
         while True:
             self._context.check_time()
             if self._stop:
@@ -167,9 +167,9 @@ class ThesisSearchSkill:
 
     def _look(self) -> Sighting | None:
         context = self._context
-        context.clock.sleep(context.profile.settle_s)
+        context.clock.sleep(context.thesis.settle_s)
         sighting = None
-        for _ in range(context.profile.looks_per_stop):
+        for _ in range(context.thesis.looks_per_stop):
             sighting = context.eyes.look(self._target)
             if sighting:
                 break
@@ -196,7 +196,7 @@ class ThesisArriveSkill:
         Returns:
             CONTINUED with the robot driving on under its lease; ARRIVED or ARRIVE_FAILED with the robot at rest.
         """
-        slice_end_s = self._context.clock.now() + self._context.profile.continue_every_s
+        slice_end_s = self._context.clock.now() + self._context.thesis.continue_every_s
         while self._context.clock.now() < slice_end_s:
             self._context.check_time()
             fact = self._step()
@@ -208,19 +208,19 @@ class ThesisArriveSkill:
 
     def _step(self) -> Fact | None:
         """Look once and steer by it; a fact when the approach is over."""
-        context, profile = self._context, self._context.profile
+        context, thesis = self._context, self._context.thesis
         sighting = context.eyes.look(self._target)
         now_s = context.clock.now()
         note_look(context, context.body.pose(), context.body.range_mm(), sighting)
         if sighting:
             self._seen_s = now_s
-            if sighting.distance_mm <= profile.arrive_mm:
+            if sighting.distance_mm <= thesis.arrive_mm:
                 return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH)
             self._steer(sighting)
         unseen_s = now_s - self._seen_s
-        if unseen_s >= profile.lost_after_s:
+        if unseen_s >= thesis.lost_after_s:
             return self._failed(Reason.TARGET_LOST, unseen_s=unseen_s)
-        if now_s - self._begun_s >= profile.approach_limit_s:
+        if now_s - self._begun_s >= thesis.approach_limit_s:
             return self._failed(Reason.APPROACH_TIMEOUT, approach_s=now_s - self._begun_s)
         if unseen_s > N.blind_drive_s:
             context.body.stop()
@@ -231,7 +231,7 @@ class ThesisArriveSkill:
 
     def _steer(self, sighting: Sighting) -> None:
         bearing_deg = sighting.bearing_deg
-        speed_mm_s = self._context.profile.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / N.sharp_deg)
+        speed_mm_s = self._context.thesis.cruise_mm_s * max(0.0, 1.0 - abs(bearing_deg) / N.sharp_deg)
         self._context.watch.update(self._context.body.drive(speed_mm_s, steering_deg_s(bearing_deg)))
 
 
@@ -259,8 +259,8 @@ class MoveTo:
         Returns:
             0 after an advance, 1 when all have been made.
         """
-        body, profile = self._context.body, self._context.profile
-        if self._count >= profile.advances:
+        body, thesis = self._context.body, self._context.thesis
+        if self._count >= thesis.advances:
             self._count, self._turn = 0, None
             self._context.watch.update(None)
             return 1
@@ -270,7 +270,7 @@ class MoveTo:
             turned = self._turn.call()
             self._note("turn", turned, turned_deg=turned.turned_deg)
         if self._advance is None:
-            self._advance = ResumableStraight(body, profile.advance_mm, body.pose())
+            self._advance = ResumableStraight(body, thesis.advance_mm, body.pose())
         advanced = self._advance.call()
         self._advance = None
         self._count += 1

@@ -84,7 +84,7 @@ class ApproachSkill:
             rest.
         """
         perception = self._perception
-        end_s = perception.now() + perception.context.profile.continue_every_s
+        end_s = perception.now() + perception.context.thesis.continue_every_s
         while perception.now() < end_s:
             fact = self._step()
             if fact is not None:
@@ -137,7 +137,7 @@ class ApproachSkill:
                 return Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, measured, blocker, mapped=True)
         if unseen_s >= perception.lost_after_s:
             return self._lost(observation, bearing_deg, distance_mm, unseen_s)
-        if now_s - self._begun_s >= perception.profile.approach_limit_s:
+        if now_s - self._begun_s >= perception.parameters.approach_limit_s:
             return arrive_failed(Reason.APPROACH_TIMEOUT, observation)
         return self._stuck(observation, known)
 
@@ -193,7 +193,7 @@ class ApproachSkill:
 
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
         """Steer to the target; stop in front of a doubtful one."""
-        perception, profile = self._perception, self._perception.profile
+        perception = self._perception
         seen = observation.sighting
         known_mm = self._arrival.farthest_mm(seen, observation.time_s) if seen else distance_mm
         if known_mm <= self._arrival.near_mm:
@@ -204,7 +204,7 @@ class ApproachSkill:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
         near = min(1.0, max(N.slowest, (distance_mm - self._arrival.near_mm) / N.slow_mm))
-        speed_mm_s = profile.cruise_mm_s * ahead * near
+        speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
         if ahead < 0.5:
             self._driven.clear()
         else:

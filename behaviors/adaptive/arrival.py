@@ -78,7 +78,7 @@ class Arrival:
     @property
     def near_mm(self) -> float:
         """From how near a stop counts as far as the camera is known, or from where the target leaves the frame."""
-        target, arrive_mm, scale = self._perception.target, self._perception.profile.arrive_mm, self._targets.scale
+        target, arrive_mm, scale = self._perception.target, self._perception.parameters.arrive_mm, self._targets.scale
         fills_mm = arrive_mm if self._low else min(arrive_mm, scale.factor(target) * self._targets.fills_mm[target])
         assured_mm = max(fills_mm, scale.assured_mm(target, arrive_mm, heard=self._heard))
         return N.hysteresis * assured_mm if self.stands else assured_mm
@@ -161,7 +161,7 @@ class Arrival:
         """Return whether the sonar contradicts the target's size; once it has, an echo that agrees is needed."""
         if echo_mm is None:
             return self._perception.target in self._targets.mismatched
-        return contradicts(echo_mm, sighting.distance_mm, self._perception.profile.sonar_tolerance_mm)
+        return contradicts(echo_mm, sighting.distance_mm, self._perception.parameters.sonar_tolerance_mm)
 
     def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
         """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""

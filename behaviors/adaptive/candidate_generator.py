@@ -112,12 +112,12 @@ class CandidateGenerator:
 
     Args:
         world: What is known.
-        profile: The mission's numbers.
+        parameters: The mission's numbers.
     """
 
-    def __init__(self, world: WorldView, profile: AdaptiveParameters) -> None:
+    def __init__(self, world: WorldView, parameters: AdaptiveParameters) -> None:
         self._world = world
-        self._profile = profile
+        self._parameters = parameters
 
     def detour(self, target: str) -> Detour | None:
         """Return the quickest path to a place from which the straight path to a target that was seen is free."""
@@ -135,7 +135,7 @@ class CandidateGenerator:
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
         """Return the places where a look round gains most per time."""
-        if not self._profile.chooses_viewpoints:
+        if not self._parameters.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
         # prefer places from which an approach does not pass one that failed lately
         gains = self.gains(target)
@@ -179,7 +179,7 @@ class CandidateGenerator:
         return 2 * N.turn_s + end[1] if end else math.inf
 
     def _straight_s(self, known: TargetEstimate) -> float:
-        return math.dist(self._world.here, known.place) / self._profile.cruise_mm_s
+        return math.dist(self._world.here, known.place) / self._parameters.cruise_mm_s
 
     def _detour_end(self, target: str, known: TargetEstimate) -> tuple[Point, float] | None:
         """Return where a detour ends, with a free straight path to the target, and the time to the target along it."""
@@ -190,7 +190,7 @@ class CandidateGenerator:
         visible = world.targets.faces(target, known.place, places)
         useful = (away_mm >= N.nearest_end_mm) & (away_mm <= N.farthest_end_mm) & (visible >= N.least_visible)
         places, away_mm, visible = places[useful], away_mm[useful], visible[useful]
-        seconds = paths.seconds_to(places) + away_mm / self._profile.cruise_mm_s
+        seconds = paths.seconds_to(places) + away_mm / self._parameters.cruise_mm_s
         order = [i for i in np.argsort((seconds + N.turn_s) / visible) if math.isfinite(seconds[i])]
         for clearance_mm in N.clearances_mm:
             for i in order:

@@ -92,7 +92,7 @@ class FollowPathSkill:
         perception = self._perception
         begun_s = perception.now()
         length_mm = sum(math.dist(one, other) for one, other in pairwise([perception.world.here, *self._route]))
-        self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.profile.cruise_mm_s
+        self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.parameters.cruise_mm_s
         self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(perception.world.paths_from_here())
         while self._route:
             fact = self._back_off() if self._retreat else self._drive()
@@ -142,11 +142,11 @@ class FollowPathSkill:
     def _speeds(self, bearing_deg: float, observation: Observation) -> tuple[float, float]:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
         perception = self._perception
-        speed_mm_s = perception.profile.travel_mm_s
+        speed_mm_s = perception.parameters.travel_mm_s
         if perception.sonar.deaf:
-            speed_mm_s = perception.profile.cruise_mm_s
+            speed_mm_s = perception.parameters.cruise_mm_s
         elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
-            speed_mm_s = N.slow_share * perception.profile.cruise_mm_s
+            speed_mm_s = N.slow_share * perception.parameters.cruise_mm_s
         share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
         return share * speed_mm_s, perception.steering_deg_s(bearing_deg, N.steer_per_s, N.steer_limit_deg_s)
 

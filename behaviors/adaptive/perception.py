@@ -78,7 +78,7 @@ class Perception:
 
     Args:
         context: The ports.
-        profile: The mission's numbers.
+        parameters: The mission's numbers.
         world: The world model, which observations update.
         queue: The targets, with the current one.
 
@@ -88,10 +88,10 @@ class Perception:
     """
 
     def __init__(
-        self, context: SkillContext, profile: AdaptiveParameters, world: WorldModel, queue: TargetQueue
+        self, context: SkillContext, parameters: AdaptiveParameters, world: WorldModel, queue: TargetQueue
     ) -> None:
         self.context = context
-        self.profile = profile
+        self.parameters = parameters
         self.world = world
         self._queue = queue
         self.sonar = SonarTrust()
@@ -137,7 +137,7 @@ class Perception:
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
         known_free = self._known_free(pose)
-        rays = context.eyes.free_floor(known_free=known_free) if self.profile.sees_floor else ()
+        rays = context.eyes.free_floor(known_free=known_free) if self.parameters.sees_floor else ()
         if self._turn_tests:
             self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
@@ -159,10 +159,13 @@ class Perception:
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo unless the sonar is stuck; a stuck sonar must not stop the robot either."""
-        lied = self.sonar.lies
+        was_stuck = self.sonar.lies
         believed_mm = self.sonar.believed(now_s, pose, range_mm)
-        if self.sonar.lies is not lied:
-            self.context.body.use_sonar("" if lied else f"It says {range_mm:.0f} mm wherever the robot turns.")
+        if self.sonar.lies and not was_stuck:
+            self.context.body.distrust_sonar(f"It says {range_mm:.0f} mm wherever the robot turns.")
+        elif was_stuck and not self.sonar.lies:
+            self.context.body.trust_sonar()
+        if self.sonar.lies is not was_stuck:
             self.world.floor.forget_obstacles()
         return believed_mm
 
@@ -170,7 +173,7 @@ class Perception:
         """Turn until it is clear whether a doubtful sonar repeats an echo in all directions or not."""
         end_s = self.now() + N.test_s
         while self.sonar.doubtful and self.now() < end_s:
-            self.drive(0.0, self.profile.scan_deg_s)
+            self.drive(0.0, self.parameters.scan_deg_s)
             self.step()
         self.context.body.stop()
 
@@ -214,7 +217,7 @@ class Perception:
     @property
     def lost_after_s(self) -> float:
         """After this time without a sighting a target is lost, but not after a single frame on a slow link."""
-        return max(self.profile.lost_after_s, N.lost_frames * self._step_s)
+        return max(self.parameters.lost_after_s, N.lost_frames * self._step_s)
 
     def steering_deg_s(
         self, bearing_deg: float, per_s: float = SKILLS.steer_per_s, limit_deg_s: float = SKILLS.steer_limit_deg_s
@@ -224,7 +227,7 @@ class Perception:
 
     def _others(self) -> list[str]:
         """Return the other targets that are not reached yet."""
-        if not self.profile.remembers_others:
+        if not self.parameters.remembers_others:
             return []
         pending = [progress.target for progress in self._queue.targets if progress.outcome is not TargetOutcome.REACHED]
         return [target for target in dict.fromkeys(pending) if target != self.target]

@@ -50,10 +50,12 @@ class AdaptivePolicy:
     chances: Chances = field(default_factory=lambda: Chances(shipped()))
 
     @classmethod
-    def of(cls, profile: AdaptiveParameters) -> AdaptivePolicy:
+    def of(cls, parameters: AdaptiveParameters) -> AdaptivePolicy:
         """Make the policy with a mission's numbers."""
-        chances = Chances(shipped(), profile.chances)
-        return cls(profile.search_budget_s, profile.repeats, profile.fixed_wait_s, profile.max_researches, chances)
+        chances = Chances(shipped(), parameters.chances)
+        return cls(
+            parameters.search_budget_s, parameters.repeats, parameters.fixed_wait_s, parameters.max_researches, chances
+        )
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose the best candidate, or another target."""

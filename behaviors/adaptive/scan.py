@@ -61,7 +61,7 @@ class ScanSkill:
 
     def __init__(self, perception: Perception) -> None:
         self._perception = perception
-        self._rate_deg_s = perception.profile.scan_deg_s
+        self._rate_deg_s = perception.parameters.scan_deg_s
         self._range_mm: float | None = None
 
     def call(self) -> Fact:
@@ -101,7 +101,7 @@ class ScanSkill:
             return None
         if perception.doubts_turns:
             return self._look_round_twice()
-        begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.profile.scan_deg_s)
+        begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.parameters.scan_deg_s)
         margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
         if end_deg - begin_deg >= N.full_deg - 2 * margin_deg:
@@ -178,7 +178,7 @@ class ScanSkill:
     def _unblurred_deg_s(self) -> float:
         """Return how fast the robot may turn: nearer objects are larger in the frame and bear more blur."""
         perception = self._perception
-        slow_deg_s = perception.profile.scan_deg_s
+        slow_deg_s = perception.parameters.scan_deg_s
         if self._range_mm is None:
             return slow_deg_s
         farthest_mm = perception.world.targets.detection_range_mm[perception.target]

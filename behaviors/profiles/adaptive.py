@@ -81,12 +81,12 @@ class AdaptiveProfile:
     def __init__(
         self, context: SkillContext, mission: Mission, queue: TargetQueue, policy: RecoveryPolicy | None = None
     ) -> None:
-        profile = mission.adaptive
-        queue.rounds = max(queue.rounds, profile.rounds)
-        self._profile = profile
+        parameters = mission.adaptive
+        queue.rounds = max(queue.rounds, parameters.rounds)
+        self._parameters = parameters
         self._queue = queue
         self.world = WorldModel(mission)
-        self._perception = Perception(context, profile, self.world, queue)
+        self._perception = Perception(context, parameters, self.world, queue)
         self._policy = policy or self.own_policy(mission)
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
@@ -141,7 +141,7 @@ class AdaptiveProfile:
     def evidence(self, basis: Evidence) -> Evidence:
         """Add the blocker, and the candidates with their times and chances."""
         world, target = self.world, basis.target
-        candidates = CandidateGenerator(world, self._profile)
+        candidates = CandidateGenerator(world, self._parameters)
         failures, run = world.attempts.failures()
         return replace(
             basis,
@@ -150,10 +150,10 @@ class AdaptiveProfile:
             spent_s=self._spent_s(target),
             blocker=world.blocker,
             blocked=self._destined if world.blocker and world.blocker.hides else None,
-            detour=candidates.detour(target) if world.blocker and self._profile.detours else None,
+            detour=candidates.detour(target) if world.blocker and self._parameters.detours else None,
             here=candidates.here(target),
             viewpoints=candidates.viewpoints(target),
-            others=() if self._profile.in_order else candidates.others(self._queue.earlier, self._perception.now()),
+            others=() if self._parameters.in_order else candidates.others(self._queue.earlier, self._perception.now()),
             repeats=world.attempts.repeats(target, world.here),
             tries=world.attempts.tries(target),
             failures=failures,

@@ -114,7 +114,7 @@ def _show(args: argparse.Namespace) -> int:
 
 def _described(mission: Mission) -> str:
     """Format every number the mission runs with; a star marks those that the mission or its robot file sets."""
-    from behaviors.profile_names import ADAPTIVE, THESIS
+    from behaviors.mission_warnings import unused_keys
     from nxtdrive.cli.mission_template import meanings
 
     tables = {
@@ -127,12 +127,13 @@ def _described(mission: Mission) -> str:
         **{f"color.{name}": shade for name, shade in mission.color.items()},
     }
     lines = ["Parameters; * marks those that the mission or its robot file sets, the others are defaults"]
-    profile = mission.mission.profile
-    built_in = {ADAPTIVE, THESIS}
-    idle = built_in - {profile} if profile in built_in else set[str]()  # a custom one may use either table
+    unused = unused_keys(mission)
     width = max(len(name) for table in tables.values() for name in type(table).model_fields)
     for title, table in tables.items():
-        lines += ["", printable(f"[{title}]") + f"   no effect: the profile is {profile}" * (title in idle)]
+        lines += ["", printable(f"[{title}]")]
+        if title in unused:
+            used = ", ".join(sorted(set(type(table).model_fields) - unused[title]))
+            lines[-1] += f"   no effect{used and f' except {used}'}: the profile is {mission.mission.profile}"
         about = meanings(type(table))
         for name, value in table:
             star = "*" if name in table.model_fields_set else " "

@@ -170,7 +170,14 @@ class LinkCore:
             self.state = LinkState.CLOSED
             self.attempt_due = math.inf
 
+    def take_unreported(self) -> LinkLost | None:
+        """Return the loss that the program has not been told of yet; from now on it counts as reported."""
+        with self._lock:
+            lost, self.unreported = self.unreported, None
+            return lost
+
     def acknowledge(self) -> None:
         """Record that the loss was reported to the program and that its motors have stopped."""
-        self.interrupted = self.motors_driven = False
-        self.unreported = None
+        with self._lock:
+            self.interrupted = self.motors_driven = False
+            self.unreported = None

@@ -87,8 +87,7 @@ class Reconnector:
             if program:
                 core.acknowledge()
             raise interrupted()
-        if core.unreported is not None and program:
-            lost, core.unreported = core.unreported, None
+        if program and (lost := core.take_unreported()) is not None:
             raise lost
 
     def check(self) -> None:
@@ -113,7 +112,7 @@ class Reconnector:
             core.lose(lost, link.now())
         if self._reopens or not core.reconnecting or core.state is LinkState.CLOSED:
             if link.acts_for_program:
-                core.unreported = None
+                core.take_unreported()
             raise lost
         link.announce()
 

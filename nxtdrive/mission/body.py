@@ -116,10 +116,15 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.touching()
 
-    def use_sonar(self, doubt: str = "") -> None:
-        """Let the safety stop use the sonar; with a `doubt`, leave it out as if it had failed."""
-        self._rover.use_sonar(use=not doubt)
-        self._sensor_changed("sonar", doubt)
+    def distrust_sonar(self, why: str) -> None:
+        """Leave the sonar out of the safety stop, as if it had failed."""
+        self._rover.use_sonar(use=False)
+        self._sensor_changed("sonar", why)
+
+    def trust_sonar(self) -> None:
+        """Let the safety stop use the sonar again."""
+        self._rover.use_sonar(use=True)
+        self._sensor_changed("sonar", "")
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""

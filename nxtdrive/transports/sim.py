@@ -138,6 +138,7 @@ class SimTransport:
             realtime=self._started_s is not None,
             faults=self._faults,
             address=self.address,
+            warn_of_sleep=self._sleep_warning is not None,
         )
 
     def send(self, telegram: bytes) -> None:

@@ -89,8 +89,11 @@ class RandomPorts:
         self._answer()
         return 8000
 
-    def use_sonar(self, doubt: str = "") -> None:
+    def distrust_sonar(self, why: str) -> None:
         """Its sonar has nothing to do with its safety stop."""
+
+    def trust_sonar(self) -> None:
+        """As above."""
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         self._pose = Pose(self._pose.x_mm, self._pose.y_mm, self._pose.heading_deg + (scale - 1.0) * angle_deg)

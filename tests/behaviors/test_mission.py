@@ -248,6 +248,9 @@ def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
     [
         (("[mission]", "[mission]\nprofile = 'thesis'"), None),
         (("[target.box]", "[thesis]\nwait_s = 3\n[target.box]"), "thesis: wait_s has no effect"),
+        (("[target.box]", "[thesis]\ncontinue_every_s = 3\n[target.box]"), None),
+        (("[target.box]", "[thesis]\nadvances = 3\n[adaptive]\nchooses_viewpoints = false\n[target.box]"), None),
+        (("[mission]", "[adaptive]\nrounds = 5\n[thesis]\nwait_s = 3\n[mission]\nprofile = 'my.own:Profile'"), None),
         (('["box"]', '["box", "box"]'), "'box' is listed 2 times"),
         (("[target.box]", "[target.cat]\ndetector = 'marker'\nid = 1\n[target.box]"), "target.cat: no effect"),
         (("color =", "height_mm = 29.7\ncolor ="), "Is it in centimetres? Then it is 297 mm"),

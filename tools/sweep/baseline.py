@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Report
-from behaviors.journal import Kind, Record, plain
+from behaviors.journal import JOURNAL_FORMAT, Kind, Record, plain
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
@@ -62,7 +62,8 @@ class Baseline(ABC):
     def run(self) -> Report:
         """Pursue the targets in order and return the report, as `behaviors.executive.Executive.run` does."""
         ending, error = Ending.BROKEN, ""
-        self.note(Kind.START, mission=self.mission.mission.name, targets=list(self.mission.mission.targets))
+        table = self.mission.mission
+        self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
             ending = self._pursue_all()
         except TimeUp:
@@ -133,10 +134,10 @@ class Baseline(ABC):
         self._outages.run(lambda: self.clock.sleep(max(0.0, end_s - self.clock.now())))
 
     def _approach(self, target: str) -> Reason:
-        service = ThesisArriveSkill(self.context, target)
+        skill = ThesisArriveSkill(self.context, target)
         while True:
             self.context.check_time()
-            fact = service.call()
+            fact = skill.call()
             if fact.event is not Event.CONTINUED:
                 return fact.reason
 

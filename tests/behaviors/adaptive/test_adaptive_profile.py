@@ -185,7 +185,7 @@ def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_work
     drive = mocker.spy(perception.context.body, "drive")
     FollowPathSkill(perception, (bench.world.pose.ahead(500.0),)).call()
     fastest_mm_s = max(call.args[0] for call in drive.call_args_list)
-    assert (fastest_mm_s > 1.2 * perception.profile.cruise_mm_s) is fast
+    assert (fastest_mm_s > 1.2 * perception.parameters.cruise_mm_s) is fast
 
 
 def test_a_path_that_becomes_much_longer_is_ended(bench, mocker):
@@ -227,7 +227,7 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
         perception = Bench(brick, simulation).profile._perception
         for _ in range(6):
             perception.step()
-        assert (perception.lost_after_s > perception.profile.lost_after_s) == slow
+        assert (perception.lost_after_s > perception.parameters.lost_after_s) == slow
         assert (perception.steering_deg_s(10.0, 2.0) < 20.0) == slow
 
 

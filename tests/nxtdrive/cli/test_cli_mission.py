@@ -157,7 +157,7 @@ def test_show_says_which_profiles_numbers_count(good, capsys):
     assert main(["mission", "show", str(good)]) == DONE
     text = capsys.readouterr().out
     assert "[adaptive]\n" in text
-    assert "[thesis]   no effect: the profile is adaptive" in text
+    assert "[thesis]   no effect except continue_every_s: the profile is adaptive" in text
 
 
 def test_show_says_nothing_of_numbers_that_a_profile_from_a_package_may_use(tmp_path, capsys, monkeypatch):
