@@ -178,7 +178,7 @@ class MissionChart(StateChart[Any]):
 
     @property
     def another_round(self) -> bool:
-        """Guard: the current target has another turn, in a later round."""
+        """Guard: the current target is tried again in a later round."""
         return self.queue.another_round
 
     def chosen(self, target: State) -> bool:

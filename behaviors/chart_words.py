@@ -20,7 +20,7 @@ STATES = {
     "rescan": "Takes a longer look from here.",
     "reached": "Stands at the target.",
     "left": "The target is left for a later round.",
-    "gave_up": "The target had its last turn.",
+    "gave_up": "The target has no rounds left.",
     "suspended": "Waits for an outage or a pause to end.",
     "finished": "The mission is over, the motors are off.",
     "equipment": "Whether everything that a mission needs answers.",
@@ -45,7 +45,7 @@ STATES = {
 EVENTS = {
     Event.START: "The mission begins.",
     Event.TARGET_SEEN: "The target came into view.",
-    Event.SEARCH_FAILED: "A look round did not show the target.",
+    Event.SEARCH_FAILED: "A scan did not show the target.",
     Event.CONTINUED: "The approach goes on.",
     Event.DOUBTED: "The robot is near enough to have arrived, but not yet sure that this is the target.",
     Event.MOVED_OFF: "What the robot had stopped at is farther away again.",

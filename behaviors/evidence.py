@@ -34,7 +34,7 @@ class Viewpoint:
 
     Attributes:
         travel_s: Time to get there.
-        scan_s: Time to look round there.
+        scan_s: Time to scan there.
         chance: Probability that this finds the target, 0..1.
         route: Waypoints; the last one is the place. Empty for the current place.
     """
@@ -82,7 +82,7 @@ class Evidence:
         blocker: The obstacle in the way, if any.
         detour: A path around it, if there is one.
         blocked: The place to look from beyond it, if the robot was driving to one.
-        here: Another look round from here, if it was weighed.
+        here: Another scan from here, if it was weighed.
         viewpoints: Other places to look from, the most promising first.
         others: Other targets that may be pursued instead.
         repeats: How often each recovery, by name, was chosen at this place for this target.

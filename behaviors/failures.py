@@ -29,7 +29,7 @@ class TargetFinding(StrEnum):
     """What a failure says about where the target is."""
 
     NOT_HERE = "not_here"
-    """A look round from here did not show it."""
+    """A scan from here did not show it."""
     MOVED = "moved"
     """It has left the place where it was seen."""
     NOT_THERE = "not_there"

@@ -94,13 +94,13 @@ class AdaptiveParameters(Table):
     Attributes:
         cruise_mm_s: Speed of an approach, and along a path where something may be near.
         travel_share: Along a path it drives at this many times that speed while the sonar hears nothing near.
-        scan_deg_s: Turn rate while looking round where distant things may be in view; faster blurs them.
+        scan_deg_s: Turn rate while scanning where distant things may be in view; faster blurs them.
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
         sonar_tolerance_mm: An arrival counts when the sonar's echo and the apparent distance differ by no more than
             this, or a third of the distance if that is more; without an echo it counts as well.
-        search_budget_s: Longest search for a target without a sighting before another one gets its turn.
+        search_budget_s: Longest search for a target without a sighting before another one is pursued.
         rounds: Rounds of the list of targets at most, unless the mission asks for more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
         repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
@@ -112,7 +112,7 @@ class AdaptiveParameters(Table):
         in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
             seen and can be reached sooner may come first.
         fixed_wait_s: Length of every wait; without it, waits are as long as pays.
-        chances: How often choices succeeded in runs of your own: a file written by `nxtdrive chances`.
+        chances: How often choices succeeded in your own runs: a file written by `nxtdrive chances`.
     """
 
     cruise_mm_s: float = Field(default=200.0, ge=70, le=400)
@@ -146,7 +146,7 @@ class MissionTable(Table):
     Attributes:
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
-        profile: How to behave: adaptive, thesis, or a profile of your own (docs/profiles.md).
+        profile: How to behave: adaptive, thesis, or your own profile (docs/profiles.md).
         rounds: Rounds of the list at most; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts

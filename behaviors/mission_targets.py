@@ -30,7 +30,7 @@ class PictureTarget(_Target):
 
 
 class HaarTarget(_Target):
-    """What one of OpenCV's cascades finds, or a cascade file of your own.
+    """What one of OpenCV's cascades finds, or your own cascade file.
 
     Attributes:
         cascade: Name of a cascade that comes with OpenCV, or an XML file.

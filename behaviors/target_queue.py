@@ -24,14 +24,14 @@ class TargetProgress:
         outcome: Its outcome so far.
         time_s: When that was decided, seconds of mission time; None while pending.
         attempts: Searches started for it, over all rounds.
-        turns: Number of turns it has had.
+        round: In which round it is, or was last, from 1; 0 before the first.
     """
 
     target: str
     outcome: TargetOutcome = TargetOutcome.PENDING
     time_s: float | None = None
     attempts: int = 0
-    turns: int = 0
+    round: int = 0
 
 
 class TargetQueue:
@@ -54,8 +54,8 @@ class TargetQueue:
 
     @property
     def round(self) -> int:
-        """Number of turns that the current target has had, from 1."""
-        return self.current.turns
+        """The round of the current target, from 1."""
+        return self.current.round
 
     @property
     def more_targets(self) -> bool:
@@ -64,8 +64,8 @@ class TargetQueue:
 
     @property
     def another_round(self) -> bool:
-        """Whether the current target has another turn if it is left now."""
-        return self.current.turns < self.rounds
+        """Whether the current target is tried again if it is left now."""
+        return self.current.round < self.rounds
 
     @property
     def achieved(self) -> bool:
@@ -74,15 +74,15 @@ class TargetQueue:
 
     @property
     def later(self) -> list[str]:
-        """The other targets that still have a turn."""
+        """The other targets that still have a round."""
         return [progress.target for progress in self._waiting() if progress is not self.current]
 
     @property
     def earlier(self) -> list[str]:
-        """The targets that may be pursued before this one's next turn, if it has one: they had fewer turns."""
+        """The targets that may be pursued before this one's next round, if it has one: they had fewer rounds."""
         if not self.another_round:
             return []
-        return [progress.target for progress in self._waiting() if progress.turns < self.current.turns]
+        return [progress.target for progress in self._waiting() if progress.round < self.current.round]
 
     def decide(self, outcome: TargetOutcome) -> None:
         """Record the outcome of the current target."""
@@ -92,18 +92,18 @@ class TargetQueue:
         """Continue with the next target; the caller has checked `more_targets`.
 
         Args:
-            preferred: This one rather than the first in order, among those that had the fewest turns.
+            preferred: This one rather than the first in order, among those that had the fewest rounds.
         """
         waiting = self._waiting()
         if not waiting:
             raise IndexError("no target is left in the queue")
-        fewest = min(progress.turns for progress in waiting)
-        first = [progress for progress in waiting if progress.turns == fewest]
+        fewest = min(progress.round for progress in waiting)
+        first = [progress for progress in waiting if progress.round == fewest]
         self._begin(next((progress for progress in first if progress.target == preferred), first[0]))
 
     def _waiting(self) -> list[TargetProgress]:
-        return [each for each in self.targets if each.outcome is not TargetOutcome.REACHED and each.turns < self.rounds]
+        return [each for each in self.targets if each.outcome is not TargetOutcome.REACHED and each.round < self.rounds]
 
     def _begin(self, progress: TargetProgress) -> None:
-        progress.turns += 1
+        progress.round += 1
         self.current = progress

@@ -147,7 +147,7 @@ class Dialogue:
     def expire(self) -> LinkTimeout:
         """Return the error to raise when the deadline has passed."""
         if self._waiting:
-            name, fate = type(self._waiting[0]).__name__, "was not sent, as the brick was mute for"
+            name, fate = type(self._waiting[0]).__name__, "was not sent, because the brick had not replied for"
         else:
             name, fate = type(self._command).__name__, "was not answered within"
         return LinkTimeout(

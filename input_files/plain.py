@@ -9,7 +9,7 @@ import stat
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 MEGABYTE = 1_000_000
 MAX_DEPTH = 32
@@ -36,7 +36,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     try:
         found = os.stat(path)
         if stat.S_ISDIR(found.st_mode):
-            raise InputFileError(f"{path} is a folder. Name a file in it.")
+            raise InputFileError(f"{path} is a folder. Choose a file in it.")
         if not stat.S_ISREG(found.st_mode):
             raise InputFileError(f"{path} is a device or a pipe. Name a regular file.")
         with open(path, "rb") as file:
@@ -48,7 +48,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     except ValueError as error:  # a NUL in the path
         raise InputFileError(f"{str(path)!r} cannot be read ({error}). Check the path.") from None
     if content is None or len(content) > limit:
-        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Name another file.")
+        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
     return content
 
 
@@ -79,7 +79,7 @@ def _decompressed(path: Path, content: bytes, limit: int) -> bytes:
     except (OSError, EOFError, zlib.error) as error:
         raise InputFileError(f"{path} cannot be decompressed ({error}). Compress it with gzip again.") from None
     if len(plain) > limit:
-        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Name another file.")
+        raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
     return plain
 
 
@@ -102,6 +102,11 @@ def leaves(value: Any) -> Iterator[Any]:  # noqa: ANN401 - any plain value
 def is_too_large(value: Any) -> bool:  # noqa: ANN401 - any plain value
     """Return whether it is a whole number of more than 64 bits, which no format here needs and few libraries take."""
     return isinstance(value, int) and abs(value) >= 2**63
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a plain value is a number; true and false are not."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def whole_number(text: str) -> int | None:

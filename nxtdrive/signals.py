@@ -12,6 +12,8 @@ from typing import NoReturn
 
 TERMINATION = ("SIGTERM", "SIGHUP")
 """The system's request to end, and a closed terminal; not every system has both."""
+SIGNALLED = 128
+"""Shells add this to the number of the signal that ended a program; programs that handle signals follow them."""
 AGAIN_S = 0.02
 """A signal that could not interrupt the program is delivered again after this time."""
 INSISTENT = 3

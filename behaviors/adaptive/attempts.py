@@ -41,7 +41,7 @@ class _FailedApproach:
 @dataclass(frozen=True, slots=True)
 class _Failure:
     target: str
-    turn: int
+    round: int
     reason: Reason
     place: Point
 
@@ -83,12 +83,12 @@ class Attempts:
         near = (recovery for which, recovery, place in self._choices if which == target and _same_place(place, here))
         return dict(Counter(near))
 
-    def failed(self, target: str, turn: int, reason: Reason, here: Point) -> None:
-        """Remember that an attempt in a target's turn failed here."""
-        self._failures.append(_Failure(target, turn, reason, here))
+    def failed(self, target: str, round_number: int, reason: Reason, here: Point) -> None:
+        """Remember that an attempt at a target in this round failed here."""
+        self._failures.append(_Failure(target, round_number, reason, here))
 
     def failures(self) -> tuple[int, int]:
-        """Return how often attempts of this turn failed as the last one did, at its place, and how often in a row.
+        """Return how often attempts of this round failed as the last one did, at its place, and how often in a row.
 
         In a row they are at one place if they are near the first of them, as of a robot that goes to and fro.
         """
@@ -115,7 +115,7 @@ class Attempts:
 
 
 def _alike(one: _Failure, other: _Failure) -> bool:
-    same = (one.target, one.turn, one.reason) == (other.target, other.turn, other.reason)
+    same = (one.target, one.round, one.reason) == (other.target, other.round, other.reason)
     return same and _same_place(one.place, other.place)
 
 

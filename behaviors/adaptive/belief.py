@@ -34,7 +34,7 @@ class BeliefNumbers:
         slant_width_deg: How gradually; the grid of facings is coarse.
         sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
         stand_mm: Looks from places no farther apart than this are looks from one place.
-        round_frames: Frames that show each place when the robot looks round.
+        round_frames: Frames that show each place when the robot scans.
         sure_share: Up to this share of its range the detector finds every target; from there on its hit rate falls.
         poor_share: At this share, since the light is not known, the hit rate is `poor`.
         poor: See `poor_share`.
@@ -53,7 +53,7 @@ class BeliefNumbers:
         frontier_mm: Unknown floor farther away than this, two rooms, is not seen from a viewpoint at its frontier.
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
-        overhead_s: Cost of a look round besides the turn: getting here and deciding.
+        overhead_s: Cost of a scan besides the turn: getting here and deciding.
         arc_step_deg: Arcs to look at are multiples of this width.
         arc_bins: Number of these in a full turn.
     """
@@ -240,7 +240,7 @@ class Belief:
             self._stand.left = (1.0 - share) * self._stand.left + share
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
-        """Return the probability that one look round from a place finds it."""
+        """Return the probability that one scan from a place finds it."""
         return float(self._gain(x_mm, y_mm, floor).sum())
 
     def frontier_chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
@@ -279,7 +279,7 @@ class Belief:
         return float(first * N.arc_step_deg), float((first + widths[best]) * N.arc_step_deg)
 
     def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
-        """Return the probability of finding it at each place by looking round from here, (places,)."""
+        """Return the probability of finding it at each place by scanning from here, (places,)."""
         view = self._view(x_mm, y_mm, floor)
         missed, left = np.ones(len(self._x)), np.ones_like(self._mass)
         if self._stand is not None and math.dist(self._stand.at, view.at) <= N.stand_mm:

@@ -28,7 +28,7 @@ class CandidateNumbers:
         offered: Number of viewpoints offered: the most promising of them.
         frontier_hit: Chance that a target on the unknown floor beyond a viewpoint is found soon after going there.
         turn_s: Time to turn towards a destination.
-        scan_s: Time to look round there.
+        scan_s: Time to scan there.
         rescan_s: Time to look again here.
         moving_off_s: Time to move off as the thesis does, by a turn and ten advances.
         least_extra_s: A detour takes at least this much longer than the straight path, since the map errs.
@@ -63,7 +63,7 @@ N = CandidateNumbers()
 
 
 class ViewpointGain(NamedTuple):
-    """The gain of a look round from a place.
+    """The gain of a scan from a place.
 
     Attributes:
         place: Where.
@@ -130,11 +130,11 @@ class CandidateGenerator:
         return Detour(extra_s, self._world.paths.route_to(place))
 
     def here(self, target: str) -> Viewpoint:
-        """Return another look round from here."""
+        """Return another scan from here."""
         return Viewpoint(0.0, N.rescan_s, self._world.targets.chance_from(target, self._world.here))
 
     def viewpoints(self, target: str) -> tuple[Viewpoint, ...]:
-        """Return the places where a look round gains most per time."""
+        """Return the places where a scan gains most per time."""
         if not self._parameters.chooses_viewpoints:
             return (Viewpoint(N.moving_off_s, N.scan_s, 1.0),)
         # prefer places from which an approach does not pass one that failed lately
@@ -145,7 +145,7 @@ class CandidateGenerator:
         return tuple(Viewpoint(one.travel_s, N.scan_s, one.chance, route_to(one.place)) for one in found[: N.offered])
 
     def gains(self, target: str) -> list[ViewpointGain]:
-        """Return the gain of a look round from each place considered."""
+        """Return the gain of a scan from each place considered."""
         world, paths = self._world, self._world.paths
         places = paths.reachable_places(N.spacing_mm, known=True)
         travel_s = paths.seconds_to(places) + N.turn_s

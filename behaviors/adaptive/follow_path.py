@@ -37,7 +37,7 @@ class PathNumbers:
         clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
             planned path leaves, since the last stretch is driven by eye.
         standoff_mm: The last stretch before the target need not be free: the target itself echoes.
-        far_enough_mm: This far along a path that leads no farther it is worth looking round.
+        far_enough_mm: This far along a path that leads no farther it is worth scanning.
         leeway: A path may take this many times the time that its length takes at cruising speed.
         leeway_s: And this much more.
         retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
@@ -206,7 +206,7 @@ class FollowPathSkill:
         return float(paths.seconds_to(np.array([self._goal]))[0])
 
     def _no_path(self, observation: Observation) -> Fact:
-        """Report that there is no path; from far enough along the old one a look round is worthwhile, too."""
+        """Report that there is no path; from far enough along the old one a scan is worthwhile, too."""
         world = self._perception.world
         if self._blocker is not None:
             measured = {"range_mm": observation.range_mm, "stops": self._stops}

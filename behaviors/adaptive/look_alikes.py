@@ -16,7 +16,7 @@ class LookAlikeNumbers:
         near_mm: Sightings no farther than this from a look-alike are of it;
         near_share: or this share of their distance, if that is more, while it is not settled what is there.
         rejected_s: It is tested again after this time.
-        looks: A doubtful object is taken for the target after look rounds from this many places without a better one;
+        looks: A doubtful object is taken for the target after scans from this many places without a better one;
             after one if nothing else was ever taken for it.
         apart_mm: These places are at least this far apart: what hides a target from one hides it from beside it.
     """
@@ -65,7 +65,7 @@ class LookAlikes:
         )
 
     def looked_round(self, target: str, here: Point) -> Point | None:
-        """Remember a look round that did not show the target; return a doubtful place if it may be taken for it now."""
+        """Remember a scan that did not show the target; return a doubtful place if it may be taken for it now."""
         released = None
         for each in self._known:
             if each.target != target or not each.doubtful or self._compared(each):

@@ -82,14 +82,18 @@ class AdaptivePolicy:
         return [*past, *looking, *self._others(evidence)]
 
     def _untried(self, candidates: Iterable[Candidate], evidence: Evidence) -> list[Candidate]:
-        # a place that was tried from here is not offered again, so moving off is never the same twice
-        return [
-            each
-            for each in candidates
-            if (each.choice.kind is MOVE_TO and each.choice.route)
-            or evidence.repeats.get(each.choice.kind.name, 0) < self.repeats
-            if evidence.failures < self.repeats or each.choice.kind in (MOVE_TO, DETOUR)
-        ]
+        """Return the candidates that were not tried too often here; after repeated failures, only those elsewhere."""
+
+        def may_be_repeated(choice: Choice) -> bool:
+            # a place that was tried from here is not offered again, so moving off is never the same twice
+            goes_to_a_place = choice.kind is MOVE_TO and bool(choice.route)
+            return goes_to_a_place or evidence.repeats.get(choice.kind.name, 0) < self.repeats
+
+        def leads_away(choice: Choice) -> bool:
+            return choice.kind in (MOVE_TO, DETOUR)
+
+        stays = evidence.failures < self.repeats
+        return [each for each in candidates if may_be_repeated(each.choice) and (stays or leads_away(each.choice))]
 
     def _past_the_blocker(self, evidence: Evidence) -> Iterator[Candidate]:
         blocker, detour = evidence.blocker, evidence.detour

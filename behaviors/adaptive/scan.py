@@ -15,7 +15,7 @@ from behaviors.skills import sighted
 
 @dataclass(frozen=True, slots=True)
 class ScanNumbers:
-    """The numbers of looking round.
+    """The numbers of scanning.
 
     Attributes:
         step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
@@ -29,7 +29,7 @@ class ScanNumbers:
         longest_step_s: What takes longer is a pause, as on a slow link.
         beyond_mm: A target may be this far behind the source of an echo at the side of the sonar's cone.
         aim_deg: The beginning of an arc need not be met more exactly.
-        worth_a_turn: With less of a chance a look round is not worth its time.
+        worth_a_turn: With less of a chance a scan is not worth its time.
         frames_at_rest: This many frames are evaluated before a turn begins; a detection is believed when a second frame
             confirms it.
     """
@@ -53,7 +53,7 @@ N = ScanNumbers()
 
 
 class ScanSkill:
-    """The state search: one look round from here.
+    """The state search: one scan from here.
 
     Args:
         perception: What to work with.
@@ -65,11 +65,11 @@ class ScanSkill:
         self._range_mm: float | None = None
 
     def call(self) -> Fact:
-        """Look round until the target is seen or nothing is left to look at; the robot is at rest afterwards."""
+        """Scan until the target is seen or nothing is left to look at; the robot is at rest afterwards."""
         perception = self._perception
         begun_s = perception.now()
         perception.context.body.stop()
-        fact = self._rest() or self._look_where_known() or self._look_round()
+        fact = self._rest() or self._look_where_known() or self._scan_round()
         perception.context.body.stop()
         if fact is not None:
             return fact
@@ -91,7 +91,7 @@ class ScanSkill:
             perception.world.targets.reconsider(perception.target)
         return fact
 
-    def _look_round(self) -> Fact | None:
+    def _scan_round(self) -> Fact | None:
         """Look along the most promising arc, if any is worth it."""
         perception = self._perception
         world = perception.world
@@ -100,7 +100,7 @@ class ScanSkill:
         if belief.chance_from(*world.here, world.floor) < N.worth_a_turn:
             return None
         if perception.doubts_turns:
-            return self._look_round_twice()
+            return self._scan_past_the_start()
         begin_deg, end_deg = belief.arc_from(*world.here, world.floor, perception.parameters.scan_deg_s)
         margin_deg = world.targets.half_view_deg / 2
         begin_deg, end_deg = begin_deg + margin_deg, end_deg - margin_deg
@@ -119,8 +119,8 @@ class ScanSkill:
         fact = self._face(first_deg) if abs(first_deg) > N.aim_deg else None
         return fact or self._rest() or self._sweep(sweep_deg)
 
-    def _look_round_twice(self) -> Fact | None:
-        """Look round and on, until the first echoes are received again, to learn how far the robot really turns."""
+    def _scan_past_the_start(self) -> Fact | None:
+        """Scan on until the first echoes are received again, to learn how far the robot really turns."""
         perception = self._perception
         perception.begin_turn()
         fact = self._sweep(TURNS.enough_deg)

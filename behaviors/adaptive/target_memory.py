@@ -194,7 +194,7 @@ class TargetMemory:
             del self.known[target]
 
     def chance_from(self, target: str, place: Point) -> float:
-        """Return the probability that one look round from a place finds the target."""
+        """Return the probability that one scan from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self._floor)
 
     def frontier_chance_from(self, target: str, place: Point) -> float:

@@ -137,17 +137,17 @@ class WorldModel:
         elif not self.floor.without_sonar:
             self.floor.add_silence(pose)
 
-    def learn(self, target: str, failure: Failure, now_s: float, turn: int = 1) -> None:
+    def learn(self, target: str, failure: Failure, now_s: float, round_number: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
 
         Args:
             target: What was pursued.
-            turn: Which of its turns this is.
+            round_number: The round of the target, from 1.
             failure: What went wrong.
             now_s: Current time on the mission's clock.
         """
         self._now_s = now_s
-        self.attempts.failed(target, turn, failure.reason, self.here)
+        self.attempts.failed(target, round_number, failure.reason, self.here)
         known = self.targets.known.get(target)
         may_leave = failure.blocker is not None and failure.blocker.hides
         if failure.event is Event.ARRIVE_FAILED and not may_leave and known is not None:

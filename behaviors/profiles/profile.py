@@ -27,7 +27,8 @@ class Profile(Protocol):
         """Return the skill for a state of the mission that was just entered.
 
         Args:
-            state: ``search``, ``arrive``, or the recovery that was chosen.
+            state: ``search``, ``arrive``, ``verify`` (only if the profile reports `DOUBTED`), or the recovery that was
+                chosen.
             choice: The last choice.
 
         Raises:

@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Measure how the robot is built, and write it to a robot file: the camera's field
 of view, place, angles and latency; the wheels' diameter, mismatch and track; the
-sonar's place; the motors' directions; how a colour looks. The robot
-drives in front of a sheet of markers: print it with --sheet, hang it on a wall with its middle as high as the lens, and
-put the robot one metre in front of it, with a metre of free floor all round. sim:// has
-such a room. Values that are too uncertain are refused, and the file stays as it was."""
+sonar's place; the motors' directions; how a colour looks. The robot drives in
+front of a sheet of markers: print it with --sheet, hang it on a wall with its
+middle as high as the lens, and put the robot one metre in front of it, with a
+metre of free floor all round. sim:// has such a room. Values that are too
+uncertain are refused, and the file stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate
@@ -215,7 +216,7 @@ def _ask(question: str) -> None:
     if not can_ask():
         raise ConfigError("the robot drives, and there is no terminal to ask in.", remedy="Add --yes.")
     if not agrees(question):
-        raise ConfigError("the robot may not drive.", remedy="Clear the floor, then answer y.")
+        raise ConfigError("you did not agree that the robot may drive.", remedy="Clear the floor, then answer y.")
 
 
 def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Count how often the choices of the adaptive profile succeeded in your runs, or in
-the missions of a sweep, and print that beside the chances that it gave them. With
+the missions of a sweep, and print it next to the chances that the profile had predicted. With
 --out, keep the counts in a file; a mission with chances = "FILE" in its table
 [adaptive] uses them in addition to those that come with nxtdrive. docs/adaptive.md
 explains both."""
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if not found:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
     if args.out is not None:
-        with writing(args.out, "Name another file with --out."):
+        with writing(args.out, "Choose another file with --out."):
             write_file(args.out, _text(sources, counts(found)).encode())
         write_line(
             f"{args.out}: {len(found)} choices; use them with chances = {json.dumps(args.out.name)} in [adaptive]"

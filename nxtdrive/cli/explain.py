@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from firmware_protocol.explain import ExplainedField, Explanation
 
 DESCRIPTION = """\
-Say what a telegram means, field by field: a request or a reply, with or without
-Bluetooth's length in front, known or not, whole or cut."""
+Decode a telegram field by field. It may be a request or a reply, with or without
+the Bluetooth length prefix; unknown and incomplete telegrams are decoded as far
+as possible."""
 EXAMPLES = """\
   nxtdrive explain 00 0b
   nxtdrive explain 02 0b 00 40 1f

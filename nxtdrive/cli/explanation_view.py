@@ -135,18 +135,18 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
         return [(explanation.policy, Text(f"unknown: {replay.why_not}", style="yellow"))] if other else []
     if not replay.differs:
         return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
-    would = printable(f"would have chosen differently: {replay.choice.words()}, since {replay.choice.why}")
+    other_choice = printable(f"{replay.choice.words()}, since {replay.choice.why}")
     if other:
-        return [(explanation.policy, Text(would, style="yellow"))]
+        return [(explanation.policy, Text(f"would have chosen differently: {other_choice}", style="yellow"))]
     if choice is None or choice.proposed:
         return []
-    return [("today", Text(f"this version and these numbers {would}", style="yellow"))]
+    return [("today", Text(f"this version chooses differently: {other_choice}", style="yellow"))]
 
 
 def _sum(explanation: Explanation) -> Text:
     told = [each.replay for each in explanation.decisions if each.replay.choice is not None]
     if not told:
-        return Text(f"What {explanation.policy} would have chosen cannot be seen from this journal.")
+        return Text(f"This journal does not show what {explanation.policy} would have chosen.")
     differing = sum(replay.differs for replay in told)
     text = f"{explanation.policy} would have chosen differently in {differing} of {len(told)} decisions"
     left_out = len(explanation.decisions) - len(told)

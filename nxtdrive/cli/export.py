@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.run_reader import read_run
 
     if args.html is None and args.mcap is None and args.csv is None and args.webm is None:
-        raise ConfigError("no format is named.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
+        raise ConfigError("no format given.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
     if args.html is not None:

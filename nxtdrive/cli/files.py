@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
     put = add_action(actions, "put", "send files", on_brick(_put))
     put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
-    put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick, of a single file")
+    put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick (single file only)")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")
     rm = add_action(actions, "rm", "delete files", on_brick(_rm))
     rm.add_argument("--force", action="store_true", help="also delete system files (*.sys), without asking")
@@ -77,7 +77,7 @@ def _get(args: argparse.Namespace, brick: Brick) -> None:
 
     with _progress(args.name) as progress:
         content = brick.files.read(args.name, progress)
-    with writing(target, "Name another with --to."):
+    with writing(target, "Choose another file with --to."):
         write_file(target, content)
     _say(args, {"name": args.name, "size": len(content), "path": str(target)})
 
@@ -124,7 +124,7 @@ def _check_deletion(name: str, *, force: bool) -> None:
     if not can_ask():
         raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
     if not agrees(f"{name} is a system file of the brick. Delete it?"):
-        raise ConfigError("you did not say yes.")
+        raise ConfigError("deletion was not confirmed.")
 
 
 def _df(args: argparse.Namespace, brick: Brick) -> None:

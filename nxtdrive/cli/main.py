@@ -33,17 +33,15 @@ from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
 from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
 from nxtdrive.cli.parser import Help, Parser
-from nxtdrive.signals import SignalInterrupt, ignore_signals, signals_as_interrupt
+from nxtdrive.signals import SIGNALLED, SignalInterrupt, ignore_signals, signals_as_interrupt
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
 
-SIGNALLED = 128
-"""Exit code, with the signal's number added, of a command that a signal ended before it had anything to report."""
 INTERRUPTED = SIGNALLED + 2
-"""The same for Ctrl-C."""
+"""Exit code after Ctrl-C of a command that had nothing to report yet."""
 
-BUG = "This is a bug of nxtdrive. Please report it with this traceback, the command and the files it was given."
+BUG = "This is a bug in nxtdrive. Please report it with this traceback, the command and the files it was given."
 """Added to the traceback of an error that is none of those above."""
 
 BLAS_THREADS = "OPENBLAS_NUM_THREADS"
@@ -73,7 +71,7 @@ COMMANDS = {
     "screenshot": ("screenshot", "save a brick's display as an image"),
     "files": ("files", "list, download, upload and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
-    "serve": ("serve", "serve the robot to an agent of your own, over TCP"),
+    "serve": ("serve", "serve the robot to your own agent, over TCP"),
     "mcp": ("mcp", "let an assistant use the robot, over the Model Context Protocol"),
     "sim": ("sim", "offer the simulated brick to other programs"),
     "send": ("send", "send any declared command and print the reply"),
@@ -164,7 +162,9 @@ def _blame() -> str:
     if registry is None or not registry.loaded_from_elsewhere:
         return BUG
     names = ", ".join(map(repr, sorted(registry.loaded_from_elsewhere)))
-    return f"This is a bug of the profile {names}, or of nxtdrive. Show this traceback to the profile's author first."
+    return (
+        f"This is a bug in the profile {names} or in nxtdrive. Show this traceback to the author of the profile first."
+    )
 
 
 def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:

@@ -39,7 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
     parser.add_argument(
-        "--folder", metavar="FOLDER", type=Path, default=Path(), help="whose mission files it may start (default: .)"
+        "--folder",
+        metavar="FOLDER",
+        type=Path,
+        default=Path(),
+        help="folder with the mission files that it may start (default: .)",
     )
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"

@@ -50,7 +50,7 @@ rounds = 1                 # passes through the list; later ones retry what was 
 # height_mm = 160          # of the code, without the white around it
 #
 # [target.face]
-# detector = "haar"        # one of OpenCV's cascades, or an XML file of yours
+# detector = "haar"        # one of OpenCV's cascades, or your XML file
 # cascade = "haarcascade_frontalface_alt2"
 # height_mm = 180
 #

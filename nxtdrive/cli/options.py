@@ -84,7 +84,7 @@ def existing(folder: Path) -> Path:
 
 
 @contextmanager
-def writing(path: Path, remedy: str = "Name a file in a folder that exists and has room.") -> Iterator[None]:
+def writing(path: Path, remedy: str = "Choose a file in a folder that exists and has room.") -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
     try:
         yield

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 DESCRIPTION = """\
-Start and stop programs stored on a brick, and verify that they did. Starting or
+Start and stop programs stored on a brick, and check that it worked. Starting or
 stopping a program resets all motors and sensors."""
 EXAMPLES = """\
   nxtdrive program status

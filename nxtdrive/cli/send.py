@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     if args.list:
         return _list(args.json)
     if args.name is None:
-        raise LocalProtocolError("no command is named.", remedy="`nxtdrive send --list` prints all of them.")
+        raise LocalProtocolError("no command given.", remedy="`nxtdrive send --list` prints all of them.")
     command = build(args.name, args.fields)
     with open_brick(args.nxt) as brick:
         _require_known(type(command), brick)

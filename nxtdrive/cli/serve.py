@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from behaviors.journal import Record
     from behaviors.mission import Mission
 DESCRIPTION = """\
-Serve the robot to an agent of your own, such as one in AgentSpeak: each line is a
+Serve the robot to your own agent, such as one in AgentSpeak: each line is a
 request ("arrive lena"), each reply a small integer. docs/agentspeak.md lists the verbs.
 With "choose" the agent only decides, and the profile does the rest.
 One client at a time; when it leaves, the motors stop. A simulated brick runs in
@@ -112,7 +112,7 @@ def _say_reply(record: Record) -> None:
 
 
 def _say_sensor(sensor: str, error: str) -> None:
-    said = f"going on without {sensor}: {error}" if error else f"the {sensor} answers again"
+    said = f"continuing without {sensor}: {error}" if error else f"the {sensor} answers again"
     complain(said)
 
 

@@ -69,7 +69,7 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
         metavar="WxH",
         type=_size,
         default=(320, 240),
-        help="of its frames, 16 to 4096 (default: 320x240)",
+        help="size of the camera's frames; each side 16 to 4096 (default: 320x240)",
     )
     _add_simulation(serve)
     add_json_argument(serve)

@@ -19,7 +19,7 @@ import sim_backend.doors
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.sim_serve import links
-from nxtdrive.signals import handling
+from nxtdrive.signals import SIGNALLED, handling
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import wait_readable
 from sim_backend.doors.server import RealTimeServer
@@ -34,9 +34,6 @@ VARIABLE = "NXTDRIVE_SIM_USB"
 """Environment variable with the brick's address, for the hook."""
 
 CAN_UMOCKDEV = "import gi; gi.require_version('UMockdev', '1.0'); from gi.repository import UMockdev"
-
-SIGNALLED = 128
-"""Shells add this to the number of the signal that ended a program."""
 
 
 def execute(args: argparse.Namespace, program: Sequence[str]) -> int:

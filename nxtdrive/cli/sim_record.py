@@ -59,7 +59,7 @@ def record(args: argparse.Namespace) -> int:
     lines = read_script(args.script, allow_writes=args.allow_writes)
     out = args.out or Path(f"{args.script.stem}.jsonl")
     if out.is_dir() or not out.absolute().parent.is_dir() or out.absolute() == args.script.absolute():
-        raise ConfigError(f"{out} cannot be written.", remedy="Name another file: --out FILE.jsonl.")
+        raise ConfigError(f"{out} cannot be written.", remedy="Choose another file: --out FILE.jsonl.")
     address, records = Address.parse(args.nxt), list[dict[str, Any]]()
     bench = _bench(address)
     with nullcontext() if bench else closing(open_transport(address)) as transport:

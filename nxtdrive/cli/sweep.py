@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from nxtdrive.tools.sweep.runner import Swept
 
 DESCRIPTION = """\
-Run profiles and baselines on the same simulated missions and judge them by the
-simulation's ground truth. Missions already in the file are not
+Run agents (profiles, baselines and oracles) on the same simulated missions and
+judge them by the simulation's ground truth. Missions already in the file are not
 repeated, so the same command with --resume continues an interrupted sweep.
 docs/evaluation.md explains the classes and figures."""
 EXAMPLES = """\
   nxtdrive sweep
   nxtdrive sweep --suite full --workers 2 --out full.jsonl --resume
   nxtdrive sweep --suite full --dask tcp://host:8786 --out full.jsonl
-  nxtdrive sweep --classes open,clutter --seeds 100-119 --profiles thesis,oracle
+  nxtdrive sweep --classes open,clutter --seeds 100-119 --agents thesis,oracle
   nxtdrive sweep --map clutter:100:thesis --out clutter.png
   nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
 
@@ -54,18 +54,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         choices=list(SUITES),
         default="smoke",
-        help="smoke: one seed of each class, four profiles, a minute; full: 100 seeds, all profiles; "
+        help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; "
         "reality: the classes of docs/reality.md, hard: flats, people, haste and poor light, both with 5 seeds and "
-        "four profiles (default: smoke)",
+        "four agents (default: smoke)",
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
     parser.add_argument(
+        "--agents",
         "--profiles",
         "--policies",
+        dest="profiles",
         metavar="A,B",
         type=_names,
-        help="only these profiles and baselines; also package.module:Class (docs/profiles.md)",
+        help="only these agents: profiles, baselines and oracles; also package.module:Class (docs/profiles.md)",
     )
     parser.add_argument(
         "--eyes",
@@ -87,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume", action="store_true", help="keep the results in the file and run only missing missions"
     )
-    parser.add_argument("--map", metavar="CLASS:SEED:PROFILE", help="draw the map of this one run instead")
+    parser.add_argument("--map", metavar="CLASS:SEED:AGENT", help="draw the map of this one run instead")
     parser.add_argument("--plot", metavar="FILE", type=Path, help="also draw plots; needs the extra nxtdrive[plot]")
     add_json_argument(parser)
 
@@ -138,7 +140,7 @@ def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
     classes, agents = dict.fromkeys(task.kind for task in tasks), dict.fromkeys(task.agent for task in tasks)
     seeds = f"{min(task.seed for task in tasks)}-{max(task.seed for task in tasks)}"
     command = ["nxtdrive", "sweep", "--classes", ",".join(classes), "--seeds", seeds]
-    command += ["--profiles", ",".join(agents), "--eyes", args.eyes]
+    command += ["--agents", ",".join(agents), "--eyes", args.eyes]
     return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
@@ -201,13 +203,13 @@ def _draw_map(args: argparse.Namespace) -> int:
     seed, _, agent = rest.partition(":")
     number = whole_number(seed)
     if number is None:
-        raise ConfigError(f"--map {args.map}: expected CLASS:SEED:PROFILE, as in clutter:100:thesis.")
+        raise ConfigError(f"--map {args.map}: expected CLASS:SEED:AGENT, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
     _agents([agent])
     out = args.out or Path(f"{kind}-{seed}-{agent}.png")
     play, _ = perform(generate_scenario(kind, number), agent, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
-        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, profile {agent}"), out))
+        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)
     return 0
 
@@ -226,7 +228,7 @@ def _agents(names: Sequence[str]) -> list[str]:
             except MissionError as error:
                 raise ConfigError(str(error)) from None
         else:
-            _known("profile", [name], ALL_NAMES)
+            _known("agent", [name], ALL_NAMES)
     return list(names)
 
 

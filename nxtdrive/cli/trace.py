@@ -27,7 +27,7 @@ REPLY_TIMEOUT_S = 1.0
 
 DESCRIPTION = """\
 Look at the recorded traffic between a program and a brick. Every command that
-opens a brick records it with --trace FILE.nxttrace; a program of yours does so by
+opens a brick records it with --trace FILE.nxttrace; your program does so by
 opening record://FILE.nxttrace?nxt=ADDRESS. --nxt replay://FILE.nxttrace then takes
 the place of the brick: the same program and the same traffic without a brick.
 Replaying to a brick moves its motors if the recorded program did."""

@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--classroom",
         metavar="FILE",
-        help="a page for the robots of this file, each with its own page, too; a number instead of a file makes that "
+        help="serve one page for all robots that this file lists, and a page for each of them; give a number for that "
         "many simulated robots",
     )
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         type=Path,
         default=Path(),
-        help="whose mission files the page offers (default: .)",
+        help="folder with the mission files that the page offers (default: .)",
     )
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"

@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=number("futures", int, 2, math.inf),
         default=FUTURES,
-        help=f"for each candidate (default: {FUTURES})",
+        help=f"futures tried for each candidate (default: {FUTURES})",
     )
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="add each mission to this file; those that it has are not repeated"

@@ -174,7 +174,7 @@ class LineServer:
         while not self._stopped() and (request := client.requests.take()) is not None:
             if self._served is None and isinstance(request, Request):
                 self._served, client.session = client, self._new_session()
-                self._say(f"client {client.name} is here")
+                self._say(f"serving client {client.name}")
             client.send(self._answer(client, request))
             client.gone = client.gone or request == Request(Verb.BYE)
         if client.gone:
@@ -192,7 +192,7 @@ class LineServer:
     def _turn_away(self, client: _Client, request: Request) -> int:
         if not client.turned_away and self._served is not None:
             client.turned_away = True
-            self._say(f"client {client.name} was sent away: {self._served.name} is being served")
+            self._say(f"refused client {client.name}: client {self._served.name} is being served")
         return failure_reply(request.verb, ErrorReply.BUSY)
 
     def _interrupt_if_needed(self) -> None:
@@ -231,7 +231,7 @@ class LineServer:
         if len(self._clients) == CLIENT_LIMIT:
             oldest = next(each for each in self._clients if each is not self._served)
             if not self._crowded:  # one message until there is room
-                self._say(f"client {oldest.name} was sent away: more than {CLIENT_LIMIT} are connected")
+                self._say(f"dropped client {oldest.name}: more than {CLIENT_LIMIT} are connected")
             self._dismiss(oldest)
             self._crowded = True
         self._clients.append(client)
@@ -246,7 +246,7 @@ class LineServer:
         if client.session is not None:
             client.session.end()
             self._served = None
-            self._say(f"client {client.name} is gone; motors off")
+            self._say(f"client {client.name} disconnected; motors off")
 
 
 def _listen(host: str, port: int) -> socket.socket:

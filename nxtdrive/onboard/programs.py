@@ -125,7 +125,7 @@ class Programs:
         while flags.decode(link.request(flags.read()).data) & UiFlag.BUSY:
             if link.now() >= deadline:
                 raise BrickBusy(
-                    "the brick is busy with itself.", remedy="Does its display show a dialog? Press a button."
+                    "the brick's user interface is busy.", remedy="Does its display show a dialog? Press a button."
                 )
             link.sleep(STEP_S)
 

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from behaviors.ports import Sighting
 from input_files.json_text import MAX_BYTES
 from input_files.picture import MAX_PIXELS, read_picture
-from input_files.plain import InputFileError, read_text
+from input_files.plain import MEGABYTE, InputFileError, read_text
 from nxtdrive.recording.run_folder import CAMERA
 from nxtdrive.vision.annotate import annotate
 from nxtdrive.vision.detection import Box, Detection, Image
@@ -25,6 +25,7 @@ from nxtdrive.vision.detection import Box, Detection, Image
 INDEX = "index.jsonl"
 FILE_NAME = r"[0-9]{6,9}\.jpg"
 """Pattern of the names of pictures; none leads out of the folder."""
+MAX_PICTURE_BYTES = 20 * MEGABYTE
 MAX_SIZE_PX = 20_000
 MAX_TIME_S = 100_000.0
 """More than a day; a video is as long as its pictures say."""

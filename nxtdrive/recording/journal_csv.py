@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from behaviors.journal import Record
+from input_files.plain import is_number
 
 from .csv_table import csv_text
 
@@ -35,20 +36,16 @@ def _row(record: Record) -> dict[str, object]:
     row |= {"state": record.state, "target": record.target}
     for name in (*TEXTS, *NUMBERS):
         value = left.get(name)
-        if isinstance(value, str) if name in TEXTS else _is_number(value):
+        if isinstance(value, str) if name in TEXTS else is_number(value):
             row[name] = left.pop(name)
     left = {name: value for name, value in left.items() if value is not None}
-    if _is_number(left.get("distance_mm")):
+    if is_number(left.get("distance_mm")):
         row["step_mm"] = left.pop("distance_mm")
     pose = left.get("pose")
-    if isinstance(pose, list) and len(pose) == len(POSE) and all(map(_is_number, pose)):
+    if isinstance(pose, list) and len(pose) == len(POSE) and all(map(is_number, pose)):
         row |= dict(zip(POSE, left.pop("pose"), strict=True))
     sighting = left.get("sighting")
     if isinstance(sighting, Mapping):
-        row |= {f"sighting_{name}": sighting[name] for name in SIGHTING if _is_number(sighting.get(name))}
+        row |= {f"sighting_{name}": sighting[name] for name in SIGHTING if is_number(sighting.get(name))}
     row["more"] = json.dumps(left, ensure_ascii=False) if left else None
     return row
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -13,13 +13,13 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 from behaviors.journal import Kind, Record
 from firmware_protocol.errors import ConfigError
-from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import install_extra
-from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ MAP, ROBOT, CAMERA = "map", "robot", "camera"
 """Frames of reference: the robot's start, the robot, the camera's picture."""
 SONAR_AHEAD_M = 0.1
 """The sonar in front of the axle."""
-MAX_PICTURE_BYTES = 20 * MEGABYTE
 INFO, WARNING = 2, 3
 """Levels of a log."""
 LINE_LOOP = 2
@@ -124,7 +123,7 @@ def _of_record(record: Record) -> Iterator[Message]:
     now_s, data = record.time_s, record.data
     yield Message(now_s, "/state", {"state": record.state, "target": record.target})
     pose = data.get("pose")
-    numbers = [each for each in pose if _is_number(each)] if isinstance(pose, list) else []
+    numbers = [each for each in pose if is_number(each)] if isinstance(pose, list) else []
     if len(numbers) == 3:
         x_mm, y_mm, heading_deg = numbers
         place = _pose(x_mm / 1000, -y_mm / 1000, -math.radians(heading_deg))
@@ -133,10 +132,10 @@ def _of_record(record: Record) -> Iterator[Message]:
         moved = {"translation": place["position"], "rotation": place["orientation"]}
         yield Message(now_s, "/tf", {**frames, **moved})
     if "range_mm" in data:
-        ranges = [range_mm / 1000] if _is_number(range_mm := data["range_mm"]) else []
+        ranges = [range_mm / 1000] if is_number(range_mm := data["range_mm"]) else []
         beam = {"start_angle": 0.0, "end_angle": 0.0, "ranges": ranges, "intensities": []}
         yield Message(now_s, "/sonar", {"frame_id": ROBOT, "pose": _pose(SONAR_AHEAD_M, 0.0, 0.0), **beam})
-    if _is_number(battery_mv := data.get("battery_mv")):
+    if is_number(battery_mv := data.get("battery_mv")):
         yield Message(now_s, "/battery", {"voltage": battery_mv / 1000})
     if record.kind is Kind.CHOICE:
         choice = str(data.get("choice", "")).replace("_", " ")
@@ -182,7 +181,3 @@ def _log(level: int, message: str) -> dict[str, Any]:
 def _pose(x_m: float, y_m: float, yaw_rad: float) -> dict[str, dict[str, float]]:
     turned = {"x": 0.0, "y": 0.0, "z": math.sin(yaw_rad / 2), "w": math.cos(yaw_rad / 2)}
     return {"position": {"x": x_m, "y": y_m, "z": 0.0}, "orientation": turned}
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)

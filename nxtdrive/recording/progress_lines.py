@@ -57,7 +57,7 @@ class ProgressLines:
             case Kind.SENSOR if data["answers"]:
                 yield f"the {data['sensor']} answers again"
             case Kind.SENSOR:
-                yield f"going on without the {data['sensor']}: {data['error']}"
+                yield f"continuing without the {data['sensor']}: {data['error']}"
 
 
 def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
@@ -73,17 +73,17 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
         case "distrusted", Event.MAP_DISTRUSTED:
             yield "the map shows no path past the obstacle; relying on camera and sonar for now"
         case "gave_up", _:
-            yield f"{target} given up: it had its last turn"
+            yield f"{target} given up: it has no rounds left"
         case "reached", _:
             yield f"{target} reached"
         case "suspended", _ if data.get("reason") == Reason.OPERATOR_PAUSE:
             yield "paused"
         case _ if data.get("reason") == Reason.OPERATOR_RESUME:
-            yield "going on"
+            yield "resumed"
         case "down", _:
             yield str(data["evidence"]["error"])
         case "up", event if event in BACK:
-            yield f"{BACK[event]} after {data['evidence']['silent_s']:.1f} s; going on"
+            yield f"{BACK[event]} after {data['evidence']['silent_s']:.1f} s; continuing"
 
 
 def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:

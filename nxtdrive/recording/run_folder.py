@@ -98,7 +98,7 @@ def summary(report: Report | None, error: str, details: dict[str, object]) -> di
         "targets": [
             {
                 "target": progress.target,
-                "fate": progress.outcome.value,
+                "outcome": progress.outcome.value,
                 "time_s": None if progress.time_s is None else round(progress.time_s, 3),
                 "searches": progress.attempts,
             }

@@ -101,7 +101,7 @@ class VideoRecorder:
         with _quiet():
             self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
-            raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Name a file in another folder.")
+            raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Choose a file in another folder.")
 
     def _write(self, times: int) -> None:
         if self._writer is not None and self._shown is not None:
@@ -156,7 +156,7 @@ def write_webm(camera: CameraPictures, records: Sequence[Record], path: Path, fo
                 video.add(image, picture.t)
                 shown = True
         if not shown:
-            raise ConfigError(f"{camera.folder} holds no picture that can be read.", remedy="Name another run.")
+            raise ConfigError(f"{camera.folder} holds no picture that can be read.", remedy="Choose another run.")
         video.close()
     finally:
         video.abandon()

@@ -11,14 +11,14 @@ from behaviors.journal import Record
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
-    Reason.NEVER_SEEN: "a look round did not bring it into view",
+    Reason.NEVER_SEEN: "a scan did not bring it into view",
     Reason.TARGET_LOST: "it went out of view on the way there",
     Reason.LOST_BEHIND: "something came between the robot and it",
     Reason.BLOCKED_SHORT: "something stopped the robot on the way there",
     Reason.BLOCKED_LONG: "something is in the way and does not leave",
     Reason.NO_PROGRESS: "the robot drives and does not come nearer",
     Reason.SLIPPED: "the wheels turn and the robot does not move",
-    Reason.WRONG_TARGET: "from near it turned out to be something else",
+    Reason.WRONG_TARGET: "up close it turned out to be something else",
     Reason.RANGE_MISMATCH: "the sonar contradicts the distance that its apparent size gives",
     Reason.UNCERTAIN: "it is found no more steadily than a look-alike, so the robot looks for a better one first",
     Reason.NO_WAY: "there is no path to where the robot wanted to go",
@@ -72,7 +72,7 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     again = f"searched for again {_times(evidence.researches)}" if evidence.researches else "not searched for again yet"
     yield f"{evidence.target} {seen} since the last search began; {again}"
     if evidence.spent_s:
-        yield f"{evidence.spent_s:.0f} s since the last sighting, or since its turn began"
+        yield f"{evidence.spent_s:.0f} s since the last sighting, or since this round began"
     if evidence.round > 1 or evidence.targets_left > 1:
         yield f"round {evidence.round}; targets not reached yet: {evidence.targets_left}"
     if evidence.blocker:

@@ -277,4 +277,4 @@ def _check_known(targets: Sequence[str], known: Mapping[str, object]) -> None:
     for target in targets:
         if target not in known:
             names = ", ".join(sorted(known)) or "none"
-            raise ConfigError(f"The eyes know no target {target!r}.", remedy=f"They know: {names}.")
+            raise ConfigError(f"there is no target {target!r}.", remedy=f"There are: {names}.")

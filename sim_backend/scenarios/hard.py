@@ -81,7 +81,7 @@ def _patrol(
 
 
 def _many_lookalikes(random: Random) -> tuple[RoomBuilder, Extras]:
-    """Tell the target from four look-alikes, each taken for it in 10 to 60 % of the frames: compare before claiming."""
+    """Tell the target from four look-alikes, each taken for it in 10 to 60 % of the frames: check before arriving."""
     builder = furnished(random, 3200.0, 4200.0)
     files = {"lookalike0": "fox", "lookalike1": "landscape", "lookalike2": "logo", "lookalike3": "sunset"}
     names = tuple(files)
@@ -195,7 +195,7 @@ def _sonar_silent(random: Random) -> tuple[RoomBuilder, Extras]:
 
 
 def _before(random: Random) -> tuple[RoomBuilder, Extras]:
-    """Stand before a print although clutter stands 0.26 to 0.48 m before it: approach from another side."""
+    """Reach a print with clutter 0.26 to 0.48 m in front of it: approach from another side."""
     return REALITIES["before"](random)
 
 

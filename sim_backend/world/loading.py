@@ -80,7 +80,7 @@ def _find(path: Path) -> Path:
         if os.path.isfile(candidate):
             return candidate
     if os.path.isdir(path):
-        raise ConfigError(f"{path} is a folder, not a world.", remedy="Name a file in it.")
+        raise ConfigError(f"{path} is a folder, not a world.", remedy="Choose a file in it.")
     names = ", ".join(sorted(entry.stem for entry in WORLDS.glob("*.toml")))
     raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
 

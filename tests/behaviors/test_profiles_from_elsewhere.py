@@ -106,4 +106,4 @@ def test_a_defect_is_first_shown_to_the_author_of_the_profile(tmp_path):
     (tmp_path / "odd.py").write_text(text, encoding="utf-8")
     with pytest.raises(KeyError) as error:
         main(["run", "--no-video", "--profile", "odd:Odd"])
-    assert "a bug of the profile 'odd:Odd', or of nxtdrive" in error.value.__notes__[0]
+    assert "a bug in the profile 'odd:Odd' or in nxtdrive" in error.value.__notes__[0]

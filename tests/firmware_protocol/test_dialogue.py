@@ -265,7 +265,7 @@ def test_timeouts_say_what_was_asked_and_what_to_do():
         raise dialogue.expire()
 
     dialogue.open(PlayTone(440, 100), 1.0, 0.5)
-    with pytest.raises(LinkTimeout, match=r"PlayTone was not sent, as the brick was mute for 0\.5 s"):
+    with pytest.raises(LinkTimeout, match=r"PlayTone was not sent, because the brick had not replied for 0\.5 s"):
         raise dialogue.expire()
 
 

@@ -12,7 +12,7 @@ from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
 
 UNSEEING_TURN_S = 2.0
-"""To where a look round begins the robot turns up to half round, without looking."""
+"""To where a scan begins the robot turns up to half round, without looking."""
 
 
 @pytest.mark.slow

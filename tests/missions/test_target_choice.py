@@ -14,7 +14,7 @@ from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 
 SCENARIO = generate_scenario("absent", 100)
-"""The first target does not exist; the second is in view at the first look round."""
+"""The first target does not exist; the second is in view at the first scan."""
 TIME_LIMIT_S = 80.0
 """After the second target is reached, in either order, and the first is looked for again."""
 

@@ -58,7 +58,7 @@ def test_a_start_that_the_firmware_would_lose_is_an_error(room, monkeypatch):
     monkeypatch.setattr("nxtdrive.onboard.programs.BUSY_S", 0.1)
     room.brick.programs.start("loop.rxe")
     room.brick.programs.stop()
-    with pytest.raises(BrickBusy, match="busy with itself"):
+    with pytest.raises(BrickBusy, match="user interface is busy"):
         room.brick.programs.start("loop.rxe")
 
 

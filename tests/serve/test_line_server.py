@@ -269,7 +269,7 @@ def test_a_second_client_is_answered_as_busy_until_the_first_leaves(serve):
     assert first.ask("status") == Status.IDLE
     assert first.ask("bye") == 1
     assert second.ask("connect") == 1
-    assert sum("sent away" in line for line in served.said) == 1
+    assert sum("refused client" in line for line in served.said) == 1
 
 
 def test_a_second_client_does_not_wait_for_a_command_to_end(serve):

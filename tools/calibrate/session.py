@@ -119,7 +119,7 @@ def identified(brick: Brick, before: RobotFile) -> dict[str, object]:
         raise CalibrationRefused(
             f"the robot file describes the brick {before.calibration.brick_id}, and this one is "
             f"{brick_id(device.bluetooth_address)}.",
-            remedy="Name another file with --robot.",
+            remedy="Choose another file with --robot.",
         )
     return {"format": 1, "brick_id": brick_id(device.bluetooth_address), "brick_name": printable(device.name)}
 

@@ -84,7 +84,7 @@ def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]]) ->
         return RobotFile.model_validate(tables)
     except ValidationError as error:
         found = "; ".join(mistakes(error, RobotFile))
-        raise CalibrationRefused(f"what was measured cannot be: {found}.", remedy=REMEDY) from None
+        raise CalibrationRefused(f"the measured values are implausible: {found}.", remedy=REMEDY) from None
 
 
 def measured(method: str, errors: Mapping[str, float], date: datetime.date, **others: float) -> dict[str, object]:

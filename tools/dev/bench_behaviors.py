@@ -1,6 +1,6 @@
 """Measure the CPU time of behaviors: a fact reported to the chart, a frame, a decision, whole missions.
 
-CPU time depends little on the machine's other load. Frames are timed while the robot looks round at the start of the
+CPU time depends little on the machine's other load. Frames are timed while the robot scans at the start of the
 sweep's missions, decisions throughout the missions, when maps and beliefs are largest. The results are in
 docs/adaptive.md, "What it costs".
 """
@@ -211,7 +211,7 @@ def _discard(*_: object, **__: object) -> None:
 
 
 def frame_times_s(kind: str, seed: int) -> list[float]:
-    """Return the CPU time of each frame of the first look round in a mission of the sweep."""
+    """Return the CPU time of each frame of the first scan in a mission of the sweep."""
     with _robot(kind, seed) as robot:
         mission, world = robot.mission, TimedWorldModel(robot.mission)
         context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _discard, _discard)

@@ -49,7 +49,7 @@ def _write(path: Path | None, text: str) -> None:
         try:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
-            raise ConfigError(f"{path} cannot be written: {error.strerror}.", remedy="Name another --out.") from error
+            raise ConfigError(f"{path} cannot be written: {error.strerror}.", remedy="Choose another --out.") from error
 
 
 def _plain(figure: Figure) -> dict[str, object]:

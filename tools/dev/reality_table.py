@@ -2,7 +2,7 @@
 
 ::
 
-    nxtdrive sweep --suite reality --seeds 21000-21019 --profiles thesis,adaptive,oracle --out reality.jsonl --resume
+    nxtdrive sweep --suite reality --seeds 21000-21019 --agents thesis,adaptive,oracle --out reality.jsonl --resume
     python -m tools.dev.reality_table reality.jsonl
 
 An effect's cost is the difference from the same missions without it, in the class `plain`; classes with rooms of their

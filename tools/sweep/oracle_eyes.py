@@ -26,12 +26,12 @@ SPACING_MM = 400.0
 FACINGS_DEG = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 """Directions in which a picture may face."""
 RANGE_MM, SLANT_DEG = 1900.0, 50.0
-"""A look round shows a picture 200 mm high up to this distance and up to this slant. Source: docs/vision.md
+"""A scan shows a picture 200 mm high up to this distance and up to this slant. Source: docs/vision.md
 section 1.2."""
 WHOLE_TURN_DEG = 380.0
 """With an overlap, since a sighting needs several frames to be confirmed."""
 LOOK_ROUND_S = 10.0
-"""Duration of a look round."""
+"""Duration of a scan."""
 GENUINE_DEG = 15.0
 """A sighting within this angle of the true target's bearing is one of the target."""
 TURNS = 9
@@ -148,7 +148,7 @@ class LookoutPlaces:
         self._unseen[:] = self._untried[:] = True
 
     def looked(self, place: Point) -> None:
-        """Note that a look round from a place showed nothing."""
+        """Note that a scan from a place showed nothing."""
         self._unseen &= ~self._shows(np.array([place]))[0]
         self._untried &= self._away_mm(place) > SPACING_MM / 2
 
@@ -172,7 +172,7 @@ class LookoutPlaces:
         return np.asarray(np.hypot(*(self._places - np.asarray(place)).T))
 
     def _shows(self, places: Floats) -> Mask:
-        """Return which possible pictures a look round from each place shows, (places, pictures)."""
+        """Return which possible pictures a scan from each place shows, (places, pictures)."""
         shown = []
         for _, goals in groupby(self._possible, key=lambda goal: goal.at_mm):
             same = list(goals)

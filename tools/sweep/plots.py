@@ -67,7 +67,7 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     try:
         figure.savefig(path)
     except (ValueError, OSError) as error:
-        raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Name another with --plot.") from None
+        raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Choose another file with --plot.") from None
 
 
 def title(lines: Sequence[Line]) -> str:

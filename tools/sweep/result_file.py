@@ -21,7 +21,7 @@ from .performance import FAILED, Line
 
 BEGIN = b'{"episode_index": '
 """How each line begins, even one that an interruption cut short."""
-ANOTHER = "Name another one with --out."
+ANOTHER = "Choose another file with --out."
 
 Key = tuple[str, int, str, str]
 

@@ -103,7 +103,7 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
     if past.mission is None:
         raise ConfigError(
             f"{path} cannot be played again: its mission is not recorded.",
-            remedy="Name another run, or CLASS:SEED:PROFILE.",
+            remedy="Choose another run, or CLASS:SEED:PROFILE.",
         )
     if nxt.scheme != "sim":
         try:

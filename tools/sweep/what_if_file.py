@@ -84,4 +84,4 @@ def _mission(path: Path, number: int, line: bytes) -> dict[str, Any]:
 
 
 def _foreign(path: Path, line: int) -> ConfigError:
-    return ConfigError(f"{path} is not from nxtdrive what-if (line {line}).", remedy="Name another one with --out.")
+    return ConfigError(f"{path} is not from nxtdrive what-if (line {line}).", remedy="Choose another file with --out.")

@@ -42,7 +42,7 @@ from .messages import (
     Choose,
     Drive,
     Evidence,
-    GiveWheel,
+    GiveControl,
     Message,
     PauseMission,
     Release,
@@ -53,7 +53,7 @@ from .messages import (
     StartMission,
     Stop,
     StopMission,
-    TakeWheel,
+    TakeControl,
     read_message,
 )
 from .mission_run import WebOperator
@@ -129,7 +129,7 @@ class Server:
 
     def __post_init__(self) -> None:
         self._arbiter = DriverArbiter(
-            lambda driver, asking: self.hub.show("wheel", {"driver": driver, "asking": asking})
+            lambda driver, asking: self.hub.show("control", {"driver": driver, "asking": asking})
         )
 
     def app(self) -> Starlette:
@@ -220,16 +220,16 @@ class Server:
         match message:
             case Drive():
                 if not self._arbiter.take(client.name) and (message.ahead or message.aside):
-                    raise ValueError(f"{self._arbiter.driver} drives; it has been asked for the wheel.")
+                    raise ValueError(f"{self._arbiter.driver} drives; it has been asked for control.")
                 if self._arbiter.driver == client.name:
                     robot.drive(message.ahead, message.aside)
             case Release():
                 robot.release()
             case SpeedLimit(percent=percent):
                 robot.controls.percent = percent
-            case TakeWheel():
+            case TakeControl():
                 self._arbiter.take(client.name)
-            case GiveWheel():
+            case GiveControl():
                 self._arbiter.give(client.name)
             case StartMission():
                 return partial(self._start_mission, robot, message, robot.endings)

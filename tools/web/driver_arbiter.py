@@ -10,7 +10,7 @@ class DriverArbiter:
     """The right to drive by hand.
 
     Args:
-        changed: Called with the names of the driver and of the client that asks for the wheel; empty for none.
+        changed: Called with the names of the driver and of the client that asks for control; empty for none.
     """
 
     def __init__(self, changed: Callable[[str, str], None]) -> None:
@@ -20,7 +20,7 @@ class DriverArbiter:
         self.asking = ""
 
     def take(self, client: str) -> bool:
-        """Make `client` the driver if the wheel is free, else note that it asks; returns whether it drives now."""
+        """Make `client` the driver if nobody drives, else note that it asks; returns whether it drives now."""
         with self._lock:
             if not self.driver:
                 self.driver = client
@@ -32,7 +32,7 @@ class DriverArbiter:
         return drives
 
     def give(self, client: str) -> None:
-        """Hand the wheel of `client` to the one that asks for it; anyone may withdraw its own request."""
+        """Hand control from `client` to the one that asks for it; anyone may withdraw its own request."""
         with self._lock:
             if client == self.driver:
                 self.driver, self.asking = self.asking, ""

@@ -58,16 +58,16 @@ class SpeedLimit(_Message):
     percent: Annotated[int, Field(ge=20, le=100)]
 
 
-class TakeWheel(_Message):
+class TakeControl(_Message):
     """Become the driver; while another client drives, ask it."""
 
-    type: Literal["take_wheel"]
+    type: Literal["take_control"]
 
 
-class GiveWheel(_Message):
-    """Hand the wheel to the client that asked for it, or to anyone."""
+class GiveControl(_Message):
+    """Hand control to the client that asked for it, or to anyone."""
 
-    type: Literal["give_wheel"]
+    type: Literal["give_control"]
 
 
 class StartMission(_Message):
@@ -179,8 +179,8 @@ Message = (
     | Stop
     | Release
     | SpeedLimit
-    | TakeWheel
-    | GiveWheel
+    | TakeControl
+    | GiveControl
     | StartMission
     | StopMission
     | PauseMission

@@ -9,8 +9,8 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from input_files.plain import MEGABYTE, InputFileError, read_bytes
-from nxtdrive.recording.camera_index import CameraPictures, Picture
+from input_files.plain import InputFileError, read_bytes
+from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.video import slot_of
 
@@ -19,7 +19,6 @@ from .replay_data import replay_data
 STATIC = Path(str(resources.files(__package__))) / "static"
 MODULE = "nxtdrive/"
 """Begins the names of modules in the page; relative ones lead nowhere, since a module in a data URL has no folder."""
-MAX_PICTURE_BYTES = 20 * MEGABYTE
 JPEG = b"\xff\xd8\xff"
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data:; connect-src 'none'"

@@ -27,7 +27,7 @@ MAX_SUMMARY_BYTES = 1_000_000
 
 class _Target(BaseModel):
     target: str
-    fate: str
+    outcome: str
 
 
 class _Summary(BaseModel):

@@ -75,7 +75,7 @@ def test_what_was_heard_elsewhere_does_not_count():
 
 
 def searched(scenario):
-    """Let the adaptive profile look round once, and return it and the episode's robot; the episode is over then."""
+    """Let the adaptive profile scan once, and return it and the episode's robot; the episode is over then."""
     with closing(Episode(scenario, "geometric")) as episode:
         robot, simulation = episode.robot, episode.simulation
         context = SkillContext(

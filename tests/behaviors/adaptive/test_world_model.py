@@ -146,7 +146,7 @@ def test_what_is_doubtful_is_looked_for_elsewhere_though_nothing_else_was_taken_
     _see(world, place, 0.0)
     likely = world.targets.beliefs["door"].held_at(place)
     world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
-    assert world.targets.beliefs["door"].held_at(place) < 0.2 * likely, "a look round would show nothing but this place"
+    assert world.targets.beliefs["door"].held_at(place) < 0.2 * likely, "a scan would show nothing but this place"
 
 
 def test_what_is_known_tells_from_where_and_when_it_was_seen(world):

@@ -114,7 +114,7 @@ def test_an_option_before_the_action_is_told_its_place(words, advice, capsys):
     ("words", "said"),
     [
         (["--classes", "opne"], "there is no class 'opne'. Did you mean 'open'?"),
-        (["--profiles", "tesis"], "there is no profile 'tesis'. Did you mean 'thesis'?"),
+        (["--profiles", "tesis"], "there is no agent 'tesis'. Did you mean 'thesis'?"),
         (["--classes", "zzz"], "there is no class 'zzz'. Known: open, "),
     ],
 )

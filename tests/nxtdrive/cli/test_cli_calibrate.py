@@ -90,7 +90,7 @@ def test_exchanged_motors_are_noticed(here, capsys):
 def test_the_file_of_another_brick_is_not_overwritten(here, capsys, words):
     (here / "robot.toml").write_text('[calibration]\nbrick_id = "0016530A1B2C"\n')
     assert main(["calibrate", *words]) == NOT_ACHIEVED
-    assert "Name another file" in capsys.readouterr().err
+    assert "Choose another file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

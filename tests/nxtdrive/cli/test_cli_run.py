@@ -63,7 +63,7 @@ def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
     assert {"move_to", "wait", "left", "reached"} <= set(entered)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["achieved"] is True
-    assert [target["fate"] for target in summary["targets"]] == ["reached", "reached"]
+    assert [target["outcome"] for target in summary["targets"]] == ["reached", "reached"]
     assert cv2.imread(str(folder / "map.png")) is not None
 
 

@@ -62,7 +62,7 @@ def test_targets_that_are_searched_for_and_reached_are_named():
         ),
         (("arrive", "retreat", "backing_off", "contact"), "backing off: it touched something"),
         (("detour", "retreat", "backing_off", "stalled"), "backing off: something holds its wheels"),
-        (("select", "gave_up"), "lena given up: it had its last turn"),
+        (("select", "gave_up"), "lena given up: it has no rounds left"),
         (
             ("trusted", "distrusted", "map_distrusted", "no_way"),
             "the map shows no path past the obstacle; relying on camera and sonar for now",
@@ -101,14 +101,14 @@ def test_an_outage_says_what_happened_and_the_seconds_left():
         "   57.7 s  The brick has gone away.",
         "   57.7 s  suspended: the link to the brick is lost; waiting for 60 s more",
         "   62.8 s  suspended: the link to the brick is lost; waiting for 55 s more",
-        "   57.7 s  the brick answers again after 6.2 s; going on",
+        "   57.7 s  the brick answers again after 6.2 s; continuing",
     ]
 
 
 @pytest.mark.parametrize(
     ("data", "line"),
     [
-        ({"answers": False, "error": "no cable"}, "going on without the sonar: no cable"),
+        ({"answers": False, "error": "no cable"}, "continuing without the sonar: no cable"),
         ({"answers": True, "error": ""}, "the sonar answers again"),
     ],
 )

@@ -102,7 +102,7 @@ def test_a_sighting_has_the_time_of_exposure(look_at, scene):
 
 
 def test_an_unknown_target_is_refused(look_at, scene):
-    with pytest.raises(ConfigError, match=r"no target 'dog'. They know: astronaut, cat"):
+    with pytest.raises(ConfigError, match=r"no target 'dog'. There are: astronaut, cat"):
         look_at([scene.background]).look("dog")
 
 
@@ -169,7 +169,7 @@ def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock)
 
 
 def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
-    with pytest.raises(ConfigError, match=r"know no target 'dog'.*know: cat"):
+    with pytest.raises(ConfigError, match=r"no target 'dog'.*There are: cat"):
         GeometricEyes(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}).look("dog")
 
 

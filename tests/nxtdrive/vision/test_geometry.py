@@ -129,7 +129,7 @@ def test_the_same_camera_with_smaller_frames_sees_the_same_angle():
 
 @pytest.mark.parametrize("hfov_deg", [0, -10, 180, 400])
 def test_an_impossible_view_is_refused(hfov_deg):
-    with pytest.raises(ConfigError, match=r"horizontal view"):
+    with pytest.raises(ConfigError, match=r"horizontal field of view"):
         Pinhole.from_hfov(320, hfov_deg)
 
 

@@ -257,7 +257,7 @@ def test_pause_and_resume_a_mission(browser, url):
     browser.refresh()
     _until(browser, "doing", "suspended: lena")
     browser.find_element(By.ID, "pause").click()
-    _until(browser, "lines", "going on")
+    _until(browser, "lines", "resumed")
     assert "suspended" not in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
 
 

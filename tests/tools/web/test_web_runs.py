@@ -54,9 +54,9 @@ def _client(folder):
 
 
 def test_the_list_has_result_length_and_targets(folder):
-    _run(folder, "x-001", {**SUMMARY, "targets": [{"target": "lena", "fate": "reached", "searches": 1}]})
+    _run(folder, "x-001", {**SUMMARY, "targets": [{"target": "lena", "outcome": "reached", "searches": 1}]})
     (line,) = Runs(folder).listed()
-    target = {"target": "lena", "fate": "reached"}
+    target = {"target": "lena", "outcome": "reached"}
     assert line == {"name": "x-001", "map": False, **SUMMARY, "targets": [target]}
 
 

@@ -335,4 +335,4 @@ def test_a_paused_mission_that_is_ended_does_not_go_on_first(tmp_path):
         seen: list[str] = []
         ended = _until(page, lambda each: seen.append(each.get("text", "")) or each["type"] == "ended")
     assert ended["ending"] == "interrupted"
-    assert not [text for text in seen if "going on" in text]
+    assert not [text for text in seen if "resumed" in text]

@@ -77,7 +77,7 @@ def result(summary: Mapping[str, Any]) -> dict[str, Any]:
         "mission": summary.get("mission") or "",
         "ending": str(summary.get("ending") or "unfinished").replace("_", " "),
         "achieved": bool(summary.get("achieved")),
-        "reached": sum(each.get("fate") == "reached" for each in targets),
+        "reached": sum(each.get("outcome") == "reached" for each in targets),
         "targets": len(targets),
         "seconds": summary.get("duration_s"),
     }

@@ -30,7 +30,7 @@ connection.on("hello", ({ you, address, ...hello }) => {
 });
 connection.on("closed", () => {
   find("doing").textContent = "no connection to nxtdrive";
-  notice("The page has lost nxtdrive; it tries again each second.");
+  notice("Connection to nxtdrive lost; retrying every second.");
 });
 connection.on("ended", ({ ending, duration_s }) => {
   if (drives) return;
@@ -60,16 +60,16 @@ connection.on("record", ({ record }) => {
   find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`;
 });
 connection.on("true_room", () => (find("layer-truth-label").hidden = false));
-connection.on("wheel", ({ driver, asking }) => {
+connection.on("control", ({ driver, asking }) => {
   const mine = driver === me;
-  find("wheel").textContent = !driver ? "The wheel is free." : mine ? (asking ? `${asking} asks for the wheel.` : "You drive.") : `${driver} drives.`;
+  find("control").textContent = !driver ? "Nobody is driving." : mine ? (asking ? `${asking} asks for control.` : "You drive.") : `${driver} drives.`;
   find("take").hidden = mine || !driver || asking === me;
   find("give").hidden = !mine;
 });
 
 find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
-find("take").addEventListener("click", () => connection.send({ type: "take_wheel" }));
-find("give").addEventListener("click", () => connection.send({ type: "give_wheel" }));
+find("take").addEventListener("click", () => connection.send({ type: "take_control" }));
+find("give").addEventListener("click", () => connection.send({ type: "give_control" }));
 find("speed").addEventListener("input", ({ target }) => connection.send({ type: "speed_limit", percent: Number(target.value) }));
 addEventListener("keydown", (event) => {
   if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {

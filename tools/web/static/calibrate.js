@@ -17,7 +17,7 @@ connection.on("hello", ({ address }) => {
 });
 connection.on("closed", () => {
   find("doing").textContent = "no connection to nxtdrive";
-  notice("The page has lost nxtdrive; it tries again each second.");
+  notice("Connection to nxtdrive lost; retrying every second.");
 });
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("problem", ({ text }) => notice(text, NOTICE_MS));

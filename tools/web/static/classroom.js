@@ -28,7 +28,7 @@ connection.on("hello", ({ name, robots, missions }) => {
 });
 connection.on("closed", () => {
   find("summary").textContent = "no connection to nxtdrive";
-  notice("The page has lost nxtdrive; it tries again each second.");
+  notice("Connection to nxtdrive lost; retrying every second.");
 });
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("robots", ({ robots }) => {

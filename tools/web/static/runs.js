@@ -24,7 +24,7 @@ function card({ name, mission, ending, achieved, duration_s, targets, map }) {
   }
   const result = `${ending.replaceAll("_", " ")}${duration_s === null ? "" : ` after ${length(duration_s)}`}`;
   link.append(line("strong", mission || name), line("span", result, achieved ? "good" : "bad"));
-  const reached = targets.filter(({ fate }) => fate === "reached").length;
+  const reached = targets.filter(({ outcome }) => outcome === "reached").length;
   if (targets.length) link.append(line("span", `${reached} of ${targets.length} targets reached`));
   link.append(line("small", name));
   item.append(link);
