@@ -120,17 +120,7 @@ class Executive:
         self._start_s = clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
-        self._outages = OutageSupervisor(
-            body,
-            eyes,
-            clock,
-            timeout_s=mission.mission.reconnect_timeout_s,
-            check_time=self._context.check_time,
-            report=self._report,
-            note=self.note,
-            pause=self._pause,
-            extend_time=self._context.add_pause,
-        )
+        self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s, self._pause)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])

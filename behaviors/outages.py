@@ -12,9 +12,10 @@ from contextlib import suppress
 from typing import TypeVar
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.journal import Kind, Note
+from behaviors.journal import Kind
 from behaviors.pause import Pause, Paused
-from behaviors.ports import Body, CameraLost, Clock, Eyes, Outage, RobotUnreachable, SensorLost
+from behaviors.ports import CameraLost, Outage, RobotUnreachable, SensorLost
+from behaviors.skills import SkillContext
 
 T = TypeVar("T")
 
@@ -37,41 +38,18 @@ class OutageSupervisor:
     """Waits out outages, and records which sensors fail and return.
 
     Args:
-        body: The robot.
-        eyes: Its camera.
-        clock: Mission time.
+        context: The robot, its camera, the mission's clock, journal, chart and time limit.
         timeout_s: An outage that lasts longer ends the mission.
-        check_time: Called before each attempt; may raise to end the mission.
-        report: Called with the facts ``link_lost``, ``link_back``, ``camera_lost`` and so on.
-        note: Writes a record into the journal.
         pause: The operator's.
-        extend_time: Called with the duration of a pause in seconds, which the mission's time limit leaves out.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        eyes: Eyes,
-        clock: Clock,
-        *,
-        timeout_s: float,
-        check_time: Callable[[], None],
-        report: Callable[[Fact], None],
-        note: Note,
-        pause: Pause | None = None,
-        extend_time: Callable[[float], None] = lambda _: None,
-    ) -> None:
-        self._body = body
-        self._eyes = eyes
-        self._clock = clock
+    def __init__(self, context: SkillContext, timeout_s: float, pause: Pause | None = None) -> None:
+        self._context = context
+        self._body, self._eyes, self._clock = context.body, context.eyes, context.clock
         self._timeout_s = timeout_s
-        self._check_time = check_time
-        self._report = report
-        self._note = note
         self._pause = pause or Pause()
-        self._extend_time = extend_time
         self._lost_sensors: set[str] = set()
-        body.on_sensor_change(self._sensor_changed)
+        self._body.on_sensor_change(self._sensor_changed)
 
     def run(self, work: Callable[[], T]) -> T:
         """Call `work`, and call it again after each outage; it must be able to resume or to start over.
@@ -94,23 +72,23 @@ class OutageSupervisor:
             Outage: `outage` itself, since it is the first cause: it lasted too long, or is permanent.
         """
         if isinstance(outage, Paused):
-            self._report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
-            self._report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._stand()}))
+            self._context.report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
+            self._context.report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._stand()}))
             return
         part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
-        self._report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
+        self._context.report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept, noted_s = True, -math.inf
         while not self._works_again(part, lost_sensors):
             if self._pause.wanted:
                 begun_s += self._stand()
             self._pause.check_end()
-            self._check_time()
+            self._context.check_time()
             now_s = self._clock.now()
             left_s = begun_s + self._timeout_s - now_s
             if outage.permanent or left_s <= 0:
                 raise outage from None
             if now_s - noted_s >= NOTE_S:
-                self._note(Kind.OUTAGE, part=part, left_s=left_s)
+                self._context.note(Kind.OUTAGE, part=part, left_s=left_s)
                 noted_s = now_s
             try:
                 self._clock.sleep(RETRY_S)
@@ -121,7 +99,7 @@ class OutageSupervisor:
                     raise outage from None
                 slept = False
         silent_s = self._clock.now() - begun_s
-        self._report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
+        self._context.report(Fact(Event(f"{part}_back"), Reason(f"{part}_back"), {"silent_s": silent_s}))
 
     def _stand(self) -> float:
         """Keep the robot at rest and switched on until the pause ends; return how long that took.
@@ -137,7 +115,7 @@ class OutageSupervisor:
             if self._pause.wait(RETRY_S):
                 self._pause.check_end()
                 paused_s = self._clock.now() - begun_s
-                self._extend_time(paused_s)
+                self._context.add_pause(paused_s)
                 return paused_s
 
     def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
@@ -160,4 +138,4 @@ class OutageSupervisor:
             self._lost_sensors.add(sensor)
         else:
             self._lost_sensors.discard(sensor)
-        self._note(Kind.SENSOR, sensor=sensor, answers=not error, error=error)
+        self._context.note(Kind.SENSOR, sensor=sensor, answers=not error, error=error)

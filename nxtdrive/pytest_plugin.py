@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from nxtdrive.testing import SimWorld
 
 MARKERS = (
-    "sim_world(world='empty', *, seed=0, firmware='1.29', latency_ms=2.0): the world of this test's simulated brick",
+    "sim_world(world='empty', *, seed=0, firmware='1.29', latency_ms=2.0, time_limit_s=inf): "
+    "the world of this test's simulated brick",
     "real_brick: needs a real brick; skipped without --nxt",
 )
 
@@ -36,6 +37,15 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip tests that need a real brick when there is none."""
     if item.get_closest_marker("real_brick") and not item.config.getoption("--nxt"):
         pytest.skip("needs a real brick: --nxt=ADDRESS")
+
+
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    """End the test run if SIGTERM or SIGHUP has ended a test: pytest takes its `SystemExit` for a failure."""
+    if call.excinfo is not None and call.excinfo.errisinstance(SystemExit):
+        from nxtdrive.signals import Terminated
+
+        if call.excinfo.errisinstance(Terminated):
+            item.session.shouldstop = "a signal has ended the program"
 
 
 @pytest.fixture

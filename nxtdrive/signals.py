@@ -163,8 +163,12 @@ def _send_to_main_thread(number: int) -> None:
         signal.raise_signal(number)
 
 
+class Terminated(SystemExit):
+    """Raised by SIGTERM and SIGHUP; its code is the one by which a shell reports a process that the signal ended."""
+
+
 def termination_as_exit() -> AbstractContextManager[None]:
-    """Have SIGTERM and SIGHUP raise `SystemExit`, which leaves `with` blocks.
+    """Have SIGTERM and SIGHUP raise `Terminated`, which leaves `with` blocks.
 
     A signal that the program handles or ignores itself is left alone.
     """
@@ -172,5 +176,4 @@ def termination_as_exit() -> AbstractContextManager[None]:
 
 
 def _exit(number: int, _frame: FrameType | None) -> NoReturn:
-    """Exit with the code by which a shell reports a process that the signal ended."""
-    raise SystemExit(128 + number)
+    raise Terminated(SIGNALLED + number)

@@ -51,6 +51,8 @@ class SimWorld:
         seed: The seed of all randomness.
         firmware: "1.29", "1.05" or "1.32".
         latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
+        time_limit_s: A program that still waits for the brick or sleeps on its clock at this simulated time gets an
+            AssertionError, each second anew. It ends endless loops, but not those that do nothing with the brick.
 
     Raises:
         ConfigError: There is no such world, or its file has mistakes.
@@ -68,6 +70,7 @@ class SimWorld:
         seed: int = 0,
         firmware: str = "1.29",
         latency_ms: float = USB_LATENCY_MS,
+        time_limit_s: float = math.inf,
     ) -> None:
         self.simulation = Simulation(world, seed=seed, firmware=firmware)
         self.truth = self.simulation.truth
@@ -75,6 +78,9 @@ class SimWorld:
         self._latency_ms = latency_ms
         self._links: list[SimTransport] = []
         self._ends = contextlib.ExitStack()
+        self._time_limit_s = time_limit_s
+        if time_limit_s < math.inf:
+            self.simulation.at(round(time_limit_s * 1000), self._time_is_up)
 
     def __enter__(self) -> Self:
         self.address = self._ends.enter_context(shared(f"world{next(_numbers)}", self.open_transport))
@@ -84,6 +90,10 @@ class SimWorld:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._ends.close()
+
+    def _time_is_up(self) -> None:
+        self.simulation.at(self.simulation.now_ms + 1000, self._time_is_up)
+        raise AssertionError(f"The program still runs after {self._time_limit_s:g} s of simulated time.")
 
     @property
     def time_s(self) -> float:

@@ -233,8 +233,8 @@ def _log(*, verbose: bool) -> None:
     handler = logging.StreamHandler()
     handler.setFormatter(_LogFormatter("%(name)s: %(message)s"))
     logging.basicConfig(handlers=[handler])
-    for room in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
-        logging.getLogger(room).setLevel(logging.DEBUG if verbose else logging.WARNING)
+    for package in ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend"):
+        logging.getLogger(package).setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
 def exit_code(error: Exception) -> int | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from nxtdrive.cli.room_sketch import later, sound_words
+from nxtdrive.cli.room_sketch import absence, sound_words
 from nxtdrive.drawing.blocks import Tag
 from nxtdrive.drawing.floor_view import Area, Axes, FloorView
 from nxtdrive.drawing.legend import Key, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
@@ -83,9 +83,9 @@ def _area(world: WorldFile) -> Area:
 
 def _tags(world: WorldFile) -> Iterator[Tag]:
     for i, picture in enumerate(world.pictures):
-        yield Tag(picture.at_mm, picture.name + later(picture.present), target_color(i), number=False)
+        yield Tag(picture.at_mm, picture.name + absence(present=picture.present), target_color(i), number=False)
     for box in world.boxes:
-        yield Tag(box.at_mm, box.name + later(box.present), INK, number=False)
+        yield Tag(box.at_mm, box.name + absence(present=box.present), INK, number=False)
     for person in world.people:
         yield Tag(person.enters_from_mm, person.name, PERSON, number=False)
     for sound in world.sounds:

@@ -139,20 +139,21 @@ def _object_lines(world: WorldFile) -> Iterator[str]:
     for picture in world.pictures:
         yield (
             f"{_arrow(picture.facing_deg)}  picture {picture.name!r} at {_at(picture.at_mm)}, facing "
-            f"{picture.facing_deg:g}°, {picture.size_mm[0]:g} x {picture.size_mm[1]:g} mm" + later(picture.present)
+            f"{picture.facing_deg:g}°, {picture.size_mm[0]:g} x {picture.size_mm[1]:g} mm"
+            + absence(present=picture.present)
         )
     for wall in world.walls:
         yield f"=  wall from {_at(wall.from_mm)} to {_at(wall.to_mm)}, {wall.height_mm:g} high"
     for box in world.boxes:
         size = f"{box.size_mm[0]:g} x {box.size_mm[1]:g} mm"
-        yield f"#  box {box.name!r} at {_at(box.at_mm)}, {size}, {box.height_mm:g} high" + later(box.present)
+        yield f"#  box {box.name!r} at {_at(box.at_mm)}, {size}, {box.height_mm:g} high" + absence(present=box.present)
     for person in world.people:
         yield f"() {person.name!r} comes in at {_at(person.enters_from_mm)}"
     for event in world.events:
         yield f"   event: {event.name}"
 
 
-def later(present: bool) -> str:
+def absence(*, present: bool) -> str:
     """Return what to add to the name of an object that may be absent at the start."""
     return "" if present else ", not there at the start"
 

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         gamepad = _gamepad(args.gamepad, stack)
         brick = stack.enter_context(open_brick(in_real_time(args.nxt)))
-        rover = build_rover(brick, mission)
+        rover = build_rover(brick, mission.robot)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         camera, why_none = _open_camera(args, brick, target, stack)
         picture, spotter = None, None

@@ -112,7 +112,7 @@ class Link:
             if now >= self._attention:
                 now = self._attend(now)
             if self._queue or not self._free.acquire(False):
-                self._lock.acquire(isinstance(command, PREEMPTING), timeout_s)
+                self._lock.acquire(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
                 now = self.now()
             try:
                 dialogue = self._dialogue

@@ -50,7 +50,7 @@ class PriorityLock:
         self._mutex = threading.Lock()
         self._numbers = count()
 
-    def acquire(self, preempting: bool, timeout_s: float | None = None) -> None:
+    def acquire(self, *, preempting: bool, timeout_s: float | None = None) -> None:
         """Acquire the lock after all waiting threads, or with `preempting` before those that are not.
 
         Raises:
@@ -84,7 +84,7 @@ class PriorityLock:
     def exclusive(self) -> Iterator[None]:
         """Hold the lock for a block, ahead of ordinary requests."""
         if self.queue or not self.free.acquire(blocking=False):
-            self.acquire(True)
+            self.acquire(preempting=True)
         try:
             yield
         finally:

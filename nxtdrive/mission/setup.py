@@ -90,13 +90,8 @@ def with_profile(mission: Mission, profile: str) -> Mission:
     return mission.model_copy(update={"mission": mission.mission.model_copy(update={"profile": profile})})
 
 
-def build_rover(brick: Brick, mission: Mission) -> Rover:
-    """Return the robot that a mission describes, for an ordinary program."""
-    return build_robot(brick, mission.robot)
-
-
-def build_robot(brick: Brick, robot: RobotTable) -> Rover:
-    """Return the robot that a table describes."""
+def build_rover(brick: Brick, robot: RobotTable) -> Rover:
+    """Return the vehicle that a mission or a robot file describes."""
     return brick.rover(
         left=robot.left,
         right=robot.right,
@@ -116,7 +111,7 @@ def build_body(brick: Brick, mission: Mission) -> MissionBody:
     """Return the robot that a mission describes, as the mission's port."""
     robot = mission.robot
     has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
-    return MissionBody(build_rover(brick, mission), [sensor for sensor, port in has.items() if port])
+    return MissionBody(build_rover(brick, robot), [sensor for sensor, port in has.items() if port])
 
 
 def build_detectors(mission: Mission) -> dict[str, TargetDetector]:

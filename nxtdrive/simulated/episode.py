@@ -10,7 +10,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 from sim_backend.simulation import Simulation
 
-from .robot import build_robot
+from .robot import scenario_robot
 from .scenario import Scenario
 
 
@@ -37,7 +37,7 @@ class Episode:
             self.simulation, latency_ms=scenario.latency_ms, faults=scenario.faults, warn_of_sleep=False
         )
         brick = self._closing.enter_context(Brick(transport))
-        self.robot = build_robot(scenario, self.simulation, brick, eyes, self.observers)
+        self.robot = scenario_robot(scenario, self.simulation, brick, eyes, self.observers)
         self._start_s = self.simulation.time_s
 
     @property

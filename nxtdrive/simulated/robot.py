@@ -50,7 +50,7 @@ class Robot:
     observers: Sequence[Observer]
 
 
-def build_robot(
+def scenario_robot(
     scenario: Scenario, simulation: Simulation, brick: Brick, eyes: str, observers: Sequence[Observer]
 ) -> Robot:
     """Build the robot of a scenario.

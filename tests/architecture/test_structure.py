@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools")
-SOURCES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
+PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools")
+SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 50
@@ -81,7 +81,9 @@ def test_every_package_is_installed():
         tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
     )
     found = {
-        ".".join(path.parent.relative_to(ROOT).parts) for room in ROOMS for path in (ROOT / room).rglob("__init__.py")
+        ".".join(path.parent.relative_to(ROOT).parts)
+        for room in PACKAGES
+        for path in (ROOT / room).rglob("__init__.py")
     }
     found = {name for name in found if not name.startswith(("tools.dev", "tools.rig"))}  # in a checkout only
     found = {name.replace("tools", "nxtdrive.tools", 1) if name.startswith("tools") else name for name in found}

@@ -33,7 +33,7 @@ class Crowd:
 
     def join(self, name, preempting):
         def use():
-            self.lock.acquire(preempting, PATIENCE_S)
+            self.lock.acquire(preempting=preempting, timeout_s=PATIENCE_S)
             self.served.append(name)
             self.lock.release()
 
@@ -66,7 +66,7 @@ def test_a_lock_that_does_not_become_free_is_a_timeout_and_leaves_no_thread_in_t
     lock = PriorityLock()
     with lock.exclusive():
         with pytest.raises(LinkTimeout, match="other threads"):
-            lock.acquire(False, timeout_s=0.01)
+            lock.acquire(preempting=False, timeout_s=0.01)
         assert lock.queue == []
     with lock.exclusive():
         assert lock.queue == []

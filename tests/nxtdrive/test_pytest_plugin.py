@@ -87,6 +87,46 @@ def test_the_brick_is_simulated_unless_a_real_one_is_named(outcomes):
     assert outcomes(text, "--nxt=sim://open")[0] == {"passed": 2, "skipped": 1}
 
 
+def test_a_program_that_never_ends_fails_at_its_time_limit_and_the_next_one_runs(outcomes):
+    counts, text = outcomes(
+        """
+        import pytest
+
+        @pytest.mark.sim_world(time_limit_s=5)
+        def test_never_ends(sim_world, sim_brick):
+            try:
+                while True:
+                    sim_brick.sleep(0.1)
+            finally:
+                assert sim_world.time_s == pytest.approx(5, abs=0.1)
+
+        @pytest.mark.sim_world(time_limit_s=5)
+        def test_ends(sim_brick):
+            sim_brick.sleep(4)
+        """
+    )
+    assert counts == {"passed": 1, "failed": 1}
+    assert "The program still runs after 5 s of simulated time." in text
+
+
+def test_a_terminated_test_run_ends(outcomes):
+    counts, text = outcomes(
+        """
+        import os
+        import signal
+
+        def test_is_terminated(sim_brick):
+            os.kill(os.getpid(), signal.SIGTERM)
+            sim_brick.sleep(1)
+
+        def test_does_not_begin(sim_brick):
+            pass
+        """
+    )
+    assert counts == {"failed": 1}
+    assert "a signal has ended the program" in text
+
+
 def test_every_test_has_a_world_of_its_own(outcomes):
     counts, _ = outcomes(
         """
@@ -149,6 +189,28 @@ def _pytest_in(example, **environment):
 def test_the_examples_own_tests_pass(example):
     done = _pytest_in(example, FOLDER="solutions")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+HANDED_IN = {
+    "square": "def drive_square(rover):\n    while True:\n        rover.turn(90)\n",
+    "bump": "def feel_ahead(rover):\n    rover.straight(100)\n",
+}
+
+
+@pytest.mark.slow
+def test_what_a_pupil_got_wrong_is_said(tmp_path):
+    exercises = tmp_path / "exercises"
+    exercises.mkdir()
+    for name, text in HANDED_IN.items():
+        (exercises / f"{name}.py").write_text(text, encoding="utf-8")
+    said = _pytest_in("lesson", FOLDER=str(tmp_path)).stdout
+    assert "8 failed" in said
+    for sentence in (
+        "The program still runs after 120 s of simulated time.",
+        "The function returned None. End it with `return` and the number.",
+        "There is no lines.py in ",
+    ):
+        assert sentence in said
 
 
 @pytest.mark.slow

@@ -265,7 +265,7 @@ def test_a_mission_says_whether_there_is_a_compass(lab, port, wrong_deg):
     mission = setup.load(None)
     assert mission.robot.compass == 0
     robot = mission.robot.model_copy(update={"compass": port})
-    rover = setup.build_rover(room.brick, mission.model_copy(update={"robot": robot}))
+    rover = setup.build_rover(room.brick, robot)
     rover.turn(360)
     assert heading_error(room, rover) == pytest.approx(wrong_deg, abs=STILL_DEG)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from behaviors.robot_description import RobotFile, RobotTable
-from nxtdrive.mission.setup import build_robot
+from nxtdrive.mission.setup import build_rover
 
 from .course import CalibrationRefused
 from .session import Line, Outcome, identified
@@ -87,7 +87,7 @@ def _measure(
     brick: Brick, robot: RobotTable, ready: Callable[[str], None], ask: Callable[[str], float]
 ) -> dict[str, float]:
     """Return diameter and track, and the radius if there is another one."""
-    rover = build_robot(brick, robot)
+    rover = build_rover(brick, robot)
     ready("Mark where the wheels stand. Then the robot drives one metre ahead.")
     straight = rover.straight(STRAIGHT_MM)
     if not straight.done:

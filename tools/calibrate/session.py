@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from behaviors.robot_description import RobotFile, RobotTable, brick_id
 from firmware_protocol.printable import printable
-from nxtdrive.mission.setup import build_robot
+from nxtdrive.mission.setup import build_rover
 
 from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
@@ -96,7 +96,7 @@ def calibrate(
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
     misfit, views = None, 0
     if {"camera", "wheels", "sonar"} & set(what):
-        course = Course(brick, camera, build_robot(brick, robot), robot)
+        course = Course(brick, camera, build_rover(brick, robot), robot)
         settled_s = course.drive_all(say)
         say("computing")
         found = estimate(course.track, robot, before.camera, settled_s)
@@ -178,11 +178,11 @@ def _add(
 def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:
     """Return how the motors are mounted, and the least power at which they turn."""
     plain = robot.model_copy(update={"left_reversed": False, "right_reversed": False})
-    course = Course(brick, camera, build_robot(brick, plain), plain)
+    course = Course(brick, camera, build_rover(brick, plain), plain)
     left = is_reversed(brick, robot.left, 1, course.column)
     right = is_reversed(brick, robot.right, -1, course.column)
     robot = robot.model_copy(update={"left_reversed": left, "right_reversed": right})
-    if left and right and not Course(brick, camera, build_robot(brick, robot), robot).approaches():
+    if left and right and not Course(brick, camera, build_rover(brick, robot), robot).approaches():
         raise CalibrationRefused(
             f"the motor on port {robot.left} drives the right wheel and that on port {robot.right} the left one.",
             remedy=f'Exchange the cables, or set left = "{robot.right}" and right = "{robot.left}" in [robot].',

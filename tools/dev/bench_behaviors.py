@@ -31,7 +31,7 @@ from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
-from nxtdrive.simulated.robot import GEOMETRIC, Robot, build_robot
+from nxtdrive.simulated.robot import GEOMETRIC, Robot, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.classes import CLASSES
@@ -203,7 +203,7 @@ def _robot(kind: str, seed: int) -> Iterator[Robot]:
     scenario = generate_scenario(kind, seed)
     simulation = Simulation(scenario.world, seed=seed)
     with Brick(SimTransport(simulation, latency_ms=scenario.latency_ms, faults=scenario.faults)) as brick:
-        yield build_robot(scenario, simulation, brick, GEOMETRIC, [])
+        yield scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
 
 
 def _discard(*_: object, **__: object) -> None:

@@ -16,7 +16,7 @@ import tokenize
 from collections import Counter
 from pathlib import Path
 
-ROOMS = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
+PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
 
 _SILENT = {
     tokenize.COMMENT,
@@ -58,14 +58,14 @@ def main(root: Path) -> None:
     totals: Counter[str] = Counter()
     files: Counter[str] = Counter()
     docs: Counter[str] = Counter()
-    for room in ROOMS:
-        for path in sorted((root / room).rglob("*.py")):
+    for package in PACKAGES:
+        for path in sorted((root / package).rglob("*.py")):
             source = path.read_text(encoding="utf-8")
-            name = "tools/dev" if path.is_relative_to(root / "tools" / "dev") else room
+            name = "tools/dev" if path.is_relative_to(root / "tools" / "dev") else package
             totals[name] += code_lines(source)
             docs[name] += len(docstring_lines(ast.parse(source)))
             files[name] += 1
-    print(f"{'room':20}{'files':>7}{'code':>8}{'docstrings':>12}")
+    print(f"{'package':20}{'files':>7}{'code':>8}{'docstrings':>12}")
     for name in totals:
         print(f"{name:20}{files[name]:7}{totals[name]:8}{docs[name]:12}")
     print(f"{'total':20}{sum(files.values()):7}{sum(totals.values()):8}{sum(docs.values()):12}")

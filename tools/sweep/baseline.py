@@ -36,17 +36,9 @@ class Baseline(ABC):
         self._start_s = robot.clock.now()
         self.deadline_s = self._start_s + self.mission.mission.time_limit_s
         self.context = SkillContext(
-            self.body, self.eyes, self.clock, self.mission.thesis, self.note, lambda _: None, self.deadline_s
+            self.body, self.eyes, self.clock, self.mission.thesis, self.note, self._note_outage, self.deadline_s
         )
-        self._outages = OutageSupervisor(
-            self.body,
-            self.eyes,
-            self.clock,
-            timeout_s=self.mission.mission.reconnect_timeout_s,
-            check_time=self.context.check_time,
-            report=self._note_outage,
-            note=self.note,
-        )
+        self._outages = OutageSupervisor(self.context, self.mission.mission.reconnect_timeout_s)
         self.queue = TargetQueue(self.mission.mission.targets)
         self._state = self._resumed = "idle"
         self._path: list[str] = []
@@ -146,7 +138,7 @@ class Baseline(ABC):
         if fact.event in (Event.LINK_LOST, Event.CAMERA_LOST, Event.SENSOR_LOST):
             self._resumed = self._state
             self.enter("suspended", fact.event, fact.reason)
-        else:
+        elif fact.event in (Event.LINK_BACK, Event.CAMERA_BACK, Event.SENSOR_BACK):
             self.enter(self._resumed, Event.RESUME, fact.reason)
 
     def _pursue_all(self) -> Ending:

@@ -32,9 +32,9 @@ WITHOUT_WORKERS_S = 30.0
 GREETING_SIZE, LONGEST_GREETING = 8, 1 << 20
 """A scheduler sends first: the size of this field in bytes, and a limit far above the greeting's length in it."""
 
-ROOMS = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
+PACKAGES = ("firmware_protocol", "input_files", "behaviors", "sim_backend", "nxtdrive", "nxtdrive.tools")
 INGREDIENTS = (".json", ".py", ".toml", ".png")
-"""Results depend on the files of `ROOMS` with these extensions."""
+"""Results depend on the files of `PACKAGES` with these extensions."""
 GO_ON = "What is done is in the file: continue with --resume."
 
 T = TypeVar("T")
@@ -139,13 +139,13 @@ class Cluster(Executor):
 def installed() -> Installed:
     """Return the nxtdrive of this process; read once, since loaded modules stay when their files change."""
     files: dict[str, Path] = {}
-    for room in ROOMS:
+    for package in PACKAGES:
         # tools/ is inside the package or, in a checkout, beside it; module names are the same
-        root = Path(import_module(room).__path__[0])
+        root = Path(import_module(package).__path__[0])
         for path in root.rglob("*"):
             name = path.relative_to(root).as_posix()
             if path.suffix in INGREDIENTS and not name.startswith("dev/"):  # tools/dev is in checkouts only
-                files[f"{room.replace('.', '/')}/{name}"] = path
+                files[f"{package.replace('.', '/')}/{name}"] = path
     digest = sha256()
     for name, path in sorted(files.items()):
         digest.update(f"{name} {sha256(path.read_bytes()).hexdigest()}\n".encode())

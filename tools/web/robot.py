@@ -280,7 +280,7 @@ class Robot:
     def _hand_rover(self, brick: Brick) -> Rover:
         """Return the rover for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
         if self._rover is None or self._rover[0] is not self._mission:
-            self._rover = (self._mission, setup.build_rover(brick, self._mission))
+            self._rover = (self._mission, setup.build_rover(brick, self._mission.robot))
         return self._rover[1]
 
     def _rest(self, brick: Brick) -> Callable[[float], None]:

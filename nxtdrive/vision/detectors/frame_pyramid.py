@@ -161,7 +161,7 @@ def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
     share, cut = float((least > WHITE).mean()), float((most > CUT).mean())
     if share > OVEREXPOSED or cut > 2 * share + COLORED:
         return share > OVEREXPOSED, None
-    usual = np.searchsorted(np.cumsum(np.bincount(least.ravel())), USUAL * least.size)
+    usual = np.searchsorted(np.cumsum(np.bincount(_u8(least).ravel())), USUAL * least.size)
     white = (least > min(WHITE, max(LEAST_DAZZLING, DAZZLING * float(usual)))).astype(np.uint8)
     if not white.any():
         return False, None

@@ -30,7 +30,7 @@ from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
 from nxtdrive.recording.wording import evidence_lines
-from nxtdrive.simulated.robot import GEOMETRIC, build_robot
+from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.transports.sim import SimTransport
@@ -42,7 +42,7 @@ class Bench:
 
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
         scenario = generate_scenario("open", 100)
-        robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
+        robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
         context = SkillContext(
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
         )

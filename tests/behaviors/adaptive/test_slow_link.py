@@ -22,7 +22,7 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
-from nxtdrive.simulated.robot import GEOMETRIC, build_robot
+from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -44,7 +44,7 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
         simulation = Simulation(scenario.world.model_copy(update={"computer": computer}), seed=100)
         brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
         bricks.append(brick)
-        robot = build_robot(scenario, simulation, brick, GEOMETRIC, [])
+        robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
         context = SkillContext(
             robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, facts.append
         )

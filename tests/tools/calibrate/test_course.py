@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.robot_description import RobotTable
 from nxtdrive.mission.assembly import open_robot
-from nxtdrive.mission.setup import build_robot
+from nxtdrive.mission.setup import build_rover
 from nxtdrive.tools.calibrate.course import Course
 
 
@@ -12,6 +12,6 @@ from nxtdrive.tools.calibrate.course import Course
 def test_an_obstacle_ends_the_drive_towards_the_sheet(stop_distance_mm):
     table = RobotTable(stop_distance_mm=stop_distance_mm)
     with open_robot("sim://calibration", "sim") as robot:
-        course = Course(robot.brick, robot.camera, build_robot(robot.brick, table), table)
+        course = Course(robot.brick, robot.camera, build_rover(robot.brick, table), table)
         driven_mm = course.straight(200.0, lambda _: False, 800.0)
     assert driven_mm == pytest.approx(1190.0 - stop_distance_mm, abs=60)

@@ -30,7 +30,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
 from nxtdrive.cli.mission_template import template
 from nxtdrive.mission.setup import PICTURES
-from nxtdrive.simulated.robot import build_robot
+from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import WORLDS
@@ -220,7 +220,7 @@ def _run_folder() -> dict[str, bytes]:
     scenario = replace(scenario, mission=equipped("adaptive", scenario.mission))
     simulation = Simulation(scenario.world, seed=scenario.seed)
     with Brick(SimTransport(simulation)) as brick:
-        drive("adaptive", build_robot(scenario, simulation, brick, "geometric", [records.append]), simulation)
+        drive("adaptive", scenario_robot(scenario, simulation, brick, "geometric", [records.append]), simulation)
     lines = [record.to_json() for record in records if record.kind not in (Kind.LOOK, Kind.STEP)]
     mission = load_mission(BUILT_IN, [PICTURES])
     summary = {"ending": "achieved", "achieved": True, "targets": []}
