@@ -11,6 +11,8 @@ from behaviors.journal import plain
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
 
 OPERATOR_CHOSE = "the operator chose it"
+ALTERNATIVE = "possible, though the profile does not propose it"
+"""Why of a candidate that nothing speaks for: a policy that weighs none has reasons for its proposal only."""
 
 
 @runtime_checkable
@@ -85,8 +87,9 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [each for each in known if each is not first]
     if proposed.kind is not CHANGE_TARGET:
-        others.append(OperatorChoice(Choice(CHANGE_TARGET, OPERATOR_CHOSE)))
-    return Question(evidence, proposed, (first, *others))
+        others.append(OperatorChoice(Choice(CHANGE_TARGET, ALTERNATIVE)))
+    reasoned = (each if each.option else OperatorChoice(replace(each.choice, why=ALTERNATIVE)) for each in others)
+    return Question(evidence, proposed, (first, *reasoned))
 
 
 class ConfirmedPolicy:

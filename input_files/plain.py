@@ -23,6 +23,10 @@ class InputFileError(ValueError):
     """A file that cannot be used; the message names it, says what is wrong and what to do."""
 
 
+class NotText(InputFileError):
+    """A file that is not text in UTF-8."""
+
+
 def read_bytes(path: Path, limit: int) -> bytes:
     """Read a regular file.
 
@@ -60,7 +64,8 @@ def read_text(path: Path, limit: int) -> str:
         limit: Most bytes it may have, also when it is decompressed.
 
     Raises:
-        InputFileError: It cannot be read, is too large, or is not UTF-8.
+        NotText: It is not UTF-8.
+        InputFileError: It cannot be read, or is too large.
     """
     content = read_bytes(path, limit)
     if path.suffix == ".gz":
@@ -69,7 +74,7 @@ def read_text(path: Path, limit: int) -> str:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise InputFileError(f"{path} is not a text file in UTF-8: see line {line}. Save it as UTF-8.") from None
+        raise NotText(f"{path} is not a text file in UTF-8: see line {line}. Save it as UTF-8.") from None
     return text.replace("\r\n", "\n")
 
 

@@ -39,7 +39,16 @@ class Telegrams(BaseModel):
 
 
 def _as_table(value: object) -> object:
-    return {"numbers": value} if isinstance(value, list) else value
+    """Return a list of numbers as the table it stands for.
+
+    Raises:
+        ValueError: It is neither.
+    """
+    if isinstance(value, list):
+        return {"numbers": value}
+    if isinstance(value, dict):
+        return value
+    raise ValueError("write a list of numbers, as in [3, 17], or a table, as in {every = 50}")
 
 
 Some = Annotated[Telegrams, BeforeValidator(_as_table)]

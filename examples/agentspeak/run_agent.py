@@ -134,6 +134,11 @@ def main() -> int:
             actions = actions_for(connection, unmodified=args.unmodified)
             agent = environment.build_agent(source, actions, agent_class, NAME)
             environment.run_agent(agent)
+    except ConnectionRefusedError:
+        print(
+            f"Nothing answers on port {args.port}. Start `nxtdrive serve` first, in another terminal.", file=sys.stderr
+        )
+        return 1
     except (agentspeak.AslError, agentspeak.AggregatedError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -18,7 +18,11 @@ def decide(decision: dict) -> int:
 
 def main(port: int = PORT) -> int:
     """Drive one mission; returns 0 when all targets were reached."""
-    with socket.create_connection((HOST, port)) as connection, connection.makefile("rw", newline="\n") as lines:
+    try:
+        connection = socket.create_connection((HOST, port))
+    except ConnectionRefusedError:
+        sys.exit(f"Nothing answers on port {port}. Start `nxtdrive serve` first, in another terminal.")
+    with connection, connection.makefile("rw", newline="\n") as lines:
 
         def ask(line: str) -> str:
             print(line, file=lines, flush=True)

@@ -85,10 +85,14 @@ def run(args: argparse.Namespace) -> int:
         write_json({**report, "brick": examination.reached}, indent=2)
     else:
         unreached = "" if examination.reached else " No brick could be examined."
-        write_text(f"\n{f'Problems: {problems}.' if problems else 'No problems.'}{unreached}")
+        write_text(f"\n{_problems(problems)}{unreached}")
     if not examination.reached:
         return NO_BRICK
     return PROBLEMS if problems else DONE
+
+
+def _problems(number: int) -> str:
+    return f"{number or 'No'} {'problem' if number == 1 else 'problems'} found."
 
 
 class _Examination:

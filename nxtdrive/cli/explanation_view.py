@@ -31,7 +31,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
     for line in _head(explanation):
         console.print(line)
     if not explanation.decisions:
-        console.print("No decision was needed.")
+        console.print("The journal holds no decision.")
     for number, each in enumerate(explanation.decisions, start=1):
         decision = each.decision
         title = Text(printable(f"{number}  {decision.time_s:.1f} s  {decision.target}"))
@@ -52,7 +52,10 @@ def _head(explanation: Explanation) -> list[Text]:
     if run.end is None:
         parts[-1] = f"unfinished: the journal ends at {run.records[-1].time_s:.1f} s"
     if run.damaged:
-        notes.append(f"lines that cannot be read and are left out: {', '.join(map(str, run.damaged))}")
+        lines = f"line{'s' * (len(run.damaged) > 1)} {', '.join(map(str, run.damaged))}"
+        notes.append(f"{lines} of the journal cannot be read and {'are' if len(run.damaged) > 1 else 'is'} left out")
+    if run.end is not None and (error := run.end.data.get("error")):
+        notes.append(f"error: {error}")
     if run.mission is None:
         notes.append("no mission.json beside the journal: policies use their default parameters")
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]

@@ -170,7 +170,7 @@ def _new(args: argparse.Namespace) -> int:
         with writing(path):
             write_file(path, content.encode())
     run = f"nxtdrive run {shlex.quote(str(mission))}"
-    write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name} in it. Try it there:")
+    write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name!r} in it. Try it there:")
     write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
@@ -230,8 +230,8 @@ def _asked_height_mm(across: bool) -> float:
     usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
     remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise ConfigError("How high is the real thing? All distances are computed from it.", remedy=remedy)
+        raise ConfigError("How tall is the real thing? All distances are computed from it.", remedy=remedy)
     try:
-        return _height_mm(input(f"How high is the real thing, in mm ({usual})? "))
+        return _height_mm(input(f"How tall is the real thing, in mm ({usual})? "))
     except (argparse.ArgumentTypeError, EOFError) as error:
         raise ConfigError(f"{error or 'no height was given'}.", remedy=remedy) from None

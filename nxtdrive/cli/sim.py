@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+from input_files.plain import whole_number
 from nxtdrive.cli.options import add_action, add_json_argument, number
 from nxtdrive.cli.sim_check import add_check_arguments, check
 from nxtdrive.cli.sim_record import add_record_arguments, record
@@ -121,13 +122,11 @@ def _add_simulation(parser: argparse.ArgumentParser) -> None:
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, height = (int(part) for part in text.lower().split("x"))
-    if not (16 <= width <= 4096 and 16 <= height <= 4096):
-        raise ValueError
-    return width, height
-
-
-_size.__name__ = "size"  # argparse says "invalid size value"
+    sides = [whole_number(part) for part in text.lower().split("x")]
+    match sides:
+        case [int(width), int(height)] if 16 <= width <= 4096 and 16 <= height <= 4096:
+            return width, height
+    raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, each 16 to 4096; write 320x240")
 
 
 def _serve(args: argparse.Namespace) -> int:

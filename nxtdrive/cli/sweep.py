@@ -112,18 +112,19 @@ def run(args: argparse.Namespace) -> int:
     first, last = args.seeds or seeds
     classes = list({"reality": REALITY_CLASSES, "hard": HARD_CLASSES}.get(args.suite, CLASSES))
     tasks = plan(
-        _known("class", args.classes or classes, ALL_CLASSES),
+        _known("class", list(dict.fromkeys(args.classes or classes)), ALL_CLASSES),
         range(first, last + 1),
-        _agents(args.profiles or agents or NAMES),
+        _agents(list(dict.fromkeys(args.profiles or agents or NAMES))),
         args.eyes,
         read_robot_file(args.robot),
     )
     out = args.out or DEFAULT_OUT
+    if out.is_dir():
+        raise ConfigError(f"{out} is a folder.", remedy="Choose a file in it with --out.")
     for path in (out, summary_path(out)):
         if os.path.lexists(path) and not args.resume:
-            raise ConfigError(
-                f"{path} exists already.", remedy="Continue it with --resume, or name another file with --out."
-            )
+            resumable = "Continue it with --resume" if out.is_file() else "Remove it"
+            raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
     swept = _sweep(tasks, out, args)
     content = summary(swept, _command(tasks, args))
     write_summary(summary_path(out), content)
@@ -160,7 +161,7 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
         def show(line: Line) -> None:
-            progress.update(bar, advance=1, description=f"{line['class']}:{line['seed']}:{line['policy']}")
+            progress.update(bar, advance=1, description=f"last {line['class']}:{line['seed']}:{line['policy']}")
 
         try:
             return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
@@ -188,7 +189,7 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
     print_tables(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
-    write_line(f"{len(lines)} missions; this run took {eval_s:.0f} s")
+    write_line(f"{len(lines)} {'mission' if len(lines) == 1 else 'missions'}; this run took {eval_s:.0f} s")
 
 
 def _draw_map(args: argparse.Namespace) -> int:
@@ -202,7 +203,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     kind, _, rest = args.map.partition(":")
     seed, _, agent = rest.partition(":")
     number = whole_number(seed)
-    if number is None:
+    if number is None or not agent:
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:AGENT, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
     _agents([agent])

@@ -14,9 +14,10 @@ from nxtdrive.cli.options import add_action, add_json_argument, new_file, writin
 from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
 
 DESCRIPTION = """\
-Check the simulated rooms that sim:// opens, draw one with all its objects, or
-write a commented room to start from. docs/worlds.md has all tables and keys."""
+Name the simulated rooms that sim:// opens, check your own, draw one with all its
+objects, or write a commented room to start from. docs/worlds.md has all tables and keys."""
 EXAMPLES = """\
+  nxtdrive world list                    # the rooms that come with nxtdrive
   nxtdrive world show arena              # the room of `nxtdrive run`
   nxtdrive world new my-room.toml
   nxtdrive world check my-room.toml
@@ -27,8 +28,9 @@ TEMPLATE = "room"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the three actions."""
+    """Declare the actions."""
     actions = parser.add_subparsers(metavar="ACTION", required=True)
+    add_action(actions, "list", "name the rooms that come with nxtdrive", _list)
     check = add_action(actions, "check", "report every mistake in world files at once", _check)
     check.add_argument("files", metavar="FILE", nargs="+", help="world files, *.toml, or names of bundled worlds")
     add_json_argument(check)
@@ -38,6 +40,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     new = add_action(actions, "new", "write a commented world file", _new)
     new.add_argument("file", metavar="FILE", type=new_file, help="a new file, such as my-room.toml")
     new.add_argument("--force", action="store_true", help="overwrite a file that exists")
+
+
+def _list(_args: argparse.Namespace) -> int:
+    from sim_backend.bundled import WORLDS
+    from sim_backend.world.loading import load_world
+
+    for path in sorted(WORLDS.glob("*.toml")):
+        write_line(f"{path.stem:<12} {load_world(path.stem).title}")
+    return DONE
 
 
 def _check(args: argparse.Namespace) -> int:

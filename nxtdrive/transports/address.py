@@ -113,7 +113,8 @@ def _by_shape(text: str) -> str:
             return scheme
     known = ", ".join(("usb://", "bt://", "serial://", "tcp://host:port", "sim://"))
     raise AddressError(
-        f"{text!r} is not an address: it has no scheme and does not look like a port, an id or a world file.",
+        f"{text!r} is not an address: it does not begin with a scheme such as usb://, and does not look like a port, "
+        f"an id or a world file.",
         remedy=f"Begin it with one of {known}; `nxtdrive list` prints whole ones.",
     )
 

@@ -27,7 +27,7 @@ from typing import Any, Self
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import NO_REPLY
 from input_files.json_text import MAX_BYTES, parse_object
-from input_files.plain import InputFileError, read_text
+from input_files.plain import InputFileError, NotText, read_text
 
 VERSION = 1
 MAX_TELEGRAM = 65_535
@@ -215,9 +215,15 @@ def read_trace(path: Path) -> Trace:
     """
     try:
         lines = read_text(path, MAX_BYTES).rstrip("\n").split("\n")
+    except NotText:
+        raise _not_a_trace(path) from None
     except InputFileError as error:
         raise ConfigError(str(error)) from None
     return replace(_header(path, lines[0]), entries=tuple(_entries(path, lines[1:])))
+
+
+def _not_a_trace(path: Path) -> ConfigError:
+    return ConfigError(f"{path} is not a trace of version {VERSION}.", remedy=_RECORD)
 
 
 def _header(path: Path, line: str) -> Trace:
@@ -227,7 +233,7 @@ def _header(path: Path, line: str) -> Trace:
     except ValueError:
         header = {}
     if header.get("nxttrace") != VERSION:
-        raise ConfigError(f"{path} is not a trace of version {VERSION}.", remedy=_RECORD)
+        raise _not_a_trace(path)
     address, command, size = header.get("address", ""), header.get("command", []), header.get("max_telegram")
     if not isinstance(address, str):
         mistake = "address must be a text"

@@ -104,6 +104,13 @@ def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
     assert all(each.option is None for each in due.candidates)
 
 
+def test_what_the_thesis_does_not_propose_claims_nothing_about_the_target():
+    asked = question(ThesisPolicy(), UNSEEN)
+    proposed, *others = (each.choice.why for each in asked.candidates)
+    assert proposed == "the target was not recognised"
+    assert set(others) == {"possible, though the profile does not propose it"}
+
+
 def test_the_adaptive_candidates_come_with_what_is_expected_of_them_the_proposed_one_first():
     policy = AdaptivePolicy()
     due = question(policy, BLOCKED)

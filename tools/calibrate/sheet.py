@@ -119,7 +119,9 @@ def sheet_bytes(suffix: str) -> bytes:
     """
     kind = {".pdf": "PDF", ".png": "PNG"}.get(suffix.lower())
     if kind is None:
-        raise ConfigError(f"the sheet cannot be written as {suffix or 'a file without a suffix'}.", remedy="Use .pdf.")
+        raise ConfigError(
+            f"the sheet cannot be written as {suffix or 'a file without a suffix'}.", remedy="Use .pdf or .png."
+        )
     file = io.BytesIO()
     sheet = draw_sheet()
     if kind == "PDF":

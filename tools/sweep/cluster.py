@@ -1,8 +1,8 @@
 """Run a sweep on a Dask cluster that is already running: ``nxtdrive sweep --dask tcp://host:8786``.
 
-A batch is sent as names and numbers; each worker performs it with its own code. Every worker must therefore have the
+A mission is sent as names and numbers; each worker performs it with its own code. Every worker must therefore have the
 same nxtdrive as this computer: all workers are checked at the start, and a worker that joins later with another
-nxtdrive refuses its first batch.
+nxtdrive refuses its first mission.
 """
 
 from __future__ import annotations

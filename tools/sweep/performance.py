@@ -121,11 +121,6 @@ def failed(task: Task, error: Exception) -> Line:
     }
 
 
-def evaluate_batch(tasks: list[Task]) -> list[Line]:
-    """Perform several tasks one after the other in this process."""
-    return [evaluate(task) for task in tasks]
-
-
 def judge(trace: EpisodeTrace) -> Line:
     """Judge a mission and return plain values; the names up to ``done`` are LeRobot's."""
     results = [judge_target(trace, target) for target in trace.targets]

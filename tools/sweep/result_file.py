@@ -100,7 +100,7 @@ class ResultFile:
     """Appends lines to the file, after its last complete one.
 
     Args:
-        path: A sweep's file, as `read_lines` accepts it, or a new one; its folder is made.
+        path: A sweep's file, as `read_lines` accepts it, or a new one in a folder that exists.
 
     Raises:
         ConfigError: It cannot be written.
@@ -109,7 +109,6 @@ class ResultFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("ab+", buffering=0)
             self._file.seek(0)
             self._file.truncate(self._file.read().rfind(b"\n") + 1)

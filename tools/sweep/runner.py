@@ -1,4 +1,4 @@
-"""Run a sweep: tasks in batches on any executor, one line of JSON for each, in order, resumable.
+"""Run a sweep: tasks on any executor, one line of JSON for each, in order, resumable.
 
 The lines depend only on the tasks, not on the number of workers or on how often the sweep was interrupted.
 """
@@ -23,17 +23,15 @@ from typing import Any, TypeVar
 
 from behaviors.robot_description import RobotFile
 
-from .performance import UNCHANGED, Line, Task, evaluate_batch, failed
+from .performance import UNCHANGED, Line, Task, evaluate, failed
 from .result_file import ResultFile, key_of, read_lines
 
-BATCH = 2
-"""Missions per batch: some seconds of work, which makes the cost of submitting it negligible."""
-AHEAD = 3
-"""Batches queued per worker; an interrupted sweep loses at most these."""
+AHEAD = 4
+"""Missions queued per worker: the next ones are there when one ends out of order."""
 MOST_ON_WINDOWS = 61
 """Processes that Windows can wait for. Source: the documentation of `concurrent.futures.ProcessPoolExecutor`."""
 CHECK_INTERVAL_S = 1.0
-"""How often the wait for a batch checks that workers are left."""
+"""How often the wait for a mission checks that workers are left."""
 
 T = TypeVar("T")
 
@@ -116,49 +114,41 @@ def _end_with(parent: Connection) -> None:
 
 
 def run_tasks(
-    tasks: Sequence[Task],
-    executor: Executor,
-    *,
-    number: int = 1,
-    batch: int = BATCH,
-    watch: Callable[[], None] = lambda: None,
+    tasks: Sequence[Task], executor: Executor, *, number: int = 1, watch: Callable[[], None] = lambda: None
 ) -> Iterator[Line]:
     """Perform tasks; yield their lines in the order of the tasks as they become available.
 
     Args:
         tasks: The tasks.
         executor: Any `concurrent.futures.Executor`, a cluster's included.
-        number: Its number of workers, which determines how many batches are queued.
-        batch: Tasks per batch.
+        number: Its number of workers, which determines how many missions are queued.
         watch: Called every second of waiting; raises if no result can come.
     """
+    if isinstance(executor, InProcess):  # nothing can be done ahead
+        yield from map(evaluate, tasks)
+        return
     queue = iter(tasks)
-    batches = iter(lambda: list(islice(queue, batch)), [])
-    running: deque[tuple[list[Task], Future[list[Line]]]] = deque()
+    running: deque[tuple[Task, Future[Line]]] = deque()
     try:
-        for each in islice(batches, number * AHEAD):
-            running.append((each, executor.submit(evaluate_batch, each)))
+        running.extend((task, executor.submit(evaluate, task)) for task in islice(queue, number * AHEAD))
         while running:
-            lines = _lines(*running[0], executor, watch)
+            line = _line(*running[0], watch)
             running.popleft()
-            running.extend((each, executor.submit(evaluate_batch, each)) for each in islice(batches, 1))
-            yield from lines
+            running.extend((task, executor.submit(evaluate, task)) for task in islice(queue, 1))
+            yield line
     finally:
         for _, future in running:
             future.cancel()
 
 
-def _lines(tasks: list[Task], future: Future[list[Line]], executor: Executor, watch: Callable[[], None]) -> list[Line]:
-    """Wait for a batch; if it killed its workers, try its tasks one by one, and report the culprit as failed."""
+def _line(task: Task, future: Future[Line], watch: Callable[[], None]) -> Line:
+    """Wait for a mission; if it killed its workers, report it as failed."""
     while not wait([future], CHECK_INTERVAL_S).done:
         watch()
     try:
         return future.result()
     except WorkersDied as error:
-        if len(tasks) == 1:
-            return [failed(tasks[0], error)]
-        alone = ([task] for task in tasks)
-        return [line for each in alone for line in _lines(each, executor.submit(evaluate_batch, each), executor, watch)]
+        return failed(task, error)
 
 
 def sweep(
@@ -175,7 +165,7 @@ def sweep(
     Args:
         tasks: All tasks of the sweep.
         out: The file, with one line of JSON per mission.
-        executor: Runs the batches.
+        executor: Runs the missions.
         number: Its number of workers.
         progress: Called with each new line, once it is in the file.
         watch: Called every second of waiting; raises if no result can come.

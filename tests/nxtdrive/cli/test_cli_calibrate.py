@@ -41,7 +41,7 @@ def test_the_sheet_is_a_page_of_a4_as_pdf(here):
 
 def test_a_sheet_of_another_kind_is_refused(capsys):
     assert main(["calibrate", "--sheet", "sheet.doc"]) == USAGE
-    assert "Use .pdf" in capsys.readouterr().err
+    assert "Use .pdf or .png" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", ["nowhere/robot.toml", "robots"])

@@ -105,7 +105,7 @@ def test_the_report_for_people_has_one_line_each_and_the_remedy_below(capsys):
     assert main(["doctor", "--nxt", "sim://"]) == DONE
     out = capsys.readouterr().out
     assert "\nok       battery" in out
-    assert out.rstrip().endswith("No problems.")
+    assert out.rstrip().endswith("No problems found.")
 
 
 def test_no_libusb_is_a_problem_only_for_a_brick_on_usb(monkeypatch):

@@ -27,10 +27,10 @@ TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
 
 LONG_WORK = """
 from nxtdrive.tools.sweep.runner import plan, workers
-from nxtdrive.tools.sweep.performance import evaluate_batch
+from nxtdrive.tools.sweep.performance import evaluate
 with workers(2) as executor:
     tasks = plan(["open"], range(100, 500), ["oracle"], "geometric")
-    first, _ = executor.submit(evaluate_batch, tasks[:1]), executor.submit(evaluate_batch, tasks)
+    first, *_ = (executor.submit(evaluate, task) for task in tasks)
     first.result()
     print("at work", flush=True)
 """
@@ -60,6 +60,15 @@ def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
     assert sweep(TASKS, out, InProcess(), progress=done.append).lines == lines
     assert done == lines[1:], "neither repeated nor lost"
     assert out.read_text(encoding="utf-8") == whole
+
+
+def test_each_mission_is_in_the_file_before_the_next_one_begins(tmp_path):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(TASKS, tmp_path / "out.jsonl", InProcess(), progress=interrupt)
+    assert len(read_lines(tmp_path / "out.jsonl")) == 1
 
 
 def test_no_worker_outlives_a_sweep_that_is_killed():
