@@ -112,9 +112,11 @@ def _played(
     from behaviors.mission import MissionError
     from nxtdrive.tools.sweep.what_if import RecordedRun, all_costs, play
 
+    if isinstance(source, RecordedRun):
+        _check_number(args.decision, len(source.choices))
     complain(f"{name}: repeating the mission, to find its decisions", sender="")
     try:
-        base = play(source)
+        base = play(source, tell=lambda each: complain(f"{name}: a decision at {each.time_s:.0f} s", sender=""))
     except MissionError as error:
         raise ConfigError(str(error)) from None
     if isinstance(source, RecordedRun):
@@ -142,12 +144,16 @@ def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Roll
             )
 
 
+def _check_number(decision: int | None, most: int) -> None:
+    if decision is not None and decision > most:
+        raise ConfigError(f"there is no decision {decision}: the mission has {most}.")
+
+
 def _wanted(base: Rollout, args: argparse.Namespace) -> list[int]:
     """Return the numbers of the decisions to examine, from 0."""
     numbers = list(range(len(base.decisions)))
     if args.decision is not None:
-        if args.decision > len(numbers):
-            raise ConfigError(f"there is no decision {args.decision}: the mission has {len(numbers)}.")
+        _check_number(args.decision, len(numbers))
         numbers = [args.decision - 1]
     if args.sample is not None and args.sample < len(numbers):
         numbers = sorted(Random("what if").sample(numbers, args.sample))  # noqa: S311 - to repeat, not to hide

@@ -171,20 +171,26 @@ class Rollout:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-def play(source: Source, decision: int = -1, enter: Callable[[], Branch] = Branch) -> Rollout:
+def play(
+    source: Source,
+    decision: int = -1,
+    enter: Callable[[], Branch] = Branch,
+    tell: Callable[[Decision], None] = lambda _: None,
+) -> Rollout:
     """Play a mission to its end.
 
     Args:
         source: The mission.
         decision: Number of the decision, from 0, at which it takes a branch; -1 for none.
         enter: Called there for the branch.
+        tell: Called with each decision once it is made.
 
     Raises:
         ConfigError: The run cannot be repeated.
         KeyboardInterrupt: Ctrl-C, which ends a mission in good order.
     """
     with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as stage:
-        stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation))
+        stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation, tell))
         ask = partial(_decide, decision, enter, stage.rollout, stage.simulation.reseed)
         if stage.run(supervised(stage.mission, ask)).ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt
@@ -208,10 +214,11 @@ def _decide(
     return asked.candidates[branch.candidate].choice
 
 
-def _note(rollout: Rollout, simulation: Any, record: Record) -> None:  # noqa: ANN401 - as the transport gives it
+def _note(rollout: Rollout, simulation: Any, tell: Callable[[Decision], None], record: Record) -> None:  # noqa: ANN401 - as the transport gives it
     if record.kind is Kind.CHOICE:
         made = rollout.decisions[-1]
         made.time_s, made.chose = record.time_s, str(record.data["choice"])
+        tell(made)
     claimed = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
         rollout.reached.setdefault(record.target, record.time_s)
