@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from .performance import FAILED, Line
+from behaviors.executive import Ending
+
+from .performance import Line
 from .summary import Estimate, Pair, estimate, over_missions, over_targets, success_rate
 
 REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
@@ -61,7 +63,7 @@ def _more(line: Line, other: Line, pair: Callable[[Line], Pair]) -> Pair:
     (ours, number), (theirs, same) = pair(line), pair(other)
     if pair in _OF_MISSIONS and not (number and same):
         return 0.0, 0.0
-    return ours - theirs, same if line["ending"] == FAILED else number
+    return ours - theirs, same if line["ending"] == Ending.BROKEN else number
 
 
 _OF_MISSIONS = {HEADLINE[name] for name in ("contacts", "wrong stops", "longest run")}

@@ -21,9 +21,6 @@ from .chart_coverage import taken
 from .metrics import judge_target
 from .referee import EpisodeTrace, Referee
 
-FAILED = "failed"
-"""The ending of a mission that a bug in the program ended."""
-
 Line = dict[str, Any]
 UNCHANGED = RobotFile()
 
@@ -115,7 +112,7 @@ def failed(task: Task, error: Exception) -> Line:
         "sum_reward": 0.0,
         "max_reward": 0.0,
         "done": False,
-        "ending": FAILED,
+        "ending": Ending.BROKEN.value,
         "error": f"{type(error).__name__}: {error}",
         "targets": [],
     }

@@ -10,6 +10,7 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
@@ -17,7 +18,7 @@ from nxtdrive.recording.predictions import Prediction
 
 from .causes import Judgement
 from .metrics import TargetResult
-from .performance import FAILED, Line
+from .performance import Line
 
 BEGIN = b'{"episode_index": '
 """How each line begins, even one that an interruption cut short."""
@@ -77,7 +78,7 @@ def read_lines(path: Path) -> list[Line]:
 def _line(path: Path, number: int, text: bytes) -> Line:
     try:
         line = parse_object(text.decode())
-        model = _Checked if line.get("ending") == FAILED else _CheckedMission
+        model = _Checked if line.get("ending") == Ending.BROKEN else _CheckedMission
         model.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .performance import FAILED, Line
+from behaviors.executive import Ending
+
+from .performance import Line
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -75,12 +77,12 @@ def over_targets(key: str) -> Callable[[Line], Pair]:
 
 def over_missions(value: Callable[[Line], float]) -> Callable[[Line], Pair]:
     """Return a function that collects a figure of each mission that did not break."""
-    return lambda line: _pair([] if line["ending"] == FAILED else [float(value(line))])
+    return lambda line: _pair([] if line["ending"] == Ending.BROKEN else [float(value(line))])
 
 
 def success_rate(line: Line) -> Pair:
     """Count the existing targets, and those reached; a mission that broke counts as two targets not reached."""
-    return (0.0, 2.0) if line["ending"] == FAILED else over_targets("success")(line)
+    return (0.0, 2.0) if line["ending"] == Ending.BROKEN else over_targets("success")(line)
 
 
 FIGURES: dict[str, Callable[[Line], Pair]] = {
@@ -181,7 +183,7 @@ def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
         "eval_s": eval_s,
         "eval_ep_s": eval_s / number,
         "n_episodes": len(lines),
-        "n_failed": sum(line["ending"] == FAILED for line in lines),
+        "n_broken": sum(line["ending"] == Ending.BROKEN for line in lines),
         "figures": {name: [each.mean, each.low, each.high, each.number] for name, each in figures(lines).items()},
         "time_to_goal_s": percentiles(times_to_goal_s(lines)),
         "recognition_s": percentiles(recognition_s(lines)),

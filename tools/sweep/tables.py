@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from behaviors.executive import Ending
 from behaviors.recoveries import RECOVERIES
 from firmware_protocol.printable import printable
 
@@ -20,7 +21,7 @@ from .calibration import calibration_error, pairs, reliability
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
-from .performance import FAILED, Line
+from .performance import Line
 from .summary import (
     Estimate,
     by,
@@ -224,7 +225,7 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
     if covered := coverage_words(lines):
         console.print(covered, markup=False)
     for line in lines:
-        if line["ending"] == FAILED:
+        if line["ending"] == Ending.BROKEN:
             failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
             console.print(printable(failure), markup=False)
 

@@ -15,10 +15,11 @@ import serial.tools.list_ports
 from rich.text import Text
 from serial.tools.list_ports_common import ListPortInfo
 
+from behaviors.executive import Ending
 from firmware_protocol.direct import GetCurrentProgramName, KeepAlive, MessageRead
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.output import guarded_output, make_console
-from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
 from nxtdrive.tools.sweep.tables import print_tables
 from nxtdrive.transports.sim import SimTransport, shared
@@ -183,7 +184,7 @@ def test_tables_of_a_sweep(capsys):
     line = evaluate(plan(["open"], range(100, 101), ["oracle"], "geometric")[0])
     hostile = {**line, "class": HOSTILE, "policy": HOSTILE}
     with guarded_output():
-        print_tables([hostile, {**hostile, "ending": FAILED, "error": UNICODE}], make_console(width=200))
+        print_tables([hostile, {**hostile, "ending": Ending.BROKEN, "error": UNICODE}], make_console(width=200))
     text = capsys.readouterr().out
     assert not FORBIDDEN.search(text)
     assert f"failed: {SHOWN}" in text

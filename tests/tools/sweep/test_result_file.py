@@ -5,9 +5,9 @@ import sys
 
 import pytest
 
+from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import USAGE, main
-from nxtdrive.tools.sweep.performance import FAILED
 from nxtdrive.tools.sweep.result_file import ResultFile, read_lines
 
 TARGET = {
@@ -20,7 +20,12 @@ LINE = {
     **{"contacts": 0, "targets": [TARGET], "recognition_s": [0.5], "longest_run": 1},
     "choices": [{"cause": "missed", "choice": "rescan", "regret_s": None, "fits": True}],
 }
-BROKEN = {**{name: LINE[name] for name in list(LINE)[:8]}, "ending": FAILED, "error": "RuntimeError", "targets": []}
+BROKEN = {
+    **{name: LINE[name] for name in list(LINE)[:8]},
+    "ending": Ending.BROKEN,
+    "error": "RuntimeError",
+    "targets": [],
+}
 
 
 def _changed(**values):

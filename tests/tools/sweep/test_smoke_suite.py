@@ -5,9 +5,10 @@ The missions of some classes; those of all classes every night.
 
 import pytest
 
+from behaviors.executive import Ending
 from nxtdrive.cli.sweep import SUITES
 from nxtdrive.tools.sweep.chart_coverage import transitions
-from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan, sweep, workers
 from sim_backend.scenarios.classes import CLASSES
 
@@ -42,7 +43,7 @@ def test_the_tasks_are_those_of_the_smoke_suite():
 
 
 def test_no_mission_broke(lines):
-    assert [(line["class"], line["policy"], line["error"]) for line in lines if line["ending"] == FAILED] == []
+    assert [(line["class"], line["policy"], line["error"]) for line in lines if line["ending"] == Ending.BROKEN] == []
 
 
 def test_the_missions_take_only_transitions_of_the_chart(lines):

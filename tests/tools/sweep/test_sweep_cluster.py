@@ -12,11 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from behaviors.executive import Ending
 from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
 from nxtdrive.tools.sweep.cluster import Cluster
-from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
 from nxtdrive.tools.sweep.runner import plan, sweep
 
@@ -160,7 +161,7 @@ def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impa
     with impatient_dask.join(3) as cluster:
         found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster, watch=cluster.watch).lines
     assert found[1] == lines[1]
-    assert found[0]["ending"] == FAILED
+    assert found[0]["ending"] == Ending.BROKEN
     assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import nxtdrive
+from behaviors.executive import Ending
 from nxtdrive.cli.main import main
 from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
-from nxtdrive.tools.sweep.performance import FAILED
 
 
 def _line(seed, times_s, *, contacts=0, wrong=0):
@@ -23,7 +23,7 @@ def _line(seed, times_s, *, contacts=0, wrong=0):
     return {"class": "open", "seed": seed, "ending": "", "targets": targets, "contacts": contacts, "longest_run": 1}
 
 
-BROKEN = {"class": "open", "seed": 2, "ending": FAILED, "targets": []}
+BROKEN = {"class": "open", "seed": 2, "ending": Ending.BROKEN, "targets": []}
 
 
 def test_headline_figures_count_by_the_missions_time():

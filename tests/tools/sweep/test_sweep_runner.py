@@ -11,13 +11,13 @@ from contextlib import suppress
 
 import pytest
 
-from behaviors.executive import Executive
+from behaviors.executive import Ending, Executive
 from behaviors.robot_description import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import agents
 from nxtdrive.tools.sweep.headline import difference
-from nxtdrive.tools.sweep.performance import FAILED, evaluate
+from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
 from nxtdrive.tools.sweep.runner import InProcess, plan, sweep, workers
 from nxtdrive.tools.sweep.summary import aggregate, estimate, success_rate
@@ -94,10 +94,10 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, 
 
     monkeypatch.setitem(agents.AGENTS, "thesis", stuck)
     found = sweep(TASKS, tmp_path / "out.jsonl", InProcess()).lines
-    assert [line["ending"] == FAILED for line in found] == [True, False, True, False]
+    assert [line["ending"] == Ending.BROKEN for line in found] == [True, False, True, False]
     assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
     assert found[1] == lines[1]
-    assert aggregate([line for line in found if line["policy"] == "thesis"], 1.0)["n_failed"] == 2
+    assert aggregate([line for line in found if line["policy"] == "thesis"], 1.0)["n_broken"] == 2
 
 
 def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
@@ -161,7 +161,7 @@ def test_agents_are_compared_on_the_same_scenarios():
 
 def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_are():
     reached = {"class": "absent", "seed": 1, "ending": "", "targets": [{"reachable": True, "success": True}]}
-    broken = {"class": "absent", "seed": 1, "ending": FAILED, "targets": []}
+    broken = {"class": "absent", "seed": 1, "ending": Ending.BROKEN, "targets": []}
     assert difference([reached], [broken]).mean == 1.0
     assert difference([broken], [reached]).mean == -1.0
     assert difference([broken], [reached]).number == 1
