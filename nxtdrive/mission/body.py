@@ -11,7 +11,6 @@ from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, Remot
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
-    from nxtdrive.link.link import Link
     from nxtdrive.motion.rover import Rover
 
 REDUCED_SPEED = 0.5
@@ -36,11 +35,6 @@ class MissionClock:
 
     def __init__(self, brick: Brick) -> None:
         self._brick = brick
-
-    @property
-    def link(self) -> Link:
-        """The brick's link, whose transport has a simulated robot's camera."""
-        return self._brick.link
 
     def now(self) -> float:
         """Return seconds since an arbitrary start."""

@@ -164,9 +164,12 @@ def open_mission_camera(source: str, brick: Brick) -> Camera:
     Raises:
         CameraError: It cannot be opened.
     """
-    from nxtdrive.vision.sources import open_camera
+    from nxtdrive.vision.sources import open_camera, simulated_camera
 
-    return open_camera(SIMULATED if source == GEOMETRIC else source, clock=MissionClock(brick))
+    clock = MissionClock(brick)
+    if source in (SIMULATED, GEOMETRIC):
+        return simulated_camera(_simulated_webcam(brick), clock, brick.link.transport.address)
+    return open_camera(source, clock=clock)
 
 
 def watch(

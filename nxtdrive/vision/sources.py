@@ -8,7 +8,7 @@ import stat
 from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import cv2
 
@@ -81,16 +81,26 @@ def open_camera(
 
 def _open_simulated(clock: Clock | None) -> Camera:
     """Open the camera of a simulated robot, whose transport has its frames."""
-    brick = cast("Any", clock)
-    transport: Any = open_transport("sim://") if clock is None else getattr(brick, "link", brick)
-    transport = getattr(transport, "transport", transport)
-    frames = getattr(recorded(transport), "webcam", None)
+    if clock is None:
+        own = open_transport("sim://")
+        return simulated_camera(getattr(own, "webcam", None), own, own.address)
+    link = getattr(clock, "link", None)  # a brick has one
+    transport = recorded(link.transport) if link else None
+    return simulated_camera(getattr(transport, "webcam", None), clock, getattr(transport, "address", "this clock"))
+
+
+def simulated_camera(frames: Any, clock: Clock, address: str) -> SimulatedCamera:  # noqa: ANN401 - a `FrameSource`, or None
+    """Return the camera of a simulated robot.
+
+    Raises:
+        CameraError: There are no frames: the robot at this address is not simulated.
+    """
     if frames is None:
         raise CameraError(
-            f"{getattr(transport, 'address', 'this clock')} has no simulated camera.",
-            remedy="Name a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
+            f"{address} has no simulated camera.",
+            remedy="Choose a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
-    return SimulatedCamera(frames, clock or transport, frames.size)
+    return SimulatedCamera(frames, clock, frames.size)
 
 
 def read_image(path: Path) -> Image:
