@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.enums import InputPort, OutputPort
@@ -22,7 +22,7 @@ from nxtdrive.transports import open_transport
 
 if TYPE_CHECKING:
     from nxtdrive.motion.motor import Motor, MotorSettings
-    from nxtdrive.motion.rover import Rover
+    from nxtdrive.motion.rover import Rover, RoverOptions
     from nxtdrive.onboard.display import Picture
     from nxtdrive.onboard.files import Files
     from nxtdrive.onboard.programs import Programs
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound=Reply)
 P = TypeVar("P")
 
-BRAKING_S = 0.15
+STOPPING_S = 0.15
 """How long motors brake before they are switched off when the program ends."""
 
 
@@ -261,7 +261,7 @@ class Brick:
         ultrasonic: SensorPort | None = 4,
         touch: SensorPort | None = 1,
         compass: SensorPort | None = None,
-        **parts: Any,  # noqa: ANN401 - the arguments are Rover's
+        **options: Unpack[RoverOptions],
     ) -> Rover:
         """Return this brick as a vehicle; the arguments are those of `nxtdrive.motion.rover.Rover`."""
         from nxtdrive.motion.rover import Rover
@@ -273,7 +273,7 @@ class Brick:
             ultrasonic=None if ultrasonic is None else self.ultrasonic(ultrasonic),
             touch=None if touch is None else self.touch(touch),
             compass=None if compass is None else self.compass(compass),
-            **parts,
+            **options,
         )
 
     def stop_motors(self) -> None:
@@ -290,7 +290,7 @@ class Brick:
             with contextlib.ExitStack() as stack:  # last in, first out; all of it, even if something fails
                 for port in reversed(ports):
                     stack.callback(link.send, coasting(port))
-                stack.callback(link.transport.sleep, BRAKING_S)
+                stack.callback(link.transport.sleep, STOPPING_S)
                 for port in reversed(ports):
                     stack.callback(link.send, braked(port))
 

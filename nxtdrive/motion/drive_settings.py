@@ -10,7 +10,7 @@ from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.ports import in_range
 
-FASTEST_DEG_S = 0.75 * FULL_SPEED_DEG_S
+FASTEST_WHEEL_DEG_S = 0.75 * FULL_SPEED_DEG_S
 """Highest speed of a wheel: regulation needs a margin, and at 7.2 V the motor reaches only 770 deg/s."""
 
 
@@ -44,7 +44,7 @@ def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveS
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if in_range(name, value, -math.inf, math.inf) <= 0:
             raise LocalProtocolError(f"{name} must be positive, not {value!r}.")
-    fastest_mm_s = FASTEST_DEG_S * math.pi * wheel_diameter_mm / 360
+    fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
     in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)

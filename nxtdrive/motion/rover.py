@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import combinations
-from typing import Literal, TypeVar, overload
+from typing import Literal, TypedDict, TypeVar, overload
 
 from behaviors.ports import MotionResult, Pose, SensorListener, StopReason
 from firmware_protocol.direct import GetBatteryLevel
@@ -16,7 +16,7 @@ from nxtdrive.link.protocol import RoverLink
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
-from nxtdrive.motion.drive_settings import FASTEST_DEG_S, DriveSettings, check_sizes
+from nxtdrive.motion.drive_settings import FASTEST_WHEEL_DEG_S, DriveSettings, check_sizes
 from nxtdrive.motion.lease import Lease, brake_all
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
@@ -36,7 +36,7 @@ REST_S = 0.03
 """Wheels whose counts have not changed for this time stand."""
 TRIPS = 9
 """Round trips between two calls of `drive`: reading sonar, bumper and wheels, and the safety stop, take 8."""
-SLOWEST_DEG_S = 1.0
+SLOWEST_PACE_DEG_S = 1.0
 """Speed of a motion of length 0."""
 STANDING_SHARE = 0.02
 """A wheel that would turn less than this share of the other is not driven."""
@@ -51,6 +51,18 @@ S = TypeVar("S", bound=Sensor)
 SAFETY = SafetyLimits()
 SETTINGS = DriveSettings()
 START = Pose()
+
+
+class RoverOptions(TypedDict, total=False):
+    """The arguments of `Rover` beside its link, ports and sensors; there they are explained."""
+
+    wheel_diameter_mm: float
+    axle_track_mm: float
+    safety: SafetyLimits
+    settings: DriveSettings
+    reversed: bool | tuple[bool, bool]
+    wheel_mismatch_percent: float
+    turn_slip_percent: float
 
 
 class Rover:
@@ -203,7 +215,7 @@ class Rover:
             self.stop()
             return objection
         speeds = self._wheels.wheels_deg(speed_mm_s, turn_deg_s)
-        excess = max(1.0, *(abs(speed) / FASTEST_DEG_S for speed in speeds))
+        excess = max(1.0, *(abs(speed) / FASTEST_WHEEL_DEG_S for speed in speeds))
         self._driving = True
         for lease, stall, sign, speed in zip(self._leases, self._stalls, self._wheels.signs, speeds, strict=True):
             turning = lease.drive(sign * speed / excess)
@@ -300,7 +312,7 @@ class Rover:
         self, distance_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
         """Drive `distance_mm` along an arc that turns by `angle_deg`."""
-        limits, fastest_mm_s = self.settings, FASTEST_DEG_S * min(self._wheels.mm_per_deg)
+        limits, fastest_mm_s = self.settings, FASTEST_WHEEL_DEG_S * min(self._wheels.mm_per_deg)
         speed_mm_s = limits.speed_mm_s if speed_mm_s is None else in_range("speed_mm_s", speed_mm_s, 1, fastest_mm_s)
         wheels_deg = self._wheels.wheels_deg(distance_mm, angle_deg)
         longest_deg = max(map(abs, wheels_deg))
@@ -309,8 +321,8 @@ class Rover:
         parts += [(abs(angle_deg), limits.turn_deg_s, limits.turn_acceleration_deg_s2)]
         speed_s = max(amount / speed for amount, speed, _ in parts) or 1.0
         change_s2 = max(amount / acceleration for amount, _, acceleration in parts) or 1.0
-        speed_deg_s = min(FASTEST_DEG_S, longest_deg / speed_s)
-        pace = Pace(speed_deg_s or SLOWEST_DEG_S, longest_deg / change_s2 or SLOWEST_DEG_S)
+        speed_deg_s = min(FASTEST_WHEEL_DEG_S, longest_deg / speed_s)
+        pace = Pace(speed_deg_s or SLOWEST_PACE_DEG_S, longest_deg / change_s2 or SLOWEST_PACE_DEG_S)
         wheels = [
             Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
             for port, sign, each_deg in zip(self._ports, self._wheels.signs, wheels_deg, strict=True)

@@ -14,7 +14,7 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError, LinkTimeout
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER, REQUEST_HEADER, Kind
-from nxtdrive.brick import BRAKING_S
+from nxtdrive.brick import STOPPING_S
 from nxtdrive.motion.outputs import braked, coasting
 from nxtdrive.transports.base import Transport, drain
 from sim_backend.firmware.brick import SimBrick
@@ -191,7 +191,7 @@ def stop(transport: Transport) -> None:
         if running[REPLY_HEADER - 1 : REPLY_HEADER] == bytes([Status.OK]):
             partner.exchange(direct.StopProgram().encode())
         transport.send(braked(OutputPort.ALL).encode(want_reply=False))
-        transport.sleep(BRAKING_S)
+        transport.sleep(STOPPING_S)
         transport.send(coasting(OutputPort.ALL).encode(want_reply=False))
 
 
