@@ -106,4 +106,5 @@ class TargetQueue:
 
     def _begin(self, progress: TargetProgress) -> None:
         progress.round += 1
+        progress.outcome, progress.time_s = TargetOutcome.PENDING, None  # also of one that was given up before
         self.current = progress

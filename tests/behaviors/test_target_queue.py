@@ -33,6 +33,15 @@ def test_a_second_round_tries_only_what_was_given_up():
     assert queue.achieved
 
 
+def test_a_target_that_is_tried_again_is_no_longer_given_up():
+    queue = TargetQueue(["a", "b"], rounds=2)
+    _decide(queue, TargetOutcome.GIVEN_UP)
+    _decide(queue, TargetOutcome.REACHED)
+    assert [each.outcome for each in queue.targets] == [TargetOutcome.PENDING, TargetOutcome.REACHED]
+    queue.decide(TargetOutcome.GIVEN_UP)
+    assert queue.targets[0].outcome is TargetOutcome.GIVEN_UP
+
+
 def test_the_last_round_is_the_last():
     queue = TargetQueue(["a"], rounds=2)
     _decide(queue, TargetOutcome.GIVEN_UP)
@@ -51,7 +60,7 @@ def test_a_target_may_be_preferred_to_the_next_in_order():
     assert (queue.target, queue.round) == ("a", 2)
 
 
-def test_no_target_is_preferred_to_those_with_fewer_turns():
+def test_no_target_is_preferred_to_those_with_fewer_rounds():
     queue = TargetQueue(["a", "b", "c"], rounds=2)
     queue.decide(TargetOutcome.GIVEN_UP)
     queue.next_target()
