@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from random import Random
 
 from firmware_protocol.iomap import OutputFlag
@@ -68,6 +69,9 @@ _STORED_BITS: Mapping[str, int] = {"flags": _ALL_FLAGS, "tacho_limit": 0xFFFF_FF
 _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
 
+ACTING = ("flags", "run_state")
+"""Fields of an output that the next pass looks at; the others wait for a flag."""
+
 
 @dataclass(frozen=True)
 class Devices:
@@ -120,19 +124,22 @@ class Devices:
     def get_field(self, argument: int) -> int:
         """Return the field an argument names."""
         inputs, port, field = self._split(argument)
-        return self.get_input(port, field) if inputs else self.get_output(port, field)
+        return (self.input_reader if inputs else self.output_reader)(field)(port)
 
     def put_field(self, argument: int, value: int) -> None:
         """Set the field an argument names."""
         inputs, port, field = self._split(argument)
         (self.put_input if inputs else self.put_output)(port, field, value)
 
-    def get_input(self, port: int, field: int) -> int:
-        """Return a field of an input port, 0..3, or of the ports after it; 0 if there is none."""
-        if not _exists(True, port, field, INPUT_FIELDS):
-            return 0
-        port, field = _normal(port, field, INPUT_FIELDS)
-        return int(getattr(self.input.ports[port], INPUT_FIELDS[field]))
+    def input_reader(self, field: int) -> Callable[[int], int]:
+        """Return a function for a field of an input port, 0..3, or of the ports after it; 0 if there is none."""
+        return _reader(dict.fromkeys(INPUT_FIELDS, self.input.ports), field)
+
+    def output_reader(self, field: int) -> Callable[[int], int]:
+        """Return the same for an output port, 0..2."""
+        outputs = self.output.outputs
+        controls = [output.control for output in outputs]
+        return _reader({name: controls if name in _LIVE else outputs for name in self.output_fields}, field)
 
     def put_input(self, port: int, field: int, value: int) -> None:
         """Set a field of an input port; types, modes and validity take effect in the next pass."""
@@ -141,14 +148,6 @@ class Devices:
         port, field = _normal(port, field, INPUT_FIELDS)
         narrow = _NARROW[_INPUT_TYPES[field]]
         self.input.store(port, **{INPUT_FIELDS[field]: narrow(value)})
-
-    def get_output(self, port: int, field: int) -> int:
-        """Return a field of an output port, 0..2, or of the ports after it; 0 if there is none."""
-        if not _exists(False, port, field, self.output_fields):
-            return 0
-        port, field = _normal(port, field, self.output_fields)
-        output, name = self.output.outputs[port], self.output_fields[field]
-        return int(getattr(output.control if name in _LIVE else output, name))
 
     def put_output(self, port: int, field: int, value: int) -> None:
         """Set a field of an output port; flags replace pending ones."""
@@ -160,7 +159,8 @@ class Devices:
             setattr(output, name, s8(value))
         elif name not in _LIVE:
             setattr(output, name, value & _STORED_BITS.get(name, 0xFF))
-        self.output.wake()
+        if name in ACTING:
+            self.output.wake()
 
 
 def stored_output(name: str, value: str) -> str | None:
@@ -170,6 +170,19 @@ def stored_output(name: str, value: str) -> str | None:
     if name in _SIGNED_OUTPUT_FIELDS:
         return f"({value} + 128 & 255) - 128"
     return f"({value}) & {_STORED_BITS.get(name, 0xFF)}"
+
+
+def _reader(ports: Mapping[str, Sequence[object]], field: int) -> Callable[[int], int]:
+    """Return a function for a field of ports; a field beyond the last is one of the ports after it.
+
+    Args:
+        ports: The names of the fields, and the objects that have them, port by port.
+        field: Number of the field.
+    """
+    skipped, number = divmod(field, len(ports))
+    name = [*ports][number]
+    sources, value = ports[name][skipped:], attrgetter(name)
+    return lambda port: int(value(sources[port])) if 0 <= port < len(sources) else 0
 
 
 def _exists(inputs: bool, port: int, field: int, fields: Sequence[str]) -> bool:

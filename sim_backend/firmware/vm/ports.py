@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, NONE, Place, ProgramError
-from sim_backend.firmware.vm.devices import OUTPUT_FIELDS, stored_output
+from sim_backend.firmware.vm.devices import ACTING, OUTPUT_FIELDS, stored_output
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
@@ -13,21 +13,22 @@ from sim_backend.firmware.vm.rxe import Type
 _PORTS = 3
 
 
-def _read(machine: Machine, instruction: Instruction, get: Callable[[int, int], int]) -> Translation:
+def _read(machine: Machine, instruction: Instruction, reader: Callable[[int], Callable[[int], int]]) -> Translation:
     data, operands, (target, port, field) = machine.data, machine.operands, instruction.arguments
-    name = operands.function(get.__name__, get)
-    statement = operands.assignment(target, f"{name}({operands.integer(port)}, {field})")
+    read = reader(field)
+    name = operands.function(f"{reader.__name__}_{field}", read)
+    statement = operands.assignment(target, f"{name}({operands.integer(port)})")
     if statement:
         return Effect((statement,), Ports.READS)
-    return lambda: data.put(target, get(data.integer(port), field))
+    return lambda: data.put(target, read(data.integer(port)))
 
 
 def _get_input(machine: Machine, instruction: Instruction) -> Translation:
-    return _read(machine, instruction, machine.devices.get_input)
+    return _read(machine, instruction, machine.devices.input_reader)
 
 
 def _get_output(machine: Machine, instruction: Instruction) -> Translation:
-    return _read(machine, instruction, machine.devices.get_output)
+    return _read(machine, instruction, machine.devices.output_reader)
 
 
 def _set_input(machine: Machine, instruction: Instruction) -> Translation:
@@ -78,7 +79,8 @@ def _fast_setting(machine: Machine, port: int, values: Sequence[tuple[int, int]]
         stored = stored_output(OUTPUT_FIELDS[field], operands.integer(value))
         if stored:
             lines.append(f"    port.{OUTPUT_FIELDS[field]} = {stored}")
-    lines.append(f"    {wake}()")
+    if any(OUTPUT_FIELDS[field] in ACTING for field, _ in values):
+        lines.append(f"    {wake}()")
     return Effect(tuple(lines), None if machine.dialect.has_fields else Ports.SETS)
 
 
