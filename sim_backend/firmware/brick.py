@@ -286,14 +286,40 @@ class SimBrick:
                 inputs.run(now)
             if output.due_ms <= now or now == end:
                 output.run(now)
-            if command_ms <= now < others_ms:  # nothing but the program: most passes of one that calculates
-                command.run(now)
-                if ui.due_ms <= now:
-                    ui.run(now)
+            if command_ms <= now < others_ms:
+                now = self._run_program(now, end)
             elif wake_ms <= now:
                 for module in sleepers:
                     if module.due_ms <= now:
                         module.run(now)
+
+    def _run_program(self, now: int, end: int) -> int:
+        """Run the program's part of a pass, and following ones while no other module but the ports has work.
+
+        Returns:
+            The last pass.
+        """
+        clock, output, inputs = self._clock, self.output, self.input
+        button, low_speed, sound, screen, command, ui = self._sleepers
+        while True:
+            command.run(now)
+            if ui.due_ms <= now:
+                ui.run(now)
+            following = now + 1
+            if (
+                following >= end
+                or command.due_ms > following
+                or ui.due_ms <= following
+                or screen.due_ms <= following
+                or sound.due_ms <= following
+                or low_speed.due_ms <= following
+                or button.due_ms <= following
+            ):
+                return now
+            now = clock.now_ms = following
+            inputs.run(now)
+            if output.due_ms <= now:
+                output.run(now)
 
     def attach_motor(self, port: str, plant: MotorPlant | None) -> None:
         """Connect a motor to port "A", "B" or "C"; None disconnects it.

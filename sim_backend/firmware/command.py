@@ -41,7 +41,7 @@ class _Phase(Enum):
     """Nothing is started until ProgStatus is RESET."""
 
 
-_IN_PROGRAM, _RUNNING, _STEP = _Phase.RUNNING, int(InterpreterState.RUNNING), int(InterpreterState.STEP)
+_IN_PROGRAM, _RUNNING = _Phase.RUNNING, int(InterpreterState.RUNNING)
 """Constants that each pass uses; the members of an enumeration take longer to find."""
 
 
@@ -230,13 +230,14 @@ class CommandModule:
 
     def _advance(self, now_ms: int) -> None:
         match self._state:
-            case InterpreterState.RUNNING | InterpreterState.STEP:
-                if self.deactivate == 1:
-                    self.deactivate = 0
-                    self._tick_lag |= self._dialect.abort_stops_tick
-                    self._end(ProgramStatus.ABORTED)
-                else:
-                    self._execute(now_ms)
+            case InterpreterState.RUNNING | InterpreterState.STEP if self.deactivate == 1:
+                self.deactivate = 0
+                self._tick_lag |= self._dialect.abort_stops_tick
+                self._end(ProgramStatus.ABORTED)
+            case InterpreterState.RUNNING:
+                self._execute(now_ms)
+            case InterpreterState.STEP if self._execute(now_ms, most=1):
+                self._state, self.due_ms = InterpreterState.PAUSED, NEVER
             case InterpreterState.STOPPING:
                 self._end(ProgramStatus.ABORTED)
                 self._clear_away()
@@ -285,27 +286,29 @@ class CommandModule:
             fault = Fault.NO_FILE
         self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
 
-    def _execute(self, now_ms: int) -> None:
+    def _execute(self, now_ms: int, most: int | None = None) -> bool:
+        """Run one pass of the program, or at most some instructions; return whether it goes on."""
         machine = self._machine
         if machine is None:
-            return
-        steps = self._state == _STEP
-        machine.lag = self._tick_lag
-        if self._written_tick is not None:  # clumps wake up by it, and sleep from it on, in this pass
-            machine.lag = now_ms - 1 - self._written_tick
-        outcome = machine.run(now_ms, 1 if steps else None)
+            return False
+        if self._tick_lag:  # clumps wake up by a written Tick, and sleep from it on, in this pass
+            written = self._written_tick
+            machine.lag = self._tick_lag if written is None else now_ms - 1 - written
+        outcome = machine.run(now_ms, most)
+        if self._tick_lag:
+            self._catch_up(machine, runs_on=outcome is None and machine.runs)
+        if outcome is None:
+            self.due_ms = machine.due_ms
+            return True
+        told = outcome is Outcome.ERROR and self._dialect.tells_faults
+        self._end(machine.error & 0xFF if told else ProgramStatus(outcome))
+        return False
+
+    def _catch_up(self, machine: Machine, *, runs_on: bool) -> None:
+        """Let the Tick count the pass that it left out, once clumps have run for a whole one."""
+        if runs_on and self._dialect.abort_stops_tick:
+            self._tick_lag = 0
         machine.lag, self._written_tick = self._tick_lag, None
-        runs = machine.runs
-        if runs and outcome is None and self._dialect.abort_stops_tick:
-            self._tick_lag = machine.lag = 0
-        if outcome is None and not steps:
-            self.due_ms = now_ms + 1 if runs and not machine.spins else machine.due_ms
-        elif outcome is None:
-            self._state = InterpreterState.PAUSED
-        elif outcome is Outcome.ERROR and self._dialect.tells_faults:
-            self._end(machine.error & 0xFF)
-        else:
-            self._end(ProgramStatus(outcome))
 
     def _end(self, status: int) -> None:
         self.status, self._phase = int(status), _Phase.ENDED

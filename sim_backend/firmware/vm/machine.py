@@ -146,9 +146,8 @@ class Machine:
 
     def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
         """Run one pass, or at most some instructions; return the outcome, or None while the program runs."""
-        if self.spins and self._all_spin:
-            for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
-                self.queue.rotate()
+        if self.spins:
+            self._skip_spinning(now_ms)
         self.now_ms = now_ms
         self.memory.begin_pass()
         if self._sleeping.ends[0] != NO_CLUMP:
@@ -159,6 +158,12 @@ class Machine:
             self.error = error_code(failure)
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
+
+    def _skip_spinning(self, now_ms: int) -> None:
+        """Account for the turns of empty endless loops in the passes since the last one."""
+        if self._all_spin:
+            for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
+                self.queue.rotate()
 
     def _run_turns(self, instructions: int) -> None:
         turns, queue, ends, tasks, memory = self._timing.turns, self.queue, self.queue.ends, self.tasks, self.memory
@@ -277,9 +282,10 @@ class Machine:
     @property
     def due_ms(self) -> int:
         """The next pass in which a clump continues."""
+        following = self.now_ms + 1
         if self.runs and not (self.spins and self._all_spin):
-            return self.now_ms + 1
-        return max(self.now_ms + 1, min(map(self._wake_ms, self._sleeping), default=NEVER) + self.lag)
+            return following
+        return max(following, min(map(self._wake_ms, self._sleeping), default=NEVER) + self.lag)
 
     @property
     def _all_spin(self) -> bool:
