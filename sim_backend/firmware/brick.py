@@ -294,26 +294,29 @@ class SimBrick:
                         module.run(now)
 
     def _run_program(self, now: int, end: int) -> int:
-        """Run the program's part of a pass, and following ones while no other module but the ports has work.
+        """Run the program's part of a pass, and the following passes while no other module but the ports has work.
 
         Returns:
-            The last pass.
+            The last of these passes.
         """
-        clock, output, inputs = self._clock, self.output, self.input
-        button, low_speed, sound, screen, command, ui = self._sleepers
+        clock, output, inputs, command = self._clock, self.output, self.input, self.command
+        button, low_speed, sound, screen, _, ui = self._sleepers
         while True:
             command.run(now)
             if ui.due_ms <= now:
                 ui.run(now)
+            if command.calculates:
+                others = button, low_speed, sound, screen, ui, output, inputs
+                now = clock.now_ms = command.run_ahead(now, min(end, *(module.due_ms for module in others)) - 1)
             following = now + 1
             if (
-                following >= end
-                or command.due_ms > following
+                command.due_ms > following
                 or ui.due_ms <= following
                 or screen.due_ms <= following
                 or sound.due_ms <= following
                 or low_speed.due_ms <= following
                 or button.due_ms <= following
+                or end <= following
             ):
                 return now
             now = clock.now_ms = following

@@ -50,6 +50,7 @@ class CommandModule:
 
     Attributes:
         due_ms: See `Module`.
+        calculates: Whether `run_ahead` is worth a try.
         status: See `firmware_protocol.iomap.ProgramStatus`.
         activate: 1 to start the program `file_name` in the next pass.
         deactivate: 1 to stop the program; without a program it stays set and stops the next one.
@@ -95,7 +96,7 @@ class CommandModule:
         self.breakpoints: list[list[tuple[int, int]]] = []
         self.behind_pool = b"\0"
         self._pool, self._written = fresh_pool(), dict[str, int]()
-        self.due_ms = NEVER
+        self.due_ms, self.calculates = NEVER, False
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
@@ -228,6 +229,20 @@ class CommandModule:
             self.activate = 0
             self._activate(now_ms)
 
+    def run_ahead(self, now_ms: int, until_ms: int) -> int:
+        """Run the passes after the present one in which the program only calculates; return the last one.
+
+        Args:
+            now_ms: The present pass, in which the program ran.
+            until_ms: The last pass before one in which something else happens.
+        """
+        machine = self._machine
+        if machine is None or until_ms <= now_ms or self.due_ms != now_ms + 1 or self._tick_lag or self.deactivate:
+            return now_ms
+        last_ms = machine.run_ahead(until_ms)
+        self.due_ms = last_ms + 1
+        return last_ms
+
     def _advance(self, now_ms: int) -> None:
         match self._state:
             case InterpreterState.RUNNING | InterpreterState.STEP if self.deactivate == 1:
@@ -298,7 +313,7 @@ class CommandModule:
         if self._tick_lag:
             self._catch_up(machine, runs_on=outcome is None and machine.runs)
         if outcome is None:
-            self.due_ms = machine.due_ms
+            self.due_ms, self.calculates = machine.due_ms, machine.calculates
             return True
         told = outcome is Outcome.ERROR and self._dialect.tells_faults
         self._end(machine.error & 0xFF if told else ProgramStatus(outcome))

@@ -19,6 +19,8 @@ _ADD, _SUB, _NEG, _MUL, _COMPARE, _MOVE, _SET, _JUMP, _BRANCH_IF, _BRANCH_TEST =
     *(0x00, 0x01, 0x02, 0x03, 0x11),
     *(0x1B, 0x1C, 0x25, 0x26, 0x27),
 )
+_SET_OUTPUT, _GET_INPUT, _WAIT, _TICK = 0x31, 0x32, 0x34, 0x35
+_LESS, _NONE, _SCALED, _POWER = 0, 0xFFFF, 4, 2
 _TYPES = (Type.SLONG, Type.ULONG, Type.SWORD, Type.UWORD, Type.SBYTE, Type.UBYTE)
 _PASSES = 5
 
@@ -45,8 +47,28 @@ def _random_instruction(random: Random, names: list[int]) -> Words:
     return instruction(opcode, *random.choices(names, k=2 if opcode in (_MOVE, _NEG) else 3))
 
 
-def _brick(content: bytes) -> SimBrick:
-    brick = SimBrick(firmware="1.32")
+def _loop_with_pauses(random: Random) -> bytes:
+    """An endless loop that calculates for some passes, and then does something with the rest of the brick."""
+    variables = Variables()
+    count, one, many, port, tick, rest = (
+        variables.number(value) for value in (0, 1, random.randint(50, 3000), 0, 0, 2)
+    )
+    calculation = [instruction(_ADD, count, count, one), instruction(_BRANCH_IF, -4, count, many, flags=_LESS)]
+    action = random.choice(
+        (
+            instruction(_TICK, tick),
+            instruction(_WAIT, _NONE, rest),
+            instruction(_GET_INPUT, tick, port, _SCALED),
+            instruction(_SET_OUTPUT, port, _POWER, count),
+        )
+    )
+    lines = [*calculation, action, instruction(_ADD, rest, tick, one), instruction(_SET, count, 0)]
+    content: bytes = assemble(variables, [*lines, instruction(_JUMP, -sum(map(len, lines)))])
+    return content
+
+
+def _brick(content: bytes, firmware: str = "1.32") -> SimBrick:
+    brick = SimBrick(firmware=firmware)
     store(brick, "loop.rxe", content)
     brick.receive(StartProgram("loop.rxe").encode())
     brick.tick(20)
@@ -63,6 +85,19 @@ def test_a_pass_does_the_same_as_its_instructions_one_by_one(seed: int) -> None:
         in_steps.tick()
     assert at_once.command.pool == in_steps.command.pool
     assert at_once.command.place == in_steps.command.place
+
+
+@pytest.mark.parametrize("firmware", VERSIONS)
+@pytest.mark.parametrize("seed", range(8))
+def test_passes_at_once_do_the_same_as_one_by_one(seed: int, firmware: str) -> None:
+    content = _loop_with_pauses(Random(seed))
+    at_once, one_by_one = _brick(content, firmware), _brick(content, firmware)
+    for passes in (1, 50, 200, 3, 77):
+        at_once.tick(passes)
+        for _ in range(passes):
+            one_by_one.tick()
+        assert at_once.command.pool == one_by_one.command.pool
+        assert at_once.command.place == one_by_one.command.place
 
 
 def test_repeats_of_sums_are_a_power_of_a_matrix() -> None:

@@ -40,6 +40,9 @@ FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticErro
 
 _CELL = re.compile(r"\b[bhif]\[\d+\]", re.IGNORECASE)
 
+_ACCESS = re.compile(r"\b(get|put)\(")
+"""Access to a variable that is not a cell of the pool, which may read a port, or fail."""
+
 Run = Callable[[int], tuple[int, int]]
 """Executes at most some instructions; returns the next word of code, or `END_TURN`, and how many are left."""
 
@@ -62,9 +65,10 @@ class Block:
         longest: Number of instructions of the longest path.
         exact: Executes some of them, at least one.
         plain: Whether they change variables and ports only, and do not read the time.
+        calculates: Whether they only calculate with variables, which cannot fail.
     """
 
-    __slots__ = ("_compiler", "_end", "_runs", "_start", "exact", "longest", "plain", "quick")
+    __slots__ = ("_compiler", "_end", "_runs", "_start", "calculates", "exact", "longest", "plain", "quick")
 
     def __init__(self, start: int, end: int, compiler: Compiler) -> None:
         self._start, self._end, self._compiler, self._runs = start, end, compiler, 0
@@ -77,7 +81,7 @@ class Block:
         """Compile the quick function; return whether there are branches."""
         tree = _Tree(self._start, self._end, self._compiler, branches=branches)
         self.quick = self._compiler.function(tree.lines)
-        self.longest, self.plain = tree.longest, tree.plain
+        self.longest, self.plain, self.calculates = tree.longest, tree.plain, tree.calculates
 
         def first_exact(left: int) -> tuple[int, int]:
             exact = _Tree(self._start, self._end, self._compiler, branches=branches, exact=True)
@@ -201,13 +205,14 @@ class _Tree:
     Attributes:
         lines: Its lines.
         longest: Number of instructions of the longest path.
-        plain: See `Block`.
+        plain, calculates: See `Block`.
         has_branches: Whether there is more than one path.
     """
 
     def __init__(self, start: int, end: int, compiler: Compiler, *, branches: bool = True, exact: bool = False) -> None:
         self._start, self._end, self._compiler, self._branches, self._exact = start, end, compiler, branches, exact
-        self.longest, self.plain, self._loops, self._watches, self.has_branches = 1, True, False, False, False
+        self.longest, self.plain, self.calculates = 1, True, True
+        self._loops = self._watches = self.has_branches = False
         body = self._branch(start, _Path(), _MOST)
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
@@ -228,6 +233,7 @@ class _Tree:
                 return [*lines, self._leave(at, count)]
             instruction, translation = found
             path, most, count = path.after(at, translation), most - 1, count + 1
+            self.calculates = self.calculates and _calculates(translation)
             if isinstance(translation, str):
                 lines.append(translation)
             elif isinstance(translation, Effect):
@@ -264,6 +270,7 @@ class _Tree:
 
     def _leave(self, at: int | str, count: int) -> str:
         self.longest = max(self.longest, count)
+        self.calculates = self.calculates and not (isinstance(at, int) and at >= self._end)
         return f"return {at}, left - {count}"
 
     def _itself(self, statements: Sequence[str], at: int, count: int) -> list[str]:
@@ -317,6 +324,15 @@ class _Tree:
                 if target.lower() in (cell.lower() for cell in _CELL.findall(value)):
                     return True
         return False
+
+
+def _calculates(translation: Translation) -> bool:
+    """Return whether an instruction uses only cells of the pool."""
+    if isinstance(translation, Branch):
+        return not _ACCESS.search(translation.condition)
+    if isinstance(translation, Next):
+        return isinstance(translation.word, int)
+    return isinstance(translation, str) and not _ACCESS.search(translation)
 
 
 def _following(instruction: Instruction, translation: Translation) -> int:

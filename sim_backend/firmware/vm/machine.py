@@ -17,13 +17,11 @@ from sim_backend.firmware.vm.clump_queue import NO_CLUMP, ClumpQueue
 from sim_backend.firmware.vm.data import ERR_INSTR, FIRST_FIELD, NO_FIELDS, Data, ProgramError
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
-from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Ports, Translation, decode
+from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translation, decode
 from sim_backend.firmware.vm.memory import Memory
 from sim_backend.firmware.vm.operands import Operands
-from sim_backend.firmware.vm.rxe import Clump, Program, Type
-
-TURN = 20
-"""Largest number of instructions of a turn, unless the program changes it."""
+from sim_backend.firmware.vm.rxe import Program
+from sim_backend.firmware.vm.task import TURN, Task, compares_aggregates, end_of
 
 QUEUE_CHANGED = -2
 """Largest next word of an instruction that changed the queue but not whose turn it is: -2 minus the word."""
@@ -31,8 +29,6 @@ QUEUE_CHANGED = -2
 NOWHERE = NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
-_BOTH = int(Ports.BOTH)
-_COMPARE, _BRANCH_IF = 0x11, 0x26
 _JUMP_TO_ITSELF = (0x4025, 0)
 
 
@@ -45,28 +41,6 @@ class Outcome(IntEnum):
 
 Translate = Callable[["Machine", Instruction], Translation]
 """Translates an instruction, see `Translation`."""
-
-
-class Task:
-    """A running clump.
-
-    Attributes:
-        number: Number of the clump.
-        pc: Index of the next word of code.
-        end: The word from which on there is no instruction.
-        wake_ms: Pass in which a sleeping one continues.
-        turn: Largest number of instructions of its turn.
-        compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
-        misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
-        blocks: Compiled code by its first word.
-    """
-
-    __slots__ = ("blocks", "compares", "end", "misses", "number", "pc", "turn", "wake_ms")
-
-    def __init__(self, number: int, start: int, end: int) -> None:
-        self.number, self.pc, self.end = number, start, end
-        self.wake_ms, self.turn, self.compares, self.misses = NEVER, TURN, False, False
-        self.blocks: dict[int, Block] = {}
 
 
 class Machine:
@@ -84,6 +58,7 @@ class Machine:
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
         random_state: The last random number of firmware 1.32.
         semaphores: Two bytes of the firmware for programs.
+        calculates: Whether the last instructions of the last turn only calculated, so that it may be able to run ahead.
         turn_start: The word at which this turn began.
         asked_time: Number of instructions of this turn that read the time.
         handles: Handles of the files that the program has opened.
@@ -112,16 +87,19 @@ class Machine:
         self.spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self.handles = set[int]()
         self.semaphores, self.sending, self.random_state = [0, 0], False, 1
-        self.tasks = [Task(i, clump.start, self._end(clump)) for i, clump in enumerate(program.clumps)]
+        self.tasks = [
+            Task(i, clump.start, end_of(clump, program, past_end=dialect.runs_past_end))
+            for i, clump in enumerate(program.clumps)
+        ]
         self.queue, self._sleeping = self._queue(), self._queue()
         for task in self.tasks:
-            task.compares = dialect.records.compares is not None and self._compares_aggregates(task)
+            task.compares = dialect.records.compares is not None and compares_aggregates(task, self._decode, self.data)
             task.misses = dialect.misses_jumps and task.compares
             self.reset(task)
             if not program.clumps[task.number].fire_count:
                 self.queue.append(task.number)
         self.now_ms = self.lag = self.asked_time = self._turns_left = self.error = self.turn_start = 0
-        self._stopped = False
+        self._stopped, self.calculates, self._done_ahead = False, False, 0
         if self.runs:
             self.task = self.tasks[self.queue.first]
 
@@ -165,6 +143,36 @@ class Machine:
             for _ in range(self._turns_per_pass * (now_ms - self.now_ms - 1) % len(list(self.queue))):
                 self.queue.rotate()
 
+    def run_ahead(self, until_ms: int) -> int:
+        """Run the next passes as far as they only calculate, which nothing else on the brick sees before they end.
+
+        `run` executes the rest of the pass in which the program does more.
+
+        Args:
+            until_ms: The last one of these passes.
+
+        Returns:
+            The last pass that is complete.
+        """
+        task, ends = self.task, self.queue.ends
+        block = task.blocks.get(task.pc)
+        if not (block and block.calculates and ends[0] == ends[1] == task.number and self._may_run_ahead):
+            return self.now_ms
+        size = min(self._timing.instructions, self._timing.turns * TURN)
+        left = total = size * (until_ms - self.now_ms)
+        while left > 0 and block and block.calculates:
+            task.pc, left = block.quick(left) if left >= block.longest else block.exact(left)
+            block = task.blocks.get(task.pc)
+        passes, self._done_ahead = divmod(total - left, size)
+        self.now_ms += passes
+        return self.now_ms
+
+    @property
+    def _may_run_ahead(self) -> bool:
+        """Whether a clump that is alone in the queue can have whole passes for itself."""
+        waits = self._sleeping.ends[0] != NO_CLUMP or self.memory.work_left < 0
+        return not (waits or self.task.misses or self.task.turn != TURN)
+
     def _run_turns(self, instructions: int) -> None:
         turns, queue, ends, tasks, memory = self._timing.turns, self.queue, self.queue.ends, self.tasks, self.memory
         while instructions > 0 and turns > 0 and not self._stopped and memory.work_left > 0:
@@ -191,7 +199,7 @@ class Machine:
         Returns:
             The number of instructions, and whether the last one suspended the clump or stopped the program.
         """
-        task, left = self.task, most
+        task, left, self._done_ahead = self.task, most - self._done_ahead, 0
         pc, blocks = task.pc, task.blocks
         while left > 0 and self.memory.work_left > 0:
             block = blocks.get(pc) or self._block(pc)
@@ -210,7 +218,7 @@ class Machine:
                 left, most = left - excess, most - excess
         if pc >= task.end:
             raise ProgramError(ERR_INSTR, "a clump ran past its end")
-        task.pc = pc
+        task.pc, self.calculates = pc, block.calculates
         return most - left, False
 
     def _block(self, pc: int) -> Block:
@@ -226,30 +234,6 @@ class Machine:
         others = self.runs and not self._stopped
         if task.pc >= task.end if older else others and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
-
-    def _compares_aggregates(self, task: Task) -> bool:
-        """Return whether a clump compares arrays or clusters, other than by comparing texts and storing a number."""
-        at, data = task.pc, self.data
-        while at < task.end:
-            try:
-                instruction = self._decode(at)
-            except (ProgramError, LookupError):
-                return False
-            target, *compared = instruction.arguments[:3] or (0,)
-            if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
-                return True
-            if instruction.opcode == _COMPARE and any(map(data.is_aggregate, (target, *compared))):
-                texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
-                if data.is_aggregate(target) or not texts:
-                    return True
-            at = instruction.following
-        return False
-
-    def _end(self, clump: Clump) -> int:
-        """Return the word from which on there is no instruction of a clump."""
-        if not self.dialect.runs_past_end:
-            return clump.end
-        return clump.end + 1 if clump.end >= clump.start else len(self.program.code)
 
     def _without_repeats(self, left: int, size: int, asked: int) -> int:
         """Return the number of instructions left after the repeats of a loop that changes nothing but reads the time.

@@ -1,0 +1,76 @@
+"""The running clumps of a program. Source: LEGO's executable file specification; docs/firmware.md section 8.3."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim_backend.firmware.module import NEVER
+from sim_backend.firmware.vm.blocks import Block
+from sim_backend.firmware.vm.data import Data, ProgramError
+from sim_backend.firmware.vm.instructions import Instruction
+from sim_backend.firmware.vm.rxe import Clump, Program, Type
+
+TURN = 20
+"""Largest number of instructions of a turn, unless the program changes it."""
+
+_COMPARE, _BRANCH_IF = 0x11, 0x26
+
+
+class Task:
+    """A running clump.
+
+    Attributes:
+        number: Number of the clump.
+        pc: Index of the next word of code.
+        end: The word from which on there is no instruction.
+        wake_ms: Pass in which a sleeping one continues.
+        turn: Largest number of instructions of its turn.
+        compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
+        misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
+        blocks: Compiled code by its first word.
+    """
+
+    __slots__ = ("blocks", "compares", "end", "misses", "number", "pc", "turn", "wake_ms")
+
+    def __init__(self, number: int, start: int, end: int) -> None:
+        self.number, self.pc, self.end = number, start, end
+        self.wake_ms, self.turn, self.compares, self.misses = NEVER, TURN, False, False
+        self.blocks: dict[int, Block] = {}
+
+
+def end_of(clump: Clump, program: Program, *, past_end: bool) -> int:
+    """Return the word from which on there is no instruction of a clump.
+
+    Args:
+        clump: The clump.
+        program: Its program.
+        past_end: See `Dialect.runs_past_end`.
+    """
+    if not past_end:
+        return clump.end
+    return clump.end + 1 if clump.end >= clump.start else len(program.code)
+
+
+def compares_aggregates(task: Task, decode: Callable[[int], Instruction], data: Data) -> bool:
+    """Return whether a clump compares arrays or clusters, other than by comparing texts and storing a number.
+
+    Args:
+        task: The clump.
+        decode: Decodes the instruction at a word.
+        data: The program's variables.
+    """
+    at = task.pc
+    while at < task.end:
+        try:
+            instruction = decode(at)
+        except (ProgramError, LookupError):
+            return False
+        target, *compared = instruction.arguments[:3] or (0,)
+        if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
+            return True
+        if instruction.opcode == _COMPARE and any(map(data.is_aggregate, (target, *compared))):
+            texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
+            if data.is_aggregate(target) or not texts:
+                return True
+        at = instruction.following
+    return False
