@@ -133,10 +133,10 @@ class Channel:
 
     def take(self) -> None:
         """Take the bytes of the next attempt out of the send buffer."""
+        self.sent = self.tx_size
         self.tx_out = self.tx_out + self.tx_size & 0xFF
 
     def _account(self) -> None:
-        self.sent = self.tx_size
         if self.rx_size:
             self.waited = 0
         self.take()
