@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 
-from sim_backend.firmware.i2c_sensor import BYTE_BITS, I2CDevice, SensorEnd
+from sim_backend.firmware.i2c_sensor import BYTE_BITS
+from sim_backend.firmware.i2c_wires import Wires
 from sim_backend.firmware.versions import Version
 
 STEPS_PER_MS = 48_054_850 / 2048 / 1000
@@ -31,112 +32,6 @@ class _ClockHeldError(Exception):
     """The clock line differs from the level that the firmware set."""
 
 
-class Wires:
-    """The clock and data line of a port, which are pins 0 and 1 of the input; each is low if one of its ends is.
-
-    The firmware's pins keep their level while they are inputs, and a line without an output is high.
-
-    Attributes:
-        sensor: The sensor's end.
-    """
-
-    def __init__(self) -> None:
-        self.sensor = SensorEnd()
-        self._clock_level = self._data_level = True
-        self._drives_clock = self._drives_data = False
-        self._clock_held = self._data_held = False
-        self._seen_clock = self._seen_data = True
-
-    @property
-    def clock_high(self) -> bool:
-        """Whether the firmware releases the clock line."""
-        return self._clock_level or not self._drives_clock
-
-    @property
-    def clock(self) -> bool:
-        """Whether the clock line is high."""
-        return self.clock_high and not self._clock_held
-
-    @property
-    def data(self) -> bool:
-        """Whether the data line is high."""
-        return (self._data_level or not self._drives_data) and not self._data_held and not self.sensor.pulls_data
-
-    @property
-    def stuck(self) -> bool:
-        """Whether a line is low."""
-        return not (self.clock and self.data)
-
-    def set_clock(self, high: bool) -> None:
-        """Set the clock pin; nothing happens on the line while the pin is an input."""
-        self._clock_level = high
-        clock = (high or not self._drives_clock) and not self._clock_held
-        if clock != self._seen_clock:
-            self._seen_clock = clock
-            if clock:
-                self.sensor.rise(self.data)
-            else:
-                self.sensor.fall()
-            self._seen_data = self.data
-
-    def set_data(self, high: bool) -> None:
-        """Set the data pin; nothing happens on the line while the pin is an input."""
-        self._data_level = high
-        data = (high or not self._drives_data) and not self._data_held and not self.sensor.pulls_data
-        if data != self._seen_data:
-            self._see(data)
-
-    def pull_data(self) -> None:
-        """Make the data pin a low output."""
-        self._drives_data = True
-        self.set_data(False)
-
-    def free_data(self) -> None:
-        """Make the data pin an input."""
-        self._drives_data = False
-        self._follow_data()
-
-    def set_pin(self, pin: int, level: bool | None) -> None:
-        """Make pin 0 (clock) or 1 (data) an output of that level, or an input."""
-        if pin == 0:
-            self._drives_clock = level is not None
-            self.set_clock(self._clock_level if level is None else level)
-        else:
-            self._drives_data = level is not None
-            self.set_data(self._data_level if level is None else level)
-
-    def level(self, pin: int) -> bool:
-        """Return whether the line of pin 0 (clock) or 1 (data) is high."""
-        return self.data if pin else self.clock
-
-    def release(self) -> None:
-        """Release both lines; a transfer whose clock line should be low fails."""
-        self.set_pin(0, True)
-        self.set_pin(1, True)
-
-    def _follow_data(self) -> None:
-        if (data := self.data) != self._seen_data:
-            self._see(data)
-
-    def _see(self, data: bool) -> None:
-        """Pass a change of the data line to the sensor."""
-        self._seen_data = data
-        if self._seen_clock:
-            self.sensor.stop() if data else self.sensor.start()
-            self._seen_data = self.data
-
-    def hold(self, *, clock: bool | None = None, data: bool | None = None) -> None:
-        """Hold lines low from outside, or no longer; the sensor does not count that as a pulse."""
-        self._clock_held = self._clock_held if clock is None else clock
-        self._data_held = self._data_held if data is None else data
-        self._seen_clock, self._seen_data = self.clock, self.data
-
-    def connect(self, device: I2CDevice | None) -> None:
-        """Plug in a device, or none."""
-        self.sensor.connect(device)
-        self._follow_data()
-
-
 class I2CBus(Wires):
     """The bus of one port: the firmware's end of its wires.
 
@@ -145,15 +40,16 @@ class I2CBus(Wires):
 
     def __init__(self, version: Version) -> None:
         super().__init__()
-        self._waits, self._ends_early, self._reads_on = (
+        self._waits, self._ends_early, self._suspends = (
             version.waits_for_clock,
             version.ends_write_early,
-            version.reads_on,
+            version.suspends_reads,
         )
         self._sending: Steps | None = None
         self._reading: Steps | None = None
+        self._suspended: Steps | None = None
         self._bits_left = self._unread = self._place = 0
-        self._turns = self._sent = self._waiting = self._acknowledged = self._complete = False
+        self._turns = self._sent = self._waiting = self._acknowledged = self._complete = self._bit_open = False
         self._buffer = bytearray(BUFFER)
 
     @property
@@ -171,8 +67,10 @@ class I2CBus(Wires):
 
         A read that an earlier message did not come to follows one without a read.
         """
+        self._suspend()
         if rx_size:
             self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
+            self._suspended = None
         self.sensor.prepare(self._unread)
         self._sent = self._acknowledged = self._waiting = False
         self._sending = self._send(message)
@@ -189,7 +87,8 @@ class I2CBus(Wires):
             The bytes read, or None if a byte was not acknowledged. A clock line held low hangs the firmware; here it
             gives None.
         """
-        self.stop()
+        self._suspend()
+        self.release()
         self.sensor.prepare(rx_size)
         self.set_data(False)
         data = bytearray()
@@ -249,13 +148,22 @@ class I2CBus(Wires):
             return None if next(waiting, _END) else waiting
 
     def stop(self) -> None:
-        """Stop the transfer and release both lines; versions that do not read on end a read with a stop."""
-        if self._reading is not None and not self._reads_on:
-            self.free_data()
-            self.set_clock(True)
-            self.pull_data()
-        self._sending = self._reading = None
+        """Release both lines. Newer versions suspend a read after its bit; in older ones a transfer goes on unseen."""
         self.release()
+        if self._reading is not None and self._bit_open and self._suspends:
+            self.set_pin(0, None)
+            self._reading = self._step(self._reading)
+            self.release()
+        if self._suspends:
+            self._suspend()
+        else:
+            self.set_pin(0, None)
+
+    def _suspend(self) -> None:
+        """End the message, but keep the rest of a read for the end of the next message without one."""
+        if self._reading is not None:
+            self._suspended = self._reading
+        self._sending = self._reading = None
 
     def written(self) -> bool | None:
         """Return whether the message was written, or None while that is open."""
@@ -275,7 +183,8 @@ class I2CBus(Wires):
 
     def read(self, count: int) -> bytes:
         """Take the bytes read out of the buffer."""
-        data, self._buffer, self._complete = bytes(self._buffer[:count]), bytearray(BUFFER), False
+        data, self._complete = bytes(self._buffer[:count]), False
+        self._buffer[:count] = bytes(len(data))
         return data
 
     def _wait_for_clock(self) -> Steps:
@@ -297,14 +206,21 @@ class I2CBus(Wires):
         if self._waits and self.clock_high:
             raise _ClockHeldError
         self.set_clock(True)
+        self._bit_open = True
 
     def _check_clock(self) -> None:
+        self._bit_open = False
         if self._waits and not self.clock:
             raise _ClockHeldError
 
     def _send(self, message: Iterable[int]) -> Steps:
-        """Write the bytes; only the first one must be acknowledged."""
+        """Write the bytes; only the first one must be acknowledged.
+
+        The data line falls in vain where a transfer that went on without the clock pin has left this at low.
+        """
+        self.set_pin(0, self._clock_level)
         self.pull_data()
+        self.set_clock(True)
         yield
         address = None
         for byte in message:
@@ -318,8 +234,8 @@ class I2CBus(Wires):
             if not self._acknowledged:
                 break
         self._sent = True
-        if self._acknowledged and self._unread and not self._turns and self._reads_on:
-            self._reading = self._read()
+        if self._acknowledged and self._unread and not self._turns:
+            self._reading = self._resume(self._suspended) if self._suspended else self._read()
             return
         yield from self._stop()
         if self._acknowledged and self._turns and address is not None:
@@ -354,6 +270,7 @@ class I2CBus(Wires):
         yield from _pause(_START_PAUSE)
         self._check_clock()
         self.set_clock(False)
+        self._bits_left = BYTE_BITS
         yield
         self._acknowledged = False
         yield from self._send_byte(address)
@@ -364,6 +281,11 @@ class I2CBus(Wires):
             self._reading = self._read()
         else:
             yield from self._stop()
+
+    def _resume(self, reading: Steps) -> Steps:
+        """Go on with a read where it was suspended."""
+        yield from _pause(_WRITE_PAUSE)
+        yield from reading
 
     def _read(self) -> Steps:
         """Read the bytes that are wanted; all but the last are acknowledged."""
@@ -379,10 +301,10 @@ class I2CBus(Wires):
                 value = self._buffer[self._place] | self.data
                 self._buffer[self._place] = value << 1 & 0xFF if bits_left else value
                 self.set_clock(False)
+            self.set_pin(1, self._unread == 1)
+            yield from self._pulse()
             self._unread -= 1
             self._place = (self._place + 1) % BUFFER
-            self.set_pin(1, not self._unread)
-            yield from self._pulse()
             self.set_clock(False)
             self.free_data()
             if self._unread:

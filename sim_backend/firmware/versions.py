@@ -35,7 +35,7 @@ class Version:
         ends_write_early: Whether the I2C bus takes the end of the bytes written for the end of the write although a
             read follows; otherwise it waits for the acknowledge of the read address.
         waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
-        reads_on: Whether the rest of an I2C read that was cut short follows the next message without a read.
+        suspends_reads: Whether a message suspends an I2C read that was cut short at once; otherwise when it is sent.
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
@@ -77,7 +77,7 @@ class Version:
     frees_first_pin: bool
     ends_write_early: bool
     waits_for_clock: bool
-    reads_on: bool
+    suspends_reads: bool
     resends_messages: bool
     counts_full_ring: bool
     write_options: bool
@@ -120,7 +120,7 @@ _V1_29 = Version(
     frees_first_pin=False,
     ends_write_early=False,
     waits_for_clock=True,
-    reads_on=True,
+    suspends_reads=True,
     resends_messages=False,
     counts_full_ring=False,
     write_options=False,
@@ -161,7 +161,7 @@ _V1_05 = replace(
     settles_by_pins=True,
     ends_write_early=True,
     waits_for_clock=False,
-    reads_on=False,
+    suspends_reads=False,
     wraps_sync_error=True,
     strict_data_names=False,
     writing_prevents_deletion=False,
