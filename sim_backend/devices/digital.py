@@ -54,6 +54,10 @@ class GenericI2CDevice:
         self._pointer = (self._pointer + size) % 256
         return data
 
+    def give_back(self, count: int) -> None:
+        """Move the pointer back by bytes that were read but not sent."""
+        self._pointer = (self._pointer - count) % 256
+
 
 class UltrasonicSensor:
     """LEGO's ultrasonic sensor. Source of its registers: LEGO's hardware developer kit, appendix on the sensor.

@@ -10,7 +10,11 @@ BYTE_BITS = 8
 
 @runtime_checkable
 class I2CDevice(Protocol):
-    """A digital sensor."""
+    """A digital sensor.
+
+    It may have a method ``give_back(count)``, which is called after a read that was cut short, with the number of bytes
+    that `read` returned but that were not sent.
+    """
 
     @property
     def address(self) -> int:
@@ -61,8 +65,10 @@ class SensorEnd:
     def connect(self, device: I2CDevice | None) -> None:
         """Plug in a device, or none."""
         if device is None:
-            self._finish_write()
+            self._finish()
             self._phase = _IDLE
+        elif device is not self.device:
+            self._answer.clear()
         self.device = device
         self.prepare(self._wanted)
 
@@ -73,13 +79,13 @@ class SensorEnd:
     def start(self) -> None:
         """Expect an address: the data line fell while the clock line was high."""
         self._record("S")
-        self._finish_write()
+        self._finish()
         self._phase, self._bits, self._byte = _ADDRESSED, 0, 0
 
     def stop(self) -> None:
         """End the message: the data line rose while the clock line was high."""
         self._record("P")
-        self._finish_write()
+        self._finish()
         self._phase = _IDLE
 
     def rise(self, data: bool) -> None:
@@ -130,8 +136,13 @@ class SensorEnd:
             self._byte_sent = self._answer.pop(0) if self._answer else 0xFF
             self._record(f"r{self._byte_sent:02x}")
 
-    def _finish_write(self) -> None:
+    def _finish(self) -> None:
+        """Tell the device what it has received, or has not sent."""
         self.pulls_data = False
+        give_back = getattr(self.device, "give_back", None)
+        if self._answer and give_back is not None:
+            give_back(len(self._answer))
+        self._answer.clear()
         if self._received and self.device is not None:
             self.device.write(bytes(self._received))
         self._received.clear()
