@@ -191,6 +191,8 @@ _V1_05 = replace(
 )
 
 _PORT_GROUPS = {3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)}
+_BELOW_ALL = 0xF9
+"""Distance of the same groups as SetOutputState has them a second time, up to 255 for all."""
 
 _V1_32 = replace(
     _V1_29,
@@ -202,7 +204,7 @@ _V1_32 = replace(
     reads_digital_raw=True,
     windup_by_gain=False,
     regulates_position=True,
-    port_groups={0xFF: (0, 1, 2), **_PORT_GROUPS},
+    port_groups=_PORT_GROUPS | {_BELOW_ALL + number: ports for number, ports in _PORT_GROUPS.items()},
     ends_high_speed=True,
     high_speed_modulus=128,
     end_restores_screen=True,
