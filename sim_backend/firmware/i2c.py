@@ -67,6 +67,9 @@ class I2CBus(Wires):
 
         A read that an earlier message did not come to follows one without a read.
         """
+        self.set_pin(0, self._clock_level)
+        if self._sending is not None:  # that is cut short
+            self.set_clock(True)
         self._suspend()
         if rx_size:
             self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
@@ -89,6 +92,8 @@ class I2CBus(Wires):
         """
         self._suspend()
         self.release()
+        self.set_pin(0, True)
+        self.set_pin(1, True)
         self.sensor.prepare(rx_size)
         self.set_data(False)
         data = bytearray()
@@ -150,14 +155,17 @@ class I2CBus(Wires):
     def stop(self) -> None:
         """Release both lines. Newer versions suspend a read after its bit; in older ones a transfer goes on unseen."""
         self.release()
-        if self._reading is not None and self._bit_open and self._suspends:
-            self.set_pin(0, None)
+        if not self._suspends:
+            return
+        if self._reading is not None and self._bit_open:
             self._reading = self._step(self._reading)
             self.release()
+        self._suspend()
+
+    def abandon(self) -> None:
+        """Leave the pins as they are; a transfer goes on as in `stop`."""
         if self._suspends:
             self._suspend()
-        else:
-            self.set_pin(0, None)
 
     def _suspend(self) -> None:
         """End the message, but keep the rest of a read for the end of the next message without one."""
@@ -216,9 +224,8 @@ class I2CBus(Wires):
     def _send(self, message: Iterable[int]) -> Steps:
         """Write the bytes; only the first one must be acknowledged.
 
-        The data line falls in vain where a transfer that went on without the clock pin has left this at low.
+        The data line falls in vain where a read that went on without the clock pin has left this at low.
         """
-        self.set_pin(0, self._clock_level)
         self.pull_data()
         self.set_clock(True)
         yield
@@ -226,7 +233,7 @@ class I2CBus(Wires):
         for byte in message:
             if address is not None:
                 yield from _pause(_WRITE_PAUSE)
-                self._drives_data = True
+                self.pull_data()
             yield from self._send_byte(byte)
             if address is None:
                 address, self._acknowledged = byte, not self.data

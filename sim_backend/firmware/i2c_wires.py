@@ -84,9 +84,10 @@ class Wires:
         return self.data if pin else self.clock
 
     def release(self) -> None:
-        """Release both lines, the data line first."""
-        self.set_pin(1, True)
-        self.set_pin(0, True)
+        """Make both pins inputs, the data pin first; their levels are high."""
+        for pin in (1, 0):
+            self.set_pin(pin, True)
+            self.set_pin(pin, None)
 
     def _follow_data(self) -> None:
         if (data := self.data) != self._seen_data:

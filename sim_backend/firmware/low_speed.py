@@ -162,7 +162,7 @@ class Channel:
 
     def fail(self, error: ChannelError) -> None:
         """Abandon the transaction."""
-        self.bus.stop()
+        self.bus.abandon()
         self.state, self.error = ChannelState.ERROR, error
 
     def communicate(self) -> None:
