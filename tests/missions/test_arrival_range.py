@@ -67,7 +67,7 @@ def test_the_thesis_arrives_by_apparent_size_alone(perform, mission_for):
     assert perform("open", _mission(mission_for("lena"), 20.0, "thesis")).report.achieved
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_print_that_fills_the_frame_is_reached_without_a_sonar(perform, mission_for):
     mission = _mission(mission_for("lena"), TRUE_HEIGHT_MM, time_limit_s=60.0)
     mission = mission.model_copy(update={"robot": mission.robot.model_copy(update={"ultrasonic": 0})})

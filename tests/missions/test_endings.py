@@ -78,7 +78,7 @@ def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_f
     assert _at_rest(done)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_mission_that_sets_no_time_limit_ends_after_ten_minutes(perform, mission_for):
     mission = mission_for("rilakkuma")
     table = mission.mission.model_copy(update={"profile": "adaptive", "reconnect_timeout_s": 3600.0})

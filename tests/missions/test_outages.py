@@ -74,7 +74,7 @@ def test_a_brick_that_answers_nonsense_is_a_lost_link(perform, mission_for, prof
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("during", ["turn", "advance"])
+@pytest.mark.parametrize("during", ["turn", pytest.param("advance", marks=pytest.mark.nightly)])
 def test_an_interrupted_move_to_is_completed(perform, mission_for, during):
     """The thesis's move_to turns 90 degrees and advances 1.5 m, whatever comes between."""
     mission = mission_for("rilakkuma", max_researches=1, advances=3)

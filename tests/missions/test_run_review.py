@@ -93,7 +93,7 @@ def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+@pytest.mark.parametrize("profile", [pytest.param("adaptive", marks=pytest.mark.nightly), "thesis"])
 def test_a_wrong_height_is_named_with_both_distances_and_the_height_that_fits(perform, mission_for, profile):
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 20.0, profile), geometric=False).hints
     assert "the sonar says 1.9 m, its size in the picture says 0.1 m" in hint

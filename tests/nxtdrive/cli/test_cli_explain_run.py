@@ -164,7 +164,7 @@ def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_
     assert "does not understand" in told["decisions"][0]["replay"]["why_not"]
     said = explained(journal)
     assert "turns: 3" in said
-    assert "left out: 2" in said
+    assert "line 2 of the journal cannot be read and is left out" in said
 
 
 def test_a_run_without_a_decision_says_so(explained, tmp_path):

@@ -114,7 +114,7 @@ def test_a_full_disk_does_not_end_the_mission(tmp_path, small):
     assert main(["explain-run", str(_folder(tmp_path))]) == DONE, "a journal that was cut short is still read"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
 def test_pictures_that_cannot_be_written_are_reported(tmp_path, small):
     without = "--camera", "geometric", "--no-video"

@@ -167,7 +167,7 @@ def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
     assert "IndexError: list index" in capfd.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
 def test_copies_of_the_process_go_on_as_a_repeated_mission_does(monkeypatch):
     copied = branch_costs(SOURCE, 0, 2, 1)

@@ -299,7 +299,7 @@ def test_a_mission_that_has_not_begun_can_be_ended(tmp_path, end):
             server.robot.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
     text = QUICK.replace("\n[target.lena]", "\ntime_limit_s = 20\n[target.lena]").replace("lena", "rilakkuma")
     (tmp_path / "other.toml").write_text(text, encoding="utf-8")
