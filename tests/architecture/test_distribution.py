@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -109,4 +110,5 @@ def test_only_pythons_that_ran_the_suite_are_named():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = [each.rpartition(" ")[2] for each in project["classifiers"] if " :: 3." in each]
     assert named, "the classifiers name no Python"
-    assert {tuple(map(int, each.split("."))) for each in named} <= {(3, 11)}, "docs/releasing.md says what ran"
+    table = (ROOT / "docs" / "releasing.md").read_text(encoding="utf-8")
+    assert set(named) == set(re.findall(r"^\| (3\.\d+) \| yes \|", table, re.MULTILINE))
