@@ -85,11 +85,14 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     proposed = policy.select(evidence)
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
-    others = [each for each in known if each is not first]
+    others = [
+        each if each.option else OperatorChoice(replace(each.choice, why=ALTERNATIVE))
+        for each in known
+        if each is not first
+    ]
     if proposed.kind is not CHANGE_TARGET:
         others.append(OperatorChoice(Choice(CHANGE_TARGET, ALTERNATIVE)))
-    reasoned = (each if each.option else OperatorChoice(replace(each.choice, why=ALTERNATIVE)) for each in others)
-    return Question(evidence, proposed, (first, *reasoned))
+    return Question(evidence, proposed, (first, *others))
 
 
 class ConfirmedPolicy:

@@ -112,9 +112,9 @@ def run(args: argparse.Namespace) -> int:
     first, last = args.seeds or seeds
     classes = list({"reality": REALITY_CLASSES, "hard": HARD_CLASSES}.get(args.suite, CLASSES))
     tasks = plan(
-        _known("class", list(dict.fromkeys(args.classes or classes)), ALL_CLASSES),
+        _known("class", args.classes or classes, ALL_CLASSES),
         range(first, last + 1),
-        _agents(list(dict.fromkeys(args.profiles or agents or NAMES))),
+        _agents(args.profiles or agents or NAMES),
         args.eyes,
         read_robot_file(args.robot),
     )
@@ -243,7 +243,8 @@ def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: A
 
 
 def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
+    """Return the names in a list, each once: a mission that counts twice would make intervals too narrow."""
+    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
 
 
 def _seeds(text: str) -> tuple[int, int]:

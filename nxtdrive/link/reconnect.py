@@ -87,7 +87,8 @@ class Reconnector:
             if program:
                 core.acknowledge()
             raise interrupted()
-        if program and (lost := core.take_unreported()) is not None:
+        # each request comes here, so the lock is taken only if there is something to report
+        if program and core.unreported is not None and (lost := core.take_unreported()) is not None:
             raise lost
 
     def check(self) -> None:

@@ -320,12 +320,13 @@ class InputModule:
                     continue
                 if port.type in self._analog:  # most of the others
                     self._watched.append(port)
-                    if port.counts:
+                    counts = port.counts
+                    if counts:
                         self.due_ms = min(self.due_ms, now_ms + 1)
-                    elif not woken:
+                    if counts or woken:
+                        port.read()
+                    else:
                         port.read_again()
-                        continue
-                    port.read()
                     continue
             self._watched.append(port)
             self._update(port, passes)

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from nxtdrive.cli import sweep
 from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
 
 NO_NUMBERS = ("nan", "inf", "-inf", "-nan", "1e400", "", " ", "text", "0x", "1,5")
@@ -248,3 +249,10 @@ def test_a_detector_is_tried_on_the_simulated_camera(capsys, tmp_path):
     assert lines[0].startswith("frame    0  orange at ")
     assert lines[-1].startswith("seen in 2 of 2 frames")
     assert seen.exists()
+
+
+def test_what_a_sweep_is_told_twice_counts_once():
+    parser = argparse.ArgumentParser()
+    sweep.add_arguments(parser)
+    given = parser.parse_args(["--classes", "open,far,open", "--agents", "oracle, oracle"])
+    assert (given.classes, given.profiles) == (["open", "far"], ["oracle"])
