@@ -200,6 +200,10 @@ function cross(context, [x, y], size) {
 function label(context, text, [x, y], size, colour) {
   context.font = `bold ${size}px system-ui, sans-serif`;
   context.fillStyle = colour;
+  context.strokeStyle = "#ffffff"; // a rim, to be read on obstacles, too
+  context.lineWidth = size * 0.2;
+  context.lineJoin = "round";
+  context.strokeText(text, y + size * 0.6, -x - size * 0.4);
   context.fillText(text, y + size * 0.6, -x - size * 0.4);
 }
 
