@@ -274,11 +274,14 @@ class SimBrick:
             wake_ms = min(others_ms, command_ms)
             now += 1
             if output.due_ms <= now:
-                alone_ms = min(end, wake_ms, inputs.due_ms)
-                while output.due_ms <= now < alone_ms:  # nothing but the motors: most passes of a robot that drives
-                    clock.now_ms = now
-                    output.run(now)
-                    now += 1
+                alone_ms = min(end + 1, wake_ms, inputs.due_ms)
+                if now < alone_ms:  # nothing but the motors: most passes of a robot that drives
+                    output.run_ahead(now, alone_ms - 1)
+                    now = alone_ms
+                    if now > end:
+                        clock.now_ms = end
+                        inputs.run(end)
+                        return
             if wake_ms > now:
                 now = min(end, max(now, min(inputs.due_ms, output.due_ms, wake_ms)))
             clock.now_ms = now

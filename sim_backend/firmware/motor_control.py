@@ -6,8 +6,9 @@ towards zero, fixed widths where they matter.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntFlag
+from math import inf
 
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from sim_backend.firmware.cint import divide, s8, s16, s32
@@ -223,6 +224,48 @@ class MotorControl:
             self._hold()
             return False
         return elapsed > self.period_ms
+
+    def rest(self, passes: int) -> None:
+        """Run passes at rest: only the regulation timer goes on, and an idle motor ends its brake."""
+        if self.run_state == IDLE:
+            self.brake = False
+        period = self.period_ms + 1
+        elapsed = min(self.elapsed, self.period_ms) + passes
+        if elapsed >= period and self.period_ms < NO_PERIOD:
+            self.delta = 0
+        self.elapsed = elapsed % period
+
+    def roll(self, step: Callable[[int, bool], int], passes: int) -> int:
+        """Run passes with the plant's steps as long as nothing but counts changes.
+
+        Args:
+            step: See `output.MotorPlant`.
+            passes: Number of passes at most.
+
+        Returns:
+            The number of passes run; 0 if the next one may change more.
+        """
+        regulation, forever, speed = self.regulation, self.forever, self.set_speed
+        steady = regulation == SPEED or (not regulation and self.actual_speed == self.target_speed)
+        if self.run_state != RUNNING or not steady or self.options & _RAMPS_TO_LIMIT:
+            return 0
+        least = self.limit if not forever and speed < 0 else -inf
+        most = COUNT_WRAP + 1 if forever else self.limit if speed > 0 else inf
+        pwm, brake, count, fresh = self.actual_speed, self.brake, self.count, self.fresh
+        passes, done = min(passes, self.period_ms - self.elapsed), 0
+        while done < passes and least < count + fresh < most:
+            count += fresh
+            fresh = step(pwm, brake)
+            done += 1
+        counts = count - self.count
+        self.count, self.fresh = count, fresh
+        self.delta += counts
+        self.block += counts
+        self.rotation += counts
+        self.elapsed += done
+        if done and forever and self.target_speed:
+            self.limit = count
+        return done
 
     def _run(self) -> None:
         regulation = self.regulation

@@ -14,9 +14,9 @@ from sim_backend.firmware.motor_control import (
     BRAKE,
     IDLE,
     MOTOR_ON,
-    NO_PERIOD,
     RAMP_DOWN,
     REGULATED,
+    SPEED,
     SYNC,
     MotorControl,
     RegulationOption,
@@ -81,6 +81,14 @@ class Output:
         self.p_gain, self.i_gain, self.d_gain = control.gains
         self.mode = self.power = self.run_state = self.regulation = self.turn = self.tacho_limit = self.flags = 0
         self.options = self.max_speed = self.max_acceleration = 0
+
+    def step(self) -> None:
+        """Step the plant by one millisecond, at the end of a pass."""
+        control, plant = self.control, self.plant
+        if not self.flags & _STAYS:
+            self.run_state = control.run_state
+        if plant is not None:
+            control.fresh = plant.step(control.actual_speed, control.brake)
 
     @property
     def at_rest(self) -> bool:
@@ -165,39 +173,62 @@ class OutputModule:
     def run(self, now_ms: int) -> None:
         """Apply commands, regulate, and step the plants by one millisecond."""
         slept = now_ms - self._last_ms - 1
-        if slept > 0:
-            self._account(slept)
-        self._last_ms = now_ms
+        if slept > 0:  # all motors were at rest
+            for control in self.controls:
+                control.rest(slept)
         outputs = self.outputs
         for output in outputs:
             if output.flags & ~_STAYS:
                 self._apply(output)
         for control in self.controls:
-            if control.advance():
-                control.elapsed = 0
-                self._regulators.regulate(control)
-                control.delta = 0
-        turns = False
+            self._advance(control)
         for output in outputs:
-            control, plant = output.control, output.plant
-            speed = control.actual_speed
-            if not output.flags & _STAYS:
-                output.run_state = control.run_state
-            if plant is not None:
-                control.fresh = plant.step(speed, control.brake)
-            if speed:
-                turns = True
-        woken, self._woken = self._woken, False  # a program that sets a motor is likely to do so again
-        self.due_ms = now_ms + 1 if turns or woken or not all(output.at_rest for output in outputs) else NEVER
+            output.step()
+        self._end(now_ms)
 
-    def _account(self, passes: int) -> None:
-        """Advance the regulation timers only: all motors were at rest."""
-        for control in self.controls:
-            period = control.period_ms + 1
-            elapsed = min(control.elapsed, control.period_ms) + passes
-            if elapsed >= period and control.period_ms < NO_PERIOD:
-                control.delta = 0
-            control.elapsed = elapsed % period
+    def run_ahead(self, now_ms: int, last_ms: int) -> None:
+        """Run the passes from `now_ms` to `last_ms`, in which no other module has work.
+
+        Motors that are not regulated by each other take all passes one motor after the other.
+        """
+        a, b, c = self.outputs
+        while now_ms <= last_ms and self.due_ms <= now_ms:
+            commanded = self._woken or (a.flags | b.flags | c.flags) & ~_STAYS or self._last_ms + 1 < now_ms
+            if commanded or (a.control.regulation | b.control.regulation | c.control.regulation) & ~SPEED:
+                self.run(now_ms)
+                now_ms += 1
+            else:
+                for output in self.outputs:
+                    self._run_alone(output, last_ms - now_ms + 1)
+                self._end(last_ms)
+                return
+
+    def _run_alone(self, output: Output, passes: int) -> None:
+        control, plant = output.control, output.plant
+        if output.at_rest:
+            control.rest(passes)
+            return
+        while passes:
+            rolled = control.roll(plant.step, passes) if plant is not None else 0
+            passes -= rolled
+            if not rolled:
+                self._advance(control)
+                output.step()
+                passes -= 1
+
+    def _advance(self, control: MotorControl) -> None:
+        if control.advance():
+            control.elapsed = 0
+            self._regulators.regulate(control)
+            control.delta = 0
+
+    def _end(self, now_ms: int) -> None:
+        """End a pass: the next one is due while something moves, or a command came."""
+        self._last_ms = now_ms
+        a, b, c = self.controls
+        turns = a.actual_speed or b.actual_speed or c.actual_speed
+        woken, self._woken = self._woken, False  # a program that sets a motor is likely to do so again
+        self.due_ms = now_ms + 1 if turns or woken or not all(output.at_rest for output in self.outputs) else NEVER
 
     def _apply(self, output: Output) -> None:
         """Apply the flagged values in the firmware's order (docs/firmware.md section 9.1)."""
