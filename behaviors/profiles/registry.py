@@ -6,6 +6,7 @@ import sys
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 from behaviors.mission import Mission, MissionError
@@ -17,8 +18,8 @@ from behaviors.recoveries import RecoveryPolicy
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
-loaded_from_elsewhere: set[str] = set()
-"""Names of loaded profiles that are not built in; a defect may be theirs."""
+loaded_from_elsewhere: dict[str, str] = {}
+"""Loaded profiles that are not built in, each with its package: an exception may come from there."""
 NEEDED = ("own_policy", "skill", "learn", "evidence", "select")
 
 
@@ -40,8 +41,18 @@ def find_profile(name: str) -> ProfileClass:
     missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
     if missing:
         raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")
-    loaded_from_elsewhere.add(name)
+    loaded_from_elsewhere[name] = found.__module__.partition(".")[0]
     return found  # type: ignore[no-any-return]
+
+
+def raised_by_profile(error: Exception) -> MissionError | None:
+    """Return an exception that the code of a profile from elsewhere let pass, with its place in words; else None."""
+    packages = {package: name for name, package in loaded_from_elsewhere.items()}
+    for frame, line in reversed(list(walk_tb(error.__traceback__))):
+        if name := packages.get(frame.f_globals.get("__name__", "").partition(".")[0]):
+            what = f"{frame.f_code.co_filename}:{line}: {type(error).__name__}: {error}"
+            return MissionError(f"profile {name!r} failed at {what}")
+    return None
 
 
 def _imported(name: str) -> object:

@@ -143,17 +143,24 @@ def _main(arguments: Sequence[str]) -> int:
         drop_output()
         return DONE
     except Exception as error:
-        code = exit_code(error)
+        known = _raised_by_profile(error) or error
+        code = exit_code(known)
         if code is None:
             error.add_note(_blame())
             raise
         with suppress(OSError):  # standard error cannot be written
             if args.verbose:
                 traceback.print_exc()
-            complain(_sentence(error, args))
+            complain(_sentence(known, args) if known is error else f"{known}; -v shows the traceback")
         with suppress(OSError, ConfigError):
             finish_output()
         return code
+
+
+def _raised_by_profile(error: Exception) -> Exception | None:
+    """Return an error of which the code of a profile from elsewhere is the cause, with its place in words."""
+    registry = sys.modules.get("behaviors.profiles.registry")
+    return None if registry is None or isinstance(error, NXTError) else registry.raised_by_profile(error)
 
 
 def _blame() -> str:

@@ -13,6 +13,7 @@ from behaviors.profile_names import profile_name
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from nxtdrive.tools.sweep.performance import Task, evaluate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "patient-profile"
 
@@ -23,7 +24,7 @@ def _folder(monkeypatch, tmp_path):
     (tmp_path / "patient.py").write_text((EXAMPLE / "patient.py").read_text(encoding="utf-8"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", set())
+    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
     yield
     for name in ("patient", "odd"):
         sys.modules.pop(name, None)
@@ -101,9 +102,41 @@ def test_a_run_says_which_profile_from_elsewhere_drove(tmp_path, capsys):
     assert "profile patient:Patient" in capsys.readouterr().out
 
 
-def test_a_defect_is_first_shown_to_the_author_of_the_profile(tmp_path):
-    text = "from patient import Patient\nclass Odd(Patient):\n    def __init__(self, *_): raise KeyError('lamp')\n"
+BROKEN = """\
+from behaviors.profiles.adaptive import AdaptiveProfile
+
+class Odd(AdaptiveProfile):
+    def skill(self, state, choice):
+        return self.skills[state]
+"""
+
+
+@pytest.mark.slow
+def test_an_exception_in_a_profile_is_one_sentence_with_its_place(tmp_path, capsys):
+    (tmp_path / "odd.py").write_text(BROKEN, encoding="utf-8")
+    words = ["run", "--no-video", "--profile", "odd:Odd"]
+    assert main(words) == USAGE
+    (said,) = capsys.readouterr().err.splitlines()
+    expected = (
+        f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError: 'Odd' object has no attribute 'skills'"
+    )
+    assert said == f"nxtdrive: {expected}; -v shows the traceback"
+    (run,) = (tmp_path / "runs").iterdir()
+    assert "no attribute 'skills'" in json.loads((run / "summary.json").read_text(encoding="utf-8"))["error"]
+    assert main([*words, "-v"]) == USAGE
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profile(tmp_path):
+    (tmp_path / "odd.py").write_text(BROKEN, encoding="utf-8")
+    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric"))["error"]
+    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
+
+
+@pytest.mark.slow
+def test_an_exception_that_the_profile_may_have_caused_keeps_its_traceback(tmp_path):
+    text = "from patient import Patient\nclass Odd(Patient):\n    def skill(self, *_): return None\n"
     (tmp_path / "odd.py").write_text(text, encoding="utf-8")
-    with pytest.raises(KeyError) as error:
+    with pytest.raises(AttributeError) as error:
         main(["run", "--no-video", "--profile", "odd:Odd"])
     assert "a bug in the profile 'odd:Odd' or in nxtdrive" in error.value.__notes__[0]

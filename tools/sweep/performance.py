@@ -8,6 +8,7 @@ from typing import Any
 
 from behaviors.executive import Ending
 from behaviors.mission import described_by
+from behaviors.profiles.registry import raised_by_profile
 from behaviors.robot_description import RobotFile
 from nxtdrive.recording.predictions import predictions
 from nxtdrive.simulated.episode import Episode
@@ -101,7 +102,7 @@ def evaluate(task: Task) -> Line:
         chances = [asdict(each) for each in predictions(referee.records, task.agent, scenario.mission)]
         return {**_head(task), **judge(trace), "chances": rounded(chances)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
-        return failed(task, error)
+        return failed(task, raised_by_profile(error) or error)
 
 
 def failed(task: Task, error: Exception) -> Line:
