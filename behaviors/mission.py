@@ -268,7 +268,7 @@ def described_by(mission: Mission, described: RobotFile) -> Mission:
 
 
 def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str, Target]:
-    """Return the targets of a mission file that are valid on their own; other parts of it may have mistakes."""
+    """Return the targets of a mission file that are valid without their wrong values; it may have other mistakes."""
     try:
         table = _read(path)
     except MissionError:
@@ -277,10 +277,19 @@ def valid_targets(path: Path, picture_folders: Sequence[Path] = ()) -> dict[str,
     targets = table.get("target")
     valid: dict[str, Target] = {}
     for name, target in targets.items() if isinstance(targets, dict) else ():
-        if not list(_resolve_files({"target": {name: target}}, folders)):
+        if isinstance(target, dict) and not list(_resolve_files({"target": {name: target}}, folders)):
             with suppress(ValidationError):
-                valid[name] = TypeAdapter[Target](Target).validate_python(target)
+                valid[name] = _target_without_mistakes(target)
     return valid
+
+
+def _target_without_mistakes(table: dict[str, Any]) -> Target:
+    target: TypeAdapter[Target] = TypeAdapter(Target)
+    try:
+        return target.validate_python(table)
+    except ValidationError as error:
+        wrong = {key for mistake in error.errors() for key in mistake["loc"][1:2]}  # after the detector's name
+        return target.validate_python({key: value for key, value in table.items() if key not in wrong})
 
 
 def _read(path: Path) -> dict[str, Any]:

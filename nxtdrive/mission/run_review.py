@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
+from behaviors.mission_targets import PictureTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
@@ -168,11 +169,16 @@ class RunReview:
         )
 
     def _unseen(self, target: str) -> None:
-        file = f" --mission {shlex.quote(str(self._file))}" if self._file else ""
+        file = shlex.quote(str(self._file)) if self._file else ""
+        mission = f" --mission {file}" if file else ""
+        # a run does not try the pictures: that takes a second for each
+        pictured = file and isinstance(self._mission.target[target], PictureTarget)
+        more = f" `nxtdrive mission check {file}` warns of a picture that is hard to find." if pictured else ""
         self._hint(
             target,
             f"Nothing all round looked like {target}. Give it more light, stand it nearer and upright, and check its "
-            f"height_mm; `nxtdrive detect try 0{file} --target {shlex.quote(target)}` shows what the camera finds.",
+            f"height_mm; `nxtdrive detect try 0{mission} --target {shlex.quote(target)}` shows what the camera finds."
+            f"{more}",
         )
 
     def _wrong_size(self, target: str, range_mm: float, distance_mm: float) -> None:

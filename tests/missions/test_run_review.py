@@ -82,6 +82,7 @@ def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try
     [hint] = said
     assert hint == review.hints[0]
     assert "nxtdrive detect try 0 --mission 'my mission.toml' --target lena" in hint
+    assert "`nxtdrive mission check 'my mission.toml'` warns of a picture that is hard to find" in hint
 
 
 def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):

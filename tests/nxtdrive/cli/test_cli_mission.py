@@ -64,7 +64,7 @@ def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, cap
     path = tmp_path / "all.toml"
     path.write_text(
         '[mission]\ntargets = ["cat", "dog", "fox"]\nrounds = 0\n[robot]\nleft = "C"\n'
-        '[target.cat]\ndetector = "picture"\npictures = ["cat.jpg"]\n'
+        '[target.cat]\ndetector = "picture"\npictures = ["cat.jpg"]\nheight_mm = -1\n'
         '[target.dog]\ndetector = "picture"\npictures = ["dog.jpg"]\n',
         encoding="utf-8",
     )
@@ -74,6 +74,7 @@ def test_mistakes_in_keys_ports_and_pictures_are_found_in_one_pass(tmp_path, cap
         "mission.rounds: must",
         "robot: left",
         "mission.targets: target 'fox'",
+        "target.cat.height_mm",
         "target.dog.pictures",
         "target.cat: ",
     )
