@@ -352,19 +352,9 @@ class SetProperty(Command[Ack]):
     value: Annotated[bytes, Tail(4)]  # one byte; for SLEEP_TIME four
 
     @classmethod
-    def bluetooth(cls, on: bool) -> Self:
-        """Switch the radio; answered with IN_PROGRESS, which is not an error."""
-        return cls(Property.BLUETOOTH, bytes([on]))
-
-    @classmethod
     def volume(cls, level: int) -> Self:
         """Set the loudness, 0..4; the firmware clamps what is above."""
         return cls(Property.VOLUME, level.to_bytes(1, "little"))
-
-    @classmethod
-    def sleep_time(cls, sleep_ms: int) -> Self:
-        """Set the time until power-off; the firmware keeps whole minutes, 0 is never."""
-        return cls(Property.SLEEP_TIME, sleep_ms.to_bytes(4, "little"))
 
 
 @reply

@@ -124,7 +124,7 @@ def _check_deletion(name: str, *, force: bool) -> None:
     if not can_ask():
         raise ConfigError("it is a system file of the brick.", remedy="Add --force to delete it.")
     if not agrees(f"{name} is a system file of the brick. Delete it?"):
-        raise ConfigError("deletion was not confirmed.")
+        raise ConfigError("deletion was not confirmed.", remedy="Answer y to delete it, or add --force.")
 
 
 def _df(args: argparse.Namespace, brick: Brick) -> None:

@@ -15,7 +15,7 @@ from firmware_protocol.direct import (
     PlayTone,
     SetProperty,
 )
-from firmware_protocol.enums import InputPort, OutputPort
+from firmware_protocol.enums import InputPort, OutputPort, Property
 from firmware_protocol.errors import (
     BrickError,
     CommunicationPending,
@@ -246,7 +246,7 @@ def test_the_end_of_a_file_comes_with_data():
 
 
 def test_in_progress_is_not_an_error():
-    assert opened(SetProperty.bluetooth(False)).feed(bytes.fromhex("021f01")) == Ack()
+    assert opened(SetProperty(Property.BLUETOOTH, b"\0")).feed(bytes.fromhex("021f01")) == Ack()
 
 
 def test_a_command_that_does_not_fit_changes_nothing():

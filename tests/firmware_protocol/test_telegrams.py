@@ -170,9 +170,7 @@ def test_lengths_are_counted_for_the_user():
     assert MessageWrite.text(1, "hi").encode() == bytes.fromhex("00 09 01 03 68 69 00")
     assert LSWrite.transaction(InputPort.IN_4, b"\x02\x42", 1).encode() == bytes.fromhex("00 0f 03 02 01 02 42")
     assert IOMapWrite.put(0x000C0001, 28, b"\x02").encode() == bytes.fromhex("01 95 01 00 0c 00 1c 00 01 00 02")
-    assert SetProperty.sleep_time(60_000).encode() == bytes.fromhex("00 1f 02 60 ea 00 00")
     assert SetProperty.volume(3).encode() == bytes.fromhex("00 1f 01 03")
-    assert SetProperty.bluetooth(True).encode() == bytes.fromhex("00 1f 00 01")
 
 
 def test_an_unknown_number_survives_as_an_unnamed_member():

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from firmware_protocol.direct import GetOutputState, KeepAlive, SetProperty
-from firmware_protocol.enums import OutputPort
+from firmware_protocol.enums import OutputPort, Property
 from firmware_protocol.errors import BrickError, LinkLost, LinkTimeout, LocalProtocolError
 from firmware_protocol.status import Status
 from nxtdrive import open_brick
@@ -68,7 +68,7 @@ def test_a_timeout_is_measured_on_the_links_clock(lab):
 
 def test_a_brick_in_use_does_not_switch_itself_off(lab):
     room = lab()
-    room.brick.request(SetProperty.sleep_time(120_000))
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (120_000).to_bytes(4, "little")))
     room.brick.link.keep_alive()
     room.brick.sleep(400)
     assert not room.simulation.brick.powered_off
@@ -78,7 +78,7 @@ def test_a_brick_in_use_does_not_switch_itself_off(lab):
 
 def test_a_program_that_only_talks_keeps_it_awake_as_well(lab):
     room = lab()
-    room.brick.request(SetProperty.sleep_time(60_000))
+    room.brick.request(SetProperty(Property.SLEEP_TIME, (60_000).to_bytes(4, "little")))
     room.brick.link.keep_alive()
     for _ in range(20):
         room.simulation.advance(10_000)

@@ -90,6 +90,7 @@ def test_a_system_file_is_deleted_after_a_yes(capsys, monkeypatch, answer, code)
     said = capsys.readouterr()
     assert "Delete it? [y/N]" in said.err
     assert ("deleted NVConfig.sys" in said.out) is (code == DONE)
+    assert ("Answer y to delete it, or add --force." in said.err) is (code == USAGE)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.direct import LSWrite, MessageWrite, SetProperty
+from firmware_protocol.enums import Property
 from firmware_protocol.system import IOMapWrite, Write
 from firmware_protocol.telegram import COMMANDS
 from sim_backend.doors.splitter import END_S, SHORT_S, TelegramSplitter
@@ -16,8 +17,8 @@ TAILED = [
     LSWrite(3, 2, 8, b"\x02\x42"),
     IOMapWrite(0x00020001, 12, 3, b"abc"),
     SetProperty.volume(3),
-    SetProperty.sleep_time(600_000),
-    SetProperty.bluetooth(True),
+    SetProperty(Property.SLEEP_TIME, (600_000).to_bytes(4, "little")),
+    SetProperty(Property.BLUETOOTH, b"\1"),
 ]
 FIXED = [command for command in COMMANDS.values() if not command.layout.tail]
 GET_BATTERY = bytes.fromhex("00 0b")

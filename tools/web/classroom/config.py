@@ -158,9 +158,12 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
     Raises:
         ConfigError: The file cannot be read or has mistakes; the message lists all of them.
     """
-    file, problems = check(ClassroomFile, read_tables(path))
+    tables = read_tables(path)
+    file, problems = check(ClassroomFile, tables)
     if file is None:
-        raise mistakes(path, [_sentence(problem) for problem in problems])
+        listed = tables.get("robot")
+        robots = [check(RobotTable, each)[0] for each in (listed if isinstance(listed, list) else ())]
+        raise mistakes(path, [*map(_sentence, problems), *_wrong_robots([each for each in robots if each])])
     table, folder = file.classroom, path.parent
     missions = folder / table.missions if table.missions else missions
     runs = folder / table.runs if table.runs else runs
@@ -218,13 +221,7 @@ def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[s
         yield "there are no robots; set classroom.simulated = 12, or describe each in a table [[robot]]"
     elif number > MOST:
         yield f"there are {number} robots; a classroom has at most {MOST}"
-    for name in sorted({table.name for table in file.robot if table.name.casefold() in RESERVED}):
-        yield f"robot {name!r}: Windows has no folder of this name; choose another one"
-    for key, values in _unique_values(file.robot):
-        for value, times in Counter(values).items():
-            if times > 1:
-                yield f"{times} robots have the {key} {value!r}; each robot needs its own"
-    yield from _wrong_cameras(file.robot)
+    yield from _wrong_robots(file.robot)
     yield from _wrong_missions(file.robot, missions)
     targets = {table.nxt.target for table in file.robot if table.nxt and table.nxt.scheme == "sim"}
     for each in sorted({world, *targets}):
@@ -234,17 +231,24 @@ def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[s
             yield f"the world {each!r}: {error}"
 
 
+def _wrong_robots(robots: list[RobotTable]) -> Iterator[str]:
+    """Yield what is wrong with robots whose tables are valid by themselves."""
+    for name in sorted({table.name for table in robots if table.name.casefold() in RESERVED}):
+        yield f"robot {name!r}: Windows has no folder of this name; choose another one"
+    for key, values in _unique_values(robots):
+        for value, times in Counter(values).items():
+            if times > 1:
+                yield f"{times} robots have the {key} {value!r}; each robot needs its own"
+    for table in robots:
+        if table.camera == GEOMETRIC and table.nxt and table.nxt.scheme != "sim":
+            yield f'robot {table.name!r}, camera: only a simulated robot can have "{GEOMETRIC}"; name its webcam'
+
+
 def _unique_values(robots: list[RobotTable]) -> Iterator[tuple[str, list[str]]]:
     """Yield the keys whose values no two robots may share: folders, bricks, webcams."""
     yield "name", [table.name.casefold() for table in robots]
     yield "nxt", [str(table.nxt).casefold() for table in robots if table.nxt and table.nxt.scheme != "sim"]
     yield "camera", [table.camera for table in robots if table.camera and table.camera.isdecimal()]
-
-
-def _wrong_cameras(robots: list[RobotTable]) -> Iterator[str]:
-    for table in robots:
-        if table.camera == GEOMETRIC and table.nxt and table.nxt.scheme != "sim":
-            yield f'robot {table.name!r}, camera: only a simulated robot can have "{GEOMETRIC}"; name its webcam'
 
 
 def _wrong_missions(robots: list[RobotTable], missions: Missions) -> Iterator[str]:

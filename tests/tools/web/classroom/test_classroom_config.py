@@ -82,6 +82,14 @@ def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
         assert part in str(raised.value)
 
 
+def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong(tmp_path):
+    text = '[[robot]]\nname = "Ada"\n[[robot]]\nname = "ada"\n[[robot]]\nname = "Bo"\ncolour = "red"'
+    with pytest.raises(ConfigError) as raised:
+        _read(tmp_path, text)
+    for part in ("2 mistakes", "2 robots have the name 'ada'", "#rrggbb"):
+        assert part in str(raised.value)
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
