@@ -98,7 +98,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         write_json({"runs": results, **summary}, indent=2)
     elif summary:
-        words = {key: "{:.2f} [{:.2f}, {:.2f}]".format(*value) for key, value in summary.items()}
+        shapes = {1: "{:.2f}", 3: "{:.2f} [{:.2f}, {:.2f}]"}
+        words = {key: shapes[len(value)].format(*value) for key, value in summary.items()}
         count = sum(len(each["decisions"]) for each in results)
         made = f"{count} decision" + ("s" if count != 1 else "")
         write_line(f"{made}: mean regret {words['regret_s']} s; {words['nearly_best']} of them {NEARLY}")
@@ -161,14 +162,17 @@ def _wanted(base: Rollout, args: argparse.Namespace) -> list[int]:
 
 
 def _summary(results: list[dict[str, Any]]) -> dict[str, list[float]]:
-    """Return the mean regret and the share of choices that were nearly the best, each with its interval."""
+    """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any."""
     from nxtdrive.tools.sweep.regret import over_missions
 
     regrets_s = [[float(each["regret_s"]) for each in result["decisions"]] for result in results]
     if not any(regrets_s):
         return {}
     figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)
-    return {name: [round(value, 3) for value in (each.mean, each.low, each.high)] for name, each in figures}
+    return {
+        name: [round(value, 3) for value in (each.mean, each.low, each.high) if math.isfinite(value)]
+        for name, each in figures
+    }
 
 
 def _source(name: str) -> Source:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .performance import Line
-from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate
+from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
@@ -53,6 +53,8 @@ def calibration_error(lines: Sequence[Line]) -> Estimate:
     if not missions:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     whole = np.concatenate(missions)
+    if len(missions) < LEAST_MISSIONS:
+        return Estimate(_error(whole), float("nan"), float("nan"), len(whole))
     draws = np.random.default_rng(SEED).integers(0, len(missions), (RESAMPLES // 4, len(missions)))
     errors = [_error(np.concatenate([missions[i] for i in draw])) for draw in draws]
     tail = (1.0 - CONFIDENCE) / 2

@@ -19,6 +19,9 @@ CONFIDENCE = 0.95
 SEED = 2017
 """Seed of the resampling: the same lines give the same intervals."""
 
+LEAST_MISSIONS = 2
+"""Fewer missions have no interval: resamples of one mission are all the same."""
+
 Pair = tuple[float, float]
 """One mission's contribution: a sum and the number of its terms."""
 
@@ -29,8 +32,8 @@ class Estimate:
 
     Attributes:
         mean: The mean; NaN without values.
-        low: 2.5 % of the resampled means are lower.
-        high: 2.5 % of the resampled means are higher.
+        low: 2.5 % of the resampled means are lower; NaN for fewer than two missions with values.
+        high: 2.5 % of the resampled means are higher; likewise.
         number: Number of values.
     """
 
@@ -51,6 +54,8 @@ def estimate(pairs: Sequence[Pair]) -> Estimate:
     if not number:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     mean = float(values[:, 0].sum() / number)
+    if np.count_nonzero(values[:, 1]) < LEAST_MISSIONS:
+        return Estimate(mean, float("nan"), float("nan"), number)
     means = _resampled(values)
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(means, [tail, 1.0 - tail])

@@ -231,11 +231,12 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
 
 
 def interval(value: Estimate, *, signed: bool = False) -> str:
-    """Format a mean with its interval."""
+    """Format a mean with its interval, if it has one."""
     if not value.number:
         return "-"
     sign = "+" if signed else ""
-    return f"{value.mean:{sign}.3f} [{value.low:{sign}.3f}, {value.high:{sign}.3f}]"
+    bounds = "" if math.isnan(value.low) else f" [{value.low:{sign}.3f}, {value.high:{sign}.3f}]"
+    return f"{value.mean:{sign}.3f}{bounds}"
 
 
 def _print(console: Console, title: str, columns: Sequence[str], rows: Rows, keys: int = 1) -> None:

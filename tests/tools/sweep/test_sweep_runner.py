@@ -21,7 +21,7 @@ from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
 from nxtdrive.tools.sweep.runner import InProcess, plan, sweep, workers
 from nxtdrive.tools.sweep.summary import aggregate, estimate, success_rate
-from nxtdrive.tools.sweep.tables import choice_rows, reached_rows
+from nxtdrive.tools.sweep.tables import choice_rows, interval, reached_rows
 
 TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
 
@@ -147,6 +147,12 @@ def test_the_interval_of_a_mean_holds_it_and_narrows_with_more_missions():
     assert few.low < many.low < 0.5 < many.high < few.high
     assert many.high - many.low == pytest.approx(2 * 1.96 * 0.5 / math.sqrt(2000), rel=0.15)
     assert math.isnan(estimate([]).mean)
+
+
+def test_one_mission_has_no_interval():
+    all_reached = estimate([(2.0, 2.0), (0.0, 0.0)])
+    assert (all_reached.mean, all_reached.number) == (1.0, 2)
+    assert (interval(all_reached), interval(estimate([(1.0, 1.0)] * 2))) == ("1.000", "1.000 [1.000, 1.000]")
 
 
 def test_agents_are_compared_on_the_same_scenarios():
