@@ -34,7 +34,7 @@ def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")
     with _page() as url, chromium() as browser:
         browser.get(url)
-        WebDriverWait(browser, WAIT_S).until(lambda page: "stopped" in page.find_element(By.ID, "doing").text)
+        WebDriverWait(browser, WAIT_S).until(lambda page: "at rest" in page.find_element(By.ID, "doing").text)
         Select(browser.find_element(By.ID, "profile")).select_by_value("adaptive")
         browser.find_element(By.ID, "start").click()
         WebDriverWait(browser, WAIT_S).until(

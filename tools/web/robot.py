@@ -300,7 +300,7 @@ class Robot:
     def _show(self, view: View) -> None:
         self._hub.show("link", {"lost": ""})
         self._state = {
-            "doing": "stopped until the stop is released" if self.controls.stopped else view.state,
+            "doing": "stopped until released" if self.controls.stopped else view.state,
             "pose": [round(view.pose.x_mm, 1), round(view.pose.y_mm, 1), round(view.pose.heading_deg, 1)],
             "range_mm": view.range_mm,
             "touching": view.touching,

@@ -132,7 +132,7 @@ def test_asked_for_a_gamepad_without_pygame_teleop_says_what_to_install():
 @pytest.mark.slow
 def test_not_asked_for_one_teleop_does_without_pygame(terminal):
     screen = terminal(sys.executable, "-c", WITHOUT_PYGAME, "teleop")
-    screen.wait("stopped")
+    screen.wait("at rest")
     assert "off (--gamepad)" in screen.wait("driving", "Up")
     screen.keys("Escape")
     screen.wait_for_the_end()
@@ -164,7 +164,7 @@ async def _until(pilot, true):
 def _play(app, play):
     async def go():
         async with app.run_test(size=(100, 30)) as pilot:
-            await _until(pilot, lambda: "stopped" in _panel(app))
+            await _until(pilot, lambda: "at rest" in _panel(app))
             await play(pilot)
 
     try:
@@ -186,7 +186,7 @@ def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
         await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250)
         assert "driving" in _panel(app)
         virtual.move(LEFT_Y, 0.0)
-        await _until(pilot, lambda: "stopped" in _panel(app))
+        await _until(pilot, lambda: "at rest" in _panel(app))
 
     _play(app, play)
 
@@ -202,7 +202,7 @@ def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleo
             virtual.move(axis, 1.0)
             await _until(pilot, lambda: "driving" in _panel(app))
             virtual.unplug()
-            await _until(pilot, lambda: "stopped" in _panel(app) and "UNPLUGGED" in _panel(app))
+            await _until(pilot, lambda: "at rest" in _panel(app) and "UNPLUGGED" in _panel(app))
 
     _play(app, play)
 
@@ -223,9 +223,9 @@ def test_b_is_an_emergency_stop_a_ends_it_and_shoulders_change_the_speed(teleop)
         virtual.press(B)
         await _until(pilot, lambda: "EMERGENCY" in _panel(app))
         virtual.press(A)
-        await _until(pilot, lambda: "stopped" in _panel(app))
+        await _until(pilot, lambda: "at rest" in _panel(app))
         await pilot.pause(0.3)
-        assert "stopped" in _panel(app), "the stick is still held, and has not been in the middle"
+        assert "at rest" in _panel(app), "the stick is still held, and has not been in the middle"
         virtual.move(RIGHT_X, 0.0)
         await pilot.pause(0.1)
         virtual.move(RIGHT_X, 1.0)

@@ -96,7 +96,7 @@ def screen(room):
 
         async def go():
             async with app.run_test(size=size) as pilot:
-                await until(pilot, lambda: "stopped" in text(app, "panel"))
+                await until(pilot, lambda: "at rest" in text(app, "panel"))
                 await play(app, pilot, brick.now)
                 app.action_leave()
                 await until(pilot, lambda: not app.is_running)

@@ -147,6 +147,6 @@ def test_a_thumb_that_trembles_does_not_drive_held_wheels_again(room, controls):
     assert list(dict.fromkeys(states)) == ["driving", "wheels are stuck", "wheels are stuck, let go"]
     assert states[-1] == "wheels are stuck, let go"
     controls.steer(0.0, 0.0, brick.now())
-    assert pilot.step().state == "stopped"
+    assert pilot.step().state == "at rest"
     controls.steer(-0.8, 0.0, brick.now())
     assert pilot.step().state == "driving"

@@ -73,10 +73,10 @@ def test_keys_drive_and_letting_go_stops(teleop):
     start = simulation.truth.pose
 
     async def play(pilot):
-        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
         await _until(pilot, lambda: "driving" in _text(app, "panel"), key="up")
         await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
-        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
         assert "·" in _text(app, "map")
 
     _play(app, play)
@@ -95,7 +95,7 @@ def test_space_stops_at_once_and_stays_until_enter(teleop):
         await pilot.pause(0.3)
         assert "EMERGENCY" in _text(app, "panel")
         await pilot.press("enter")
-        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
 
     _play(app, play)
 
@@ -135,7 +135,7 @@ def test_a_lost_link_ends_it_with_the_reason(teleop):
     simulation, app = teleop()
 
     async def play(pilot):
-        await _until(pilot, lambda: "stopped" in _text(app, "panel"))
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
         simulation.brick.receive = lambda telegram: None
         await _until(pilot, lambda: not app.is_running)
 
@@ -176,9 +176,9 @@ def test_a_standard_error_that_is_not_a_terminal_is_refused(capsys, monkeypatch)
 @pytest.mark.slow
 def test_in_a_real_terminal(terminal):
     screen = terminal(sys.executable, "-m", "nxtdrive.cli.main", "teleop", "--nxt", "sim://", "--target", "lena")
-    screen.wait("stopped")
+    screen.wait("at rest")
     screen.wait("driving", "Up")
-    screen.wait("stopped")
+    screen.wait("at rest")
     screen.wait("driving", "a")
     screen.keys("Space")
     shown = screen.wait("EMERGENCY")

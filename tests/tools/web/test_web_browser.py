@@ -112,15 +112,15 @@ def _drawn(browser: WebDriver, canvas: str) -> str:
 
 def test_drive_by_keys_and_pad_and_stop(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     ActionChains(browser).key_down(Keys.ARROW_UP).perform()
     _until(browser, "doing", "driving")
     ActionChains(browser).key_up(Keys.ARROW_UP).perform()
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     ActionChains(browser).click_and_hold(browser.find_element(By.ID, "pad")).move_by_offset(40, 0).perform()
     _until(browser, "doing", "driving")
     ActionChains(browser).send_keys(Keys.SPACE).perform()
-    _until(browser, "doing", "until the stop is released")
+    _until(browser, "doing", "until released")
     ActionChains(browser).release().perform()
     browser.find_element(By.ID, "stop").click()
     _until(browser, "stop", "STOP")
@@ -130,18 +130,18 @@ def test_drive_by_keys_and_pad_and_stop(browser, url):
 @pytest.mark.parametrize("end", ["pointercancel", "visibilitychange", "blur", "pagehide"])
 def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, url, end):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     browser.execute_script(WIRETAP)
     ActionChains(browser).click_and_hold(browser.find_element(By.ID, "pad")).move_by_offset(0, -40).perform()
     _until(browser, "doing", "driving")
     last = browser.execute_script(ENDS[end] + "; return sent.at(-1)")
     assert json.loads(last) == {"type": "drive", "ahead": 0, "aside": 0}
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
 
 
 def test_the_map_moves_with_the_robot_and_shows_the_true_room(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "layer-truth-label").is_displayed())
     hidden = _drawn(browser, "map")
     browser.find_element(By.ID, "layer-truth").click()
@@ -165,7 +165,7 @@ def test_a_browser_elsewhere_enters_the_pin_and_drives(browser, tmp_path):
         assert any("403" in entry["message"] for entry in browser.get_log("browser")), "which is no error of the page"
         field.send_keys(pin, Keys.ENTER)
         WebDriverWait(browser, WAIT_S).until(lambda page: page.find_elements(By.ID, "doing"))
-        _until(browser, "doing", "stopped")
+        _until(browser, "doing", "at rest")
 
 
 def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, tmp_path):
@@ -188,7 +188,7 @@ def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_pat
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     with _serving(browser, tmp_path, "web", "--nxt", "sim://open?pace=fast", "--port", "0") as lines:
         browser.get(re.findall(r"http\S+", lines[-1])[0])
-        _until(browser, "doing", "stopped")
+        _until(browser, "doing", "at rest")
         browser.execute_async_script(SECOND_MAP)
         Select(browser.find_element(By.ID, "mission")).select_by_value("quick.toml")
         browser.find_element(By.ID, "start").click()
@@ -211,7 +211,7 @@ def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url, scheme):
 
 def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     focused = {}
     for _ in range(40):
         ActionChains(browser).send_keys(Keys.TAB).perform()
@@ -228,7 +228,7 @@ def test_calibrate_and_save_the_robot_file(browser, tmp_path):
     with _serving(browser, tmp_path, "web", "--port", "0", "--nxt", "sim://calibration?pace=fast") as lines:
         browser.get(re.findall(r"http\S+", lines[-1])[0] + "calibrate.html")
         _until(browser, "known", "none yet")
-        _until(browser, "doing", "stopped")
+        _until(browser, "doing", "at rest")
         assert browser.execute_script(NAMELESS) == []
         for each in ("camera", "wheels", "sonar"):
             browser.find_element(By.CSS_SELECTOR, f"[value={each}]").click()
@@ -247,7 +247,7 @@ def test_calibrate_and_save_the_robot_file(browser, tmp_path):
 
 def test_pause_and_resume_a_mission(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     browser.find_element(By.ID, "start").click()
     _until(browser, "lines", "searching for lena")
     browser.find_element(By.ID, "pause").click()
@@ -263,7 +263,7 @@ def test_pause_and_resume_a_mission(browser, url):
 
 def test_why_something_is_refused_can_be_read(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     browser.find_element(By.ID, "stop").click()
     _until(browser, "stop", "release")
     browser.find_element(By.ID, "start").click()
@@ -306,14 +306,14 @@ def _resize(browser: WebDriver, width: int, height: int) -> None:
 def test_a_screen_shows_what_matters_without_scrolling(browser, url, size, panel):
     _resize(browser, *size)
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     script = "return document.getElementById(arguments[0]).getBoundingClientRect().bottom"
     assert browser.execute_script(script, panel) <= size[1]
 
 
 def test_nothing_protrudes_from_its_panel(browser, url):
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     for size in ((390, 844), (700, 900), (1024, 768), (1280, 800), (1920, 1080)):
         _resize(browser, *size)
         assert browser.execute_script(PROTRUDING) == [], size
@@ -323,7 +323,7 @@ def test_nothing_protrudes_from_its_panel(browser, url):
 def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, height):
     browser.set_window_size(width, height)
     browser.get(url)
-    _until(browser, "doing", "stopped")
+    _until(browser, "doing", "at rest")
     overflow = browser.execute_script(
         "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
     )

@@ -107,7 +107,7 @@ def test_a_calibration_is_ended_while_the_robot_moves(tmp_path, ending):
         assert "A calibration is running" in _until(page, "refused")["text"]
         page.send_json({"type": ending})
         assert "ended" in _until(page, "calibration", running=False, problem=True)["problem"]
-        assert _until(page, "state", doing="stopped until the stop is released" if ending == "stop" else "stopped")
+        assert _until(page, "state", doing="stopped until released" if ending == "stop" else "at rest")
     assert not (tmp_path / "robot.toml").exists()
 
 

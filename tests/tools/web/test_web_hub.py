@@ -47,7 +47,7 @@ def test_a_client_that_comes_later_is_told_the_run_so_far():
     async def late() -> list[str | bytes]:
         hub = Hub()
         hub.publish("line", {"text": "of the last run"})
-        hub.show("state", {"doing": "stopped", "pose": [0, 0, 0]})
+        hub.show("state", {"doing": "at rest", "pose": [0, 0, 0]})
         hub.begin_run()
         hub.publish("line", {"text": "searching"})
         hub.show("paused", {"paused": True})

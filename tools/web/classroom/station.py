@@ -19,6 +19,7 @@ from ..missions import Missions
 from ..robot import Robot
 from ..runs import Runs
 from .config import RobotEntry
+from .lag import LagMeter
 
 RETRY_S, FALL_BACK_AFTER_S = 5.0, 10.0
 LOOK_EVERY_S = 0.5
@@ -33,6 +34,7 @@ class StationHub(Hub):
         battery_mv: Its battery; None before it was read.
         lost: Why the brick cannot be reached, or empty.
         running: Name of the running mission, or empty.
+        waits: Whether the mission waits for a person; the time of a simulated robot stands still then.
         last: Result of the last mission, or None.
         runs: Number of missions that have ended.
     """
@@ -43,6 +45,7 @@ class StationHub(Hub):
         self.battery_mv: int | None = None
         self.lost = ""
         self.running = ""
+        self.waits = False
         self.last: dict[str, Any] | None = None
         self.runs = 0
 
@@ -52,8 +55,11 @@ class StationHub(Hub):
             self.doing, self.battery_mv = values["doing"], values["battery_mv"] or self.battery_mv
         elif kind == "link":
             self.lost = values["lost"]
-        elif kind == "question" and values["open"]:
-            self.doing = "waits for an answer on its page"
+        elif kind == "paused":
+            self.waits = values["paused"]
+        elif kind == "question":
+            self.waits = values["open"]
+            self.doing = "waits for an answer on its page" if self.waits else self.doing
         super().show(kind, values)
 
     def publish(self, kind: str, values: Mapping[str, Any]) -> None:
@@ -129,6 +135,7 @@ class Station:
         self._lock = threading.Lock()
         self._news, self._closing = threading.Event(), threading.Event()
         self._return_wanted = False
+        self._lag = LagMeter()
         self._robot = self._make_robot()
         self.server = Server(self._robot, self.hub, missions, Runs(runs), f"{entry.name} ({entry.address})")
         self._thread = threading.Thread(target=self._supervise, name=f"nxtdrive station {entry.name}", daemon=True)
@@ -233,10 +240,18 @@ class Station:
             "doing": ("connection lost" if hub.lost else hub.doing) if self.is_open else "",
             "battery_mv": hub.battery_mv if self.is_open else None,
             "stopped": self.stopped,
+            "lags": self._lags(),
             "running": hub.running,
             "last": hub.last,
             "ended": hub.runs,
         }
+
+    def _lags(self) -> bool:
+        """Return whether the robot, a simulated one, is slower than real time."""
+        if not self.is_open or self.hub.waits:
+            self._lag.reset()
+            return False
+        return self._lag.lags(self._now(), self.time_s)
 
     def _supervise(self) -> None:
         while not self._closing.is_set():

@@ -29,14 +29,15 @@ export class Tile {
     this.box.checked = is;
   }
 
-  show({ brick, open, trouble, doing, battery_mv, stopped, running, last }) {
+  show({ brick, open, trouble, doing, battery_mv, stopped, lags, running, last }) {
     const standsIn = brick === "stand-in";
     this.element.classList.toggle("stopped", stopped);
-    this.part(".doing").textContent = stopped ? "stopped" : open ? doing : trouble ? "not open" : "opening …";
+    this.part(".doing").textContent = stopped ? "stopped until released" : open ? doing : trouble ? "not open" : "opening …";
     this.part(".trouble").hidden = !trouble;
     this.part(".trouble").textContent = standsIn ? `Simulated in place of the brick: ${trouble}` : trouble;
     const link = standsIn || brick === "sim" ? "simulated" : `${brick}${open ? "" : ", not connected"}`;
-    this.part(".facts").textContent = battery_mv ? `${link}, ${(battery_mv / 1000).toFixed(1)} V` : link;
+    const volts = battery_mv ? `${(battery_mv / 1000).toFixed(1)} V` : "";
+    this.part(".facts").textContent = [link, volts, lags ? "slower than real time" : ""].filter(Boolean).join(", ");
     this.part(".last").textContent = running ? `mission: ${running}` : last ? `last: ${last.ending}, ${last.reached} of ${last.targets} targets${last.seconds ? `, ${last.seconds.toFixed(0)} s` : ""}` : "";
     this.part(".last").classList.toggle("good", !running && Boolean(last?.achieved));
     this.part(".return").hidden = !standsIn;

@@ -89,6 +89,6 @@ def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser
     _until(browser, "#summary", "0 on a mission")
     browser.find_element(By.CSS_SELECTOR, ".tile .name").send_keys(Keys.ENTER)
     _until(browser, "nav", "Robot 1")
-    _until(browser, "#doing", "stopped")
+    _until(browser, "#doing", "at rest")
     browser.find_element(By.LINK_TEXT, "class").click()
     _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")

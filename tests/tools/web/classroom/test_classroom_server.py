@@ -182,7 +182,7 @@ def test_one_page_drives_a_robot_and_another_page_another(running):
                 for ahead in (0, 1):
                     page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
                 assert _until(page, lambda each: each.get("doing") == "driving")
-                assert _until(page, lambda each: each.get("doing") == "stopped")  # the dead-man switch
+                assert _until(page, lambda each: each.get("doing") == "at rest")  # the dead-man switch
 
 
 def test_runs_whose_names_are_not_utf_8_are_collected(tmp_path):
