@@ -27,7 +27,6 @@ from sim_backend.world.world_file import Box, Person, Picture
 if TYPE_CHECKING:
     from behaviors.executive import Report
     from behaviors.mission import Mission
-    from behaviors.ports import Eyes
     from nxtdrive.brick import Brick
     from sim_backend.firmware.i2c_sensor import I2CDevice
     from sim_backend.firmware.input import AnalogSensor
@@ -229,23 +228,22 @@ class SimWorld:
             brick: The open brick of this world.
             mission: A mission, or the path of its file.
             rendered: Run the mission's own detectors on rendered frames. By default targets are found by geometry, as
-                often as the picture detector finds them and about ten times as fast.
+                often as the picture detector finds them and about ten times as fast, if the world has a picture of
+                each target's name.
 
         Raises:
             ConfigError: The file has mistakes, or a picture cannot be used.
         """
-        from behaviors.executive import Executive
-        from nxtdrive.mission import setup
-        from nxtdrive.mission.body import MissionClock
+        from behaviors.observers import Observers
+        from nxtdrive.mission.assembly import MissionRun, OpenRobot
+        from nxtdrive.mission.camera import GEOMETRIC, SIMULATED, open_mission_camera
+        from nxtdrive.mission.files import read_mission_file
 
         if isinstance(mission, str | Path):
-            mission = setup.load(Path(mission))
-        if rendered:
-            camera = setup.open_mission_camera(setup.SIMULATED, brick)
-            eyes: Eyes = setup.camera_eyes(camera, mission)
-        else:
-            eyes = setup.geometric_eyes(brick, mission)
-        return Executive(mission, setup.build_body(brick, mission), eyes, MissionClock(brick)).run()
+            mission = read_mission_file(Path(mission))
+        source = SIMULATED if rendered else GEOMETRIC
+        robot = OpenRobot(brick, open_mission_camera(source, brick), brick.link.transport.address, source)
+        return MissionRun(mission, robot, Observers()).pursue()
 
     def _place(self, name: str, x_mm: float, y_mm: float | None, facing_deg: float | None) -> None:
         world = self.simulation.world

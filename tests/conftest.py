@@ -77,10 +77,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def mission_for() -> Callable[..., Mission]:
     """Makes missions for some of the built-in pictures; numbers go into the profile's table."""
     from behaviors.mission import Mission
-    from nxtdrive.mission.setup import load
+    from nxtdrive.mission.files import read_mission_file
 
     def make(*targets: str, profile: str = "thesis", **numbers: object) -> Mission:
-        described = load(None).target
+        described = read_mission_file(None).target
         return Mission.model_validate(
             {
                 "mission": {"name": "test", "targets": list(targets), "profile": profile},

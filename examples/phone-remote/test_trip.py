@@ -10,7 +10,7 @@ import pytest
 import websockets
 from trip import session, watch
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.access import Pin
 from nxtdrive.tools.web.app import Server, serving
 from nxtdrive.tools.web.hub import Hub
@@ -24,7 +24,7 @@ from nxtdrive.transports.address import Address
 def page(tmp_path):
     """The address of a page with a simulated robot, and its PIN."""
     hub, pin = Hub(), Pin()
-    robot = Robot(Address.parse("sim://open?pace=realtime"), None, setup.load(None), hub, tmp_path / "runs")
+    robot = Robot(Address.parse("sim://open?pace=realtime"), None, read_mission_file(None), hub, tmp_path / "runs")
     server = Server(robot, hub, Missions(tmp_path), Runs(tmp_path / "runs"), "sim://open", pin)
     with closing(socket.create_server(("127.0.0.1", 0))) as listener, closing(robot):
         robot.open()

@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate and return the exit code."""
     if args.sheet:
         return _write_sheet(args.sheet)
-    from nxtdrive.mission.setup import read_robot_file, usual_robot
+    from nxtdrive.mission.files import read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
 

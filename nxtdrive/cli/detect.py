@@ -164,9 +164,10 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:
-        from nxtdrive.mission.setup import detector_spec, load
+        from nxtdrive.mission.detectors import detector_spec
+        from nxtdrive.mission.files import read_mission_file
 
-        mission = load(args.mission, args.robot)
+        mission = read_mission_file(args.mission, args.robot)
         if args.target not in mission.target:
             raise ConfigError(
                 f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."

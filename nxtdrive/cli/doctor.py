@@ -68,9 +68,9 @@ def run(args: argparse.Namespace) -> int:
         return _fix_udev(install=args.install)
     mission = None
     if args.mission is not None or args.wiggle:  # report a missing or wrong file before the examination
-        from nxtdrive.mission.setup import load
+        from nxtdrive.mission.files import read_mission_file
 
-        mission = load(args.mission, args.robot)
+        mission = read_mission_file(args.mission, args.robot)
     examination = _Examination(args, mission)
     findings: list[Finding] = []
     for finding in examination.findings():
@@ -148,7 +148,7 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     """Return which values the robot file that missions use has calibrated."""
     from behaviors.mission import chosen_robot_file
     from behaviors.robot_description import RobotFileError, load_robot_file
-    from nxtdrive.mission.setup import usual_robot
+    from nxtdrive.mission.files import usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
     from nxtdrive.transports.record import recorded_address
 
@@ -172,7 +172,7 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
 def _simulated_camera(brick: Brick) -> Finding:
     from contextlib import closing
 
-    from nxtdrive.mission.setup import SIMULATED, open_mission_camera
+    from nxtdrive.mission.camera import SIMULATED, open_mission_camera
     from nxtdrive.tools.doctor.finding import ok
 
     with closing(open_mission_camera(SIMULATED, brick)) as camera:

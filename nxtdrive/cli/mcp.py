@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
             "the assistant's protocol needs a package that is not installed.",
             remedy=f"Install it: {install_extra('mcp')}",
         )
-    from nxtdrive.mission import setup
+    from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.mcp.assistant import Assistant
     from nxtdrive.tools.mcp.mission_status import MissionStatusHub
     from nxtdrive.tools.mcp.server import make_server, serve
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     if args.web:
         require_extra()
     status_hub, address = MissionStatusHub(), in_real_time(args.nxt)
-    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), status_hub, args.out)
+    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot), status_hub, args.out)
     assistant = Assistant(robot, status_hub, Missions(existing(args.folder), args.robot), args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None

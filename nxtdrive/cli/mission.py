@@ -92,9 +92,9 @@ def report_file(file: str, mistakes: list[str]) -> None:
 
 def _show(args: argparse.Namespace) -> int:
     from behaviors.diagram import event_table, mermaid, recovery_table, state_table, transition_table
-    from nxtdrive.mission.setup import load
+    from nxtdrive.mission.files import read_mission_file
 
-    mission = load(args.file, args.robot)
+    mission = read_mission_file(args.file, args.robot)
     if args.json:
         write_json(mission.model_dump(mode="json"), indent=2)
         return DONE

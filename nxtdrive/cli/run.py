@@ -152,13 +152,13 @@ def _mission(args: argparse.Namespace) -> Mission:
         ConfigError: The file has mistakes, or there is no terminal for questions.
     """
     from nxtdrive.mission.checking import warnings
-    from nxtdrive.mission.setup import load, with_profile
+    from nxtdrive.mission.files import read_mission_file, with_profile
 
     if args.web:
         require_extra()
     elif args.confirm_recovery and not can_ask():
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
-    mission = load(args.mission, args.robot)
+    mission = read_mission_file(args.mission, args.robot)
     if args.profile is not None:
         mission = with_profile(mission, args.profile)
     for warning in warnings(mission):

@@ -59,18 +59,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until a signal arrives; return the exit code."""
-    from nxtdrive.mission import setup
     from nxtdrive.mission.assembly import open_robot
+    from nxtdrive.mission.files import read_mission_file
     from nxtdrive.mission.line_server import LineServer, sessions
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports.address import Address
 
-    mission = setup.load(args.mission, args.robot)
+    mission = read_mission_file(args.mission, args.robot)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
         robot = stack.enter_context(open_robot(in_real_time(args.nxt), args.camera, reconnect=False))
         brick = robot.brick
-        eyes = setup.camera_eyes(robot.camera, mission)
+        eyes = robot.eyes(mission)
         in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         server = LineServer(

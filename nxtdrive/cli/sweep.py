@@ -96,7 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the sweep, or draw a map; return the exit code."""
-    from nxtdrive.mission.setup import read_robot_file
+    from nxtdrive.mission.files import read_robot_file
     from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
     from nxtdrive.tools.sweep.summary_file import summary, summary_path, write_summary

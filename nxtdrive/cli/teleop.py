@@ -69,14 +69,16 @@ def run(args: argparse.Namespace) -> int:
     """Drive until the user quits."""
     _check()
     from nxtdrive.brick import open_brick
-    from nxtdrive.mission.setup import build_rover, load, watch
+    from nxtdrive.mission.body import build_rover
+    from nxtdrive.mission.camera import watch_frames
+    from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.teleop.app import Teleop
     from nxtdrive.tools.teleop.controls import Controls
     from nxtdrive.tools.teleop.picture import FPS, Picture
     from nxtdrive.tools.teleop.pilot import Pilot
     from nxtdrive.tools.teleop.terminal import lasting_terminal
 
-    mission = load(args.mission, args.robot)
+    mission = read_mission_file(args.mission, args.robot)
     target = _target(args, mission)
     with ExitStack() as stack:
         gamepad = _gamepad(args.gamepad, stack)
@@ -87,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         picture, spotter = None, None
         if camera is not None:
             picture = Picture()
-            watch(camera, brick, picture.frame, FPS)
+            watch_frames(camera, brick, picture.frame, FPS)
             if target:
                 spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, picture)))
         stopped = stack.enter_context(until_signal())
@@ -146,14 +148,14 @@ def _open_camera(
     args: argparse.Namespace, brick: Brick, target: str | None, stack: ExitStack
 ) -> tuple[Camera | None, str]:
     """Return the camera, or None and why there is none; a camera that was not asked for may be missing."""
-    from nxtdrive.mission import setup
+    from nxtdrive.mission.camera import default_camera, open_mission_camera
     from nxtdrive.vision.camera import ReplayCamera
 
     if not args.show_camera:
         return None, "no camera (--no-camera)"
     try:
-        source = args.camera or setup.default_camera(brick)
-        camera = stack.enter_context(closing(setup.open_mission_camera(source, brick)))
+        source = args.camera or default_camera(brick)
+        camera = stack.enter_context(closing(open_mission_camera(source, brick)))
     except CameraError as error:
         if args.camera or args.target:
             raise
@@ -167,10 +169,10 @@ def _open_camera(
 
 
 def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, picture: Picture) -> Spotter:
-    from nxtdrive.mission import setup
+    from nxtdrive.mission.eyes import camera_eyes
     from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
 
-    eyes = setup.camera_eyes(camera, mission)
+    eyes = camera_eyes(camera, mission)
     eyes.on_look(picture.look)
     spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
     return spotter(eyes, target)

@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the page of one robot."""
-    from nxtdrive.mission import setup
+    from nxtdrive.mission.files import read_mission_file, usual_robot
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.calibration import Calibrations
     from nxtdrive.tools.web.hub import Hub
@@ -112,18 +112,18 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
 
     address = in_real_time(args.nxt)
     hub, missions = Hub(), Missions(existing(args.folder), args.robot)
-    robot = Robot(address, args.camera, setup.load(args.mission, args.robot), hub, args.out)
+    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot), hub, args.out)
 
     def use(file: Path) -> None:
         missions.use(file)
-        robot.rebuild(setup.load(args.mission, file))
+        robot.rebuild(read_mission_file(args.mission, file))
 
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        file = args.robot or setup.usual_robot() or args.folder / "robot.toml"
+        file = args.robot or usual_robot() or args.folder / "robot.toml"
         calibrations = Calibrations(hub, file, use)
         server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
@@ -137,7 +137,7 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
     Raises:
         ConfigError: The classroom's file has mistakes.
     """
-    from nxtdrive.mission import setup
+    from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.web.classroom.app import ClassroomServer, serve_classroom
     from nxtdrive.tools.web.classroom.classroom import Classroom
     from nxtdrive.tools.web.classroom.config import read_classroom, simulated_classroom
@@ -151,7 +151,7 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
         config = simulated_classroom(count, existing(args.folder), args.out)
     else:
         config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
-    classroom = Classroom(config, setup.load(args.mission))
+    classroom = Classroom(config, read_mission_file(args.mission))
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
         closing(classroom),

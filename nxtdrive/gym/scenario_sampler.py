@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import with_profile
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import CAMERA, GEOMETRIC
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
@@ -52,7 +52,7 @@ class ScenarioSampler:
         except (ValueError, TypeError, OverflowError):
             raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number.") from None
         scenario = generate_scenario(kind, number)
-        return replace(scenario, mission=setup.with_profile(scenario.mission, self._profile))
+        return replace(scenario, mission=with_profile(scenario.mission, self._profile))
 
 
 def _check_kinds(kinds: Sequence[object]) -> None:

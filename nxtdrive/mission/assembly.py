@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from behaviors.executive import Executive, Report
 from behaviors.observers import Observers
 from nxtdrive.brick import Brick, open_brick
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
+from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.mission.run_review import RunReview
 from nxtdrive.mission.truth import simulated_room_of, truth_of
 from nxtdrive.recording.recording import Recording
@@ -55,20 +56,12 @@ class OpenRobot:
         fps: float = VIDEO_FPS,
         wanted: Callable[[int], bool] = lambda _: True,
     ) -> None:
-        """Call `observer` with the camera's frames; see `nxtdrive.mission.setup.watch`."""
-        setup.watch(self.camera, self.brick, observer, fps, wanted)
+        """Call `observer` with the camera's frames; see `nxtdrive.mission.camera.watch_frames`."""
+        watch_frames(self.camera, self.brick, observer, fps, wanted)
 
     def eyes(self, mission: Mission) -> Eyes:
-        """Return eyes for the targets of a mission.
-
-        With the camera "geometric" they look at no frames, unless the world has no picture of a target's name.
-
-        Raises:
-            ConfigError: A target's picture cannot be used.
-        """
-        if self.source == setup.GEOMETRIC and setup.finds_by_geometry(self.brick, mission.mission.targets):
-            return setup.geometric_eyes(self.brick, mission)
-        return setup.camera_eyes(self.camera, mission)
+        """Return eyes for the targets of a mission; see `nxtdrive.mission.eyes.mission_eyes`."""
+        return mission_eyes(mission, self.brick, self.camera, self.source)
 
 
 @contextmanager
@@ -91,8 +84,8 @@ def open_robot(nxt: str | Address, camera: str | None = None, *, reconnect: bool
             brick.link.reconnect_timeout_s = 0.0
             # a simulated link is never lost, and probing it would shift the simulation by milliseconds
             brick.link.reconnecting = not brick.link.transport.simulated
-        source = camera or setup.default_camera(brick)
-        with closing(setup.open_mission_camera(source, brick)) as opened:
+        source = camera or default_camera(brick)
+        with closing(open_mission_camera(source, brick)) as opened:
             yield OpenRobot(brick, opened, str(nxt), source)
 
 
@@ -134,7 +127,7 @@ class MissionRun:
         self._report: Report | None = None
         self._error = ""
         self._eyes = robot.eyes(mission)
-        body, clock = setup.build_body(robot.brick, mission), MissionClock(robot.brick)
+        body, clock = build_body(robot.brick, mission), MissionClock(robot.brick)
         self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
         self._review = RunReview(
             mission, truth_of(robot.brick), say_hint, file, by_name=not isinstance(self._eyes, CameraEyes)

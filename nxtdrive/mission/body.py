@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 from behaviors.ports import MotionResult, Pose, RobotUnreachable, SensorListener, SensorLost, StopReason
 from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, RemoteProtocolError
+from nxtdrive.motion.obstacle_monitor import SafetyLimits
 
 if TYPE_CHECKING:
+    from behaviors.mission import Mission
+    from behaviors.robot_description import RobotTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
 
@@ -153,3 +156,27 @@ class MissionBody:
             self._lost.pop(sensor, None)
         for listener in self._listeners:
             listener(sensor, error)
+
+
+def build_rover(brick: Brick, robot: RobotTable) -> Rover:
+    """Return the vehicle that a mission or a robot file describes."""
+    return brick.rover(
+        left=robot.left,
+        right=robot.right,
+        wheel_diameter_mm=robot.wheel_diameter_mm,
+        axle_track_mm=robot.axle_track_mm,
+        reversed=(robot.left_reversed, robot.right_reversed),
+        wheel_mismatch_percent=robot.wheel_mismatch_percent,
+        turn_slip_percent=robot.turn_slip_percent,
+        ultrasonic=robot.ultrasonic or None,
+        touch=robot.touch or None,
+        compass=robot.compass or None,
+        safety=SafetyLimits(stop_distance_mm=robot.stop_distance_mm),
+    )
+
+
+def build_body(brick: Brick, mission: Mission) -> MissionBody:
+    """Return the robot that a mission describes, as the mission's port."""
+    robot = mission.robot
+    has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
+    return MissionBody(build_rover(brick, robot), [sensor for sensor, port in has.items() if port])

@@ -11,7 +11,8 @@ from behaviors.mission import Mission, MissionError, load_mission, valid_targets
 from behaviors.mission_targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
-from nxtdrive.mission.setup import PICTURES, make_detectors, usual_robot
+from nxtdrive.mission.detectors import make_detectors
+from nxtdrive.mission.files import PICTURES, usual_robot
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
 
 A4_SHAPE = 210 / 297

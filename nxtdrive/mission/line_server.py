@@ -21,8 +21,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Eyes, RobotUnreachable, SensorListener
 from firmware_protocol.errors import ConfigError, LinkError, NXTError, system_words
 from nxtdrive.brick import Brick
-from nxtdrive.mission.body import MissionClock, link_errors_as_outages
-from nxtdrive.mission.setup import build_body
+from nxtdrive.mission.body import MissionClock, build_body, link_errors_as_outages
 
 LAST_PORT = 0xFFFF
 CHUNK = 4096

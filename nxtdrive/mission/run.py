@@ -8,8 +8,8 @@ from pathlib import Path
 from behaviors.executive import Report
 from behaviors.journal import Observer
 from behaviors.observers import Observers
-from nxtdrive.mission import setup
 from nxtdrive.mission.assembly import MissionRun, open_robot
+from nxtdrive.mission.files import read_mission_file
 
 
 def run_mission(
@@ -41,7 +41,7 @@ def run_mission(
         CameraError: The camera cannot be opened.
     """
     file = None if mission is None else Path(mission)
-    loaded = setup.load(file)
+    loaded = read_mission_file(file)
     guarded = Observers()
     for number, observer in enumerate(observers, 1):
         guarded.add(f"observer {number}", observer)

@@ -18,7 +18,7 @@ from behaviors.mission_targets import PictureTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
-from nxtdrive.mission.setup import build_detectors
+from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Build the robot of a scenario: the product's body and eyes on a simulation, degraded as the scenario demands.
 
-A profile gets a `Robot` and nothing else; it has no access to the simulation.
+A profile gets a `MissionPorts` and nothing else; it has no access to the simulation.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from behaviors.journal import Observer
 from behaviors.mission import Mission
 from behaviors.ports import Body, Clock, Eyes
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.camera import SIMULATED, open_mission_camera
+from nxtdrive.mission.eyes import mission_eyes
 from sim_backend.camera.geometric import Quad
 from sim_backend.scenarios.extras import CameraLoss, Sight
 from sim_backend.simulation import Simulation
@@ -32,7 +33,7 @@ LOOK_MS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class MissionPorts:
     """The ports of one mission.
 
     Attributes:
@@ -52,7 +53,7 @@ class Robot:
 
 def scenario_robot(
     scenario: Scenario, simulation: Simulation, brick: Brick, eyes: str, observers: Sequence[Observer]
-) -> Robot:
+) -> MissionPorts:
     """Build the robot of a scenario.
 
     Args:
@@ -62,15 +63,12 @@ def scenario_robot(
         eyes: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
-    body, clock = setup.build_body(brick, scenario.mission), MissionClock(brick)
-    sees: Eyes
-    if eyes == GEOMETRIC:
-        sees = setup.geometric_eyes(brick, scenario.mission, SpoiltSensor(simulation, scenario.sight, scenario.seed))
-    else:
-        sees = setup.camera_eyes(setup.open_mission_camera("sim", brick), scenario.mission)
+    body, clock = build_body(brick, scenario.mission), MissionClock(brick)
+    sensor = SpoiltSensor(simulation, scenario.sight, scenario.seed) if eyes == GEOMETRIC else None
+    sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in scenario.sight.losses:
         _lose_camera(simulation, loss)
-    return Robot(scenario.mission, body, sees, clock, observers)
+    return MissionPorts(scenario.mission, body, sees, clock, observers)
 
 
 class SpoiltSensor:

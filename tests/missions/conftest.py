@@ -15,8 +15,9 @@ from behaviors.operator import Ask
 from behaviors.pause import Pause
 from behaviors.profiles.registry import supervised
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.camera import open_mission_camera
+from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -89,11 +90,8 @@ def perform(
     console.say("Connecting to NXT")
     with Brick(transport, reconnecting=reconnecting) as brick:
         brick.link.reconnect_timeout_s = 0.0
-        if geometric:
-            eyes = setup.geometric_eyes(brick, mission)
-        else:
-            eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
-        body, clock = setup.build_body(brick, mission), MissionClock(brick)
+        eyes = geometric_eyes(brick, mission) if geometric else camera_eyes(open_mission_camera("sim", brick), mission)
+        body, clock = build_body(brick, mission), MissionClock(brick)
         make_profile = supervised(mission, ask) if ask else None
         observers = [observer, done.records.append, console]
         executive = Executive(mission, body, eyes, clock, observers, make_profile, pause)

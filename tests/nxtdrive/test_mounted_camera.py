@@ -7,7 +7,9 @@ import pytest
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission
 from nxtdrive.brick import open_brick
-from nxtdrive.mission import setup
+from nxtdrive.mission.body import build_body
+from nxtdrive.mission.eyes import geometric_eyes
+from nxtdrive.mission.files import PICTURES
 
 WORLD = """
 [floor]
@@ -41,12 +43,12 @@ def _place(tmp_path, camera, believed):
     mission = Mission.model_validate(
         {
             "mission": {"targets": ["lena"]},
-            "target": {"lena": {"detector": "picture", "pictures": [str(setup.PICTURES / "lena.png")]}},
+            "target": {"lena": {"detector": "picture", "pictures": [str(PICTURES / "lena.png")]}},
             "camera": believed,
         }
     )
     with open_brick(f"sim://{tmp_path}/world.toml") as brick:
-        body, eyes = setup.build_body(brick, mission), setup.geometric_eyes(brick, mission)
+        body, eyes = build_body(brick, mission), geometric_eyes(brick, mission)
         world, until_s = WorldModel(mission), brick.now() + 1.5
         body.turn(-20.0)
         while brick.now() < until_s or body.pose().heading_deg < 5.0:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from behaviors.ports import Pose
 from firmware_protocol.errors import BrickError, LocalProtocolError
-from nxtdrive.mission import setup
+from nxtdrive.mission.body import build_rover
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.motion.compass_correction import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
 from nxtdrive.motion.odometry import Trip
 from nxtdrive.motion.rover import Rover, SafetyLimits
@@ -262,10 +263,10 @@ def test_each_sensor_has_a_port_of_its_own(lab):
 @pytest.mark.parametrize(("port", "wrong_deg"), [(2, 0), (0, 29)])
 def test_a_mission_says_whether_there_is_a_compass(lab, port, wrong_deg):
     room = lab(slip(turn_percent=8) + COMPASS)
-    mission = setup.load(None)
+    mission = read_mission_file(None)
     assert mission.robot.compass == 0
     robot = mission.robot.model_copy(update={"compass": port})
-    rover = setup.build_rover(room.brick, robot)
+    rover = build_rover(room.brick, robot)
     rover.turn(360)
     assert heading_error(room, rover) == pytest.approx(wrong_deg, abs=STILL_DEG)
 

@@ -12,7 +12,7 @@ from firmware_protocol.errors import AddressError, ConfigError, LinkError, LinkL
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import DONE, LINK_LOST, NOT_ACHIEVED, USAGE, main
-from nxtdrive.mission.setup import default_camera
+from nxtdrive.mission.camera import default_camera
 from nxtdrive.motion.rover import SafetyLimits
 from nxtdrive.transports.record import RecordTransport, recorded
 from nxtdrive.transports.replay import ReplayTransport

@@ -18,7 +18,8 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
+from nxtdrive.mission.camera import open_mission_camera
+from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.mission.line_server import LineServer, sessions
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
@@ -137,9 +138,9 @@ def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]
             simulation = Simulation(world, seed=1)
             mission = mission_for(*(targets or ("lena", "rilakkuma")), **thesis)
             brick = stack.enter_context(Brick(SimTransport(simulation, faults=faults)))
-            eyes: Eyes = setup.geometric_eyes(brick, mission)
+            eyes: Eyes = geometric_eyes(brick, mission)
             if camera:
-                eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
+                eyes = camera_eyes(open_mission_camera("sim", brick), mission)
             return stack.enter_context(serving(brick, simulation, mission, eyes))
 
         yield _serve

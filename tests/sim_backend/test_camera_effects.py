@@ -9,7 +9,8 @@ import pytest
 
 from behaviors.mission import Mission
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
+from nxtdrive.mission.camera import open_mission_camera
+from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import PICTURES
 from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
@@ -181,10 +182,7 @@ MISSION = Mission.model_validate(
 
 def looks(camera, tables, geometric, number):
     with Brick(SimTransport(Simulation(world(camera, **tables), seed=1))) as brick:
-        if geometric:
-            eyes = setup.geometric_eyes(brick, MISSION)
-        else:
-            eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), MISSION)
+        eyes = geometric_eyes(brick, MISSION) if geometric else camera_eyes(open_mission_camera("sim", brick), MISSION)
         times = []
         for _ in range(number):
             eyes.look("lena")

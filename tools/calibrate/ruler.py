@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from behaviors.robot_description import RobotFile, RobotTable
-from nxtdrive.mission.setup import build_rover
+from nxtdrive.mission.body import build_rover
 
 from .course import CalibrationRefused
 from .session import Line, Outcome, identified

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from behaviors.robot_description import RobotFile, RobotTable, brick_id
 from firmware_protocol.printable import printable
-from nxtdrive.mission.setup import build_rover
+from nxtdrive.mission.body import build_rover
 
 from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px

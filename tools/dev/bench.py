@@ -24,22 +24,13 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, cast
 
 import nxtdrive
-from behaviors.executive import Executive, Report
-from behaviors.ports import Eyes
+from behaviors.executive import Report
 from firmware_protocol.direct import GetOutputState, OutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
-from nxtdrive.brick import Brick, open_brick
-from nxtdrive.mission.body import MissionClock
-from nxtdrive.mission.setup import (
-    GEOMETRIC,
-    PICTURES,
-    SIMULATED,
-    build_body,
-    camera_eyes,
-    geometric_eyes,
-    load,
-    open_mission_camera,
-)
+from nxtdrive.brick import Brick
+from nxtdrive.mission.camera import GEOMETRIC, SIMULATED
+from nxtdrive.mission.files import PICTURES
+from nxtdrive.mission.run import run_mission
 
 from .bench_peer import run_nxt_python
 
@@ -231,14 +222,7 @@ def perform_built_in_mission(camera: str) -> Report:
     Args:
         camera: ``sim`` or ``geometric``.
     """
-    mission = load(None)
-    with open_brick("sim://") as brick:
-        eyes: Eyes
-        if camera == GEOMETRIC:
-            eyes = geometric_eyes(brick, mission)
-        else:
-            eyes = camera_eyes(open_mission_camera(camera, brick), mission)
-        return Executive(mission, build_body(brick, mission), eyes, MissionClock(brick)).run()
+    return run_mission(nxt="sim://", camera=camera)
 
 
 DETECTORS: dict[str, dict[str, object]] = {

@@ -31,7 +31,7 @@ from behaviors.recoveries import WAIT, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.brick import Brick
-from nxtdrive.simulated.robot import GEOMETRIC, Robot, scenario_robot
+from nxtdrive.simulated.robot import GEOMETRIC, MissionPorts, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.classes import CLASSES
@@ -198,7 +198,7 @@ class TimedProfile(AdaptiveProfile):
 
 
 @contextmanager
-def _robot(kind: str, seed: int) -> Iterator[Robot]:
+def _robot(kind: str, seed: int) -> Iterator[MissionPorts]:
     """Build the robot of a scenario of the sweep, with geometric eyes."""
     scenario = generate_scenario(kind, seed)
     simulation = Simulation(scenario.world, seed=seed)

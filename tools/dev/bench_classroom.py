@@ -13,7 +13,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 
 from ..web.classroom.app import ClassroomServer, serve_classroom
 from ..web.classroom.classroom import Classroom
@@ -102,7 +102,7 @@ def _running(robots: int) -> Iterator[tuple[Classroom, str]]:
     """Serve a classroom in this process; yield it and the address of its WebSockets."""
     with tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as listener:
         folder, ready = Path(name), threading.Event()
-        classroom = Classroom(simulated_classroom(robots, folder, folder / "runs"), setup.load(None))
+        classroom = Classroom(simulated_classroom(robots, folder, folder / "runs"), read_mission_file(None))
         server = ClassroomServer(classroom)
         threading.Thread(target=serve_classroom, args=(server, listener, ready.set), daemon=True).start()
         ready.wait()

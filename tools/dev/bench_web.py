@@ -21,7 +21,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import TypeVar, cast
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 
@@ -102,7 +102,7 @@ def running(hub: Hub, address: str = "sim://open?pace=realtime") -> Iterator[str
     """Serve a page of this process; yields the address of its WebSocket."""
     with tempfile.TemporaryDirectory() as name, socket.create_server(("127.0.0.1", 0)) as listener:
         folder, ready = Path(name), threading.Event()
-        robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
+        robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
         server = Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
         thread = threading.Thread(target=serve, args=(server, robot, listener, ready.set))
         thread.start()

@@ -1,7 +1,7 @@
 """The agents that a sweep compares, by name: profiles, baselines and oracles.
 
-An agent drives one mission on a `Robot`. To compare another one, add a line to `AGENTS`: an entry is a function that
-takes a robot and returns the mission's report. It is judged by the journal that it writes.
+An agent drives one mission through its ports. To compare another one, add a line to `AGENTS`: an entry is a function
+that takes `MissionPorts` and returns the mission's report. It is judged by the journal that it writes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile, ThesisProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import ThesisPolicy
-from nxtdrive.simulated.robot import Robot
+from nxtdrive.simulated.robot import MissionPorts
 from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
@@ -25,13 +25,13 @@ from .oracle_eyes import OracleEyes
 NEVER = 10**9
 """Number of searches for one target before it is given up."""
 
-Agent = Callable[[Robot], Report]
+Agent = Callable[[MissionPorts], Report]
 
 
 def _executive(make_profile: MakeProfile, **adaptive: object) -> Agent:
     """Return an agent that runs the executive with a profile, with these parameters of the adaptive one replaced."""
 
-    def run(robot: Robot) -> Report:
+    def run(robot: MissionPorts) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
         return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_profile).run()
@@ -76,7 +76,7 @@ def equipped(agent: str, mission: Mission) -> Mission:
     return mission.model_copy(update={"robot": robot})
 
 
-def drive(agent: str, robot: Robot, simulation: Simulation) -> Report:
+def drive(agent: str, robot: MissionPorts, simulation: Simulation) -> Report:
     """Run a mission with an agent or with a custom profile; only oracles get the simulation."""
     if agent in ORACLES:
         return ORACLES[agent](robot, simulation).run()

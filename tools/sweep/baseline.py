@@ -20,7 +20,7 @@ from behaviors.outages import OutageSupervisor, part_of
 from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
-from nxtdrive.simulated.robot import Robot
+from nxtdrive.simulated.robot import MissionPorts
 
 
 class Baseline(ABC):
@@ -30,7 +30,7 @@ class Baseline(ABC):
         robot: The robot.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: MissionPorts) -> None:
         self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
         self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = robot.clock.now()

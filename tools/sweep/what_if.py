@@ -29,7 +29,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text
 from nxtdrive.mission.assembly import MissionRun, open_robot
-from nxtdrive.mission.setup import with_profile
+from nxtdrive.mission.files import with_profile
 from nxtdrive.recording.run_folder import SUMMARY
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.simulated.episode import Episode

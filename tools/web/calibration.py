@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from behaviors.pause import Pause
 from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError, NXTError
-from nxtdrive.mission.setup import read_robot_file
+from nxtdrive.mission.files import read_robot_file
 
 from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler

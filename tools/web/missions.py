@@ -11,8 +11,8 @@ from behaviors.mission import Mission
 from firmware_protocol.errors import ConfigError
 from input_files.plain import InputFileError, read_bytes, read_text
 from input_files.toml_file import MAX_BYTES
-from nxtdrive.mission import setup
 from nxtdrive.mission.checking import Findings, check_mission
+from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.output_file import draft
 
 NAME = re.compile(r"\w[\w .-]*\.toml")
@@ -56,8 +56,8 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} here.")
         try:
-            mission = setup.load(self.file(name), self._robot)
-            return mission if profile is None else setup.with_profile(mission, profile)
+            mission = read_mission_file(self.file(name), self._robot)
+            return mission if profile is None else with_profile(mission, profile)
         except ConfigError as error:
             raise ValueError(str(error)) from None
 

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from behaviors.mission import Mission
 from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
 from nxtdrive.mission.assembly import OpenRobot, open_robot
+from nxtdrive.mission.body import build_rover
+from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
@@ -247,7 +248,7 @@ class Robot:
             except NXTError as error:
                 self._opened.put(error)
                 return
-            if robot.source == setup.GEOMETRIC:  # its missions look at no frames
+            if robot.source == GEOMETRIC:  # its missions look at no frames
                 robot.watch(self._pictures.frame, self._pictures.fps, self._pictures.wants)
             else:
                 robot.watch(self._pictures.frame, self._pictures.fps)
@@ -280,7 +281,7 @@ class Robot:
     def _hand_rover(self, brick: Brick) -> Rover:
         """Return the rover for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
         if self._rover is None or self._rover[0] is not self._mission:
-            self._rover = (self._mission, setup.build_rover(brick, self._mission.robot))
+            self._rover = (self._mission, build_rover(brick, self._mission.robot))
         return self._rover[1]
 
     def _rest(self, brick: Brick) -> Callable[[float], None]:

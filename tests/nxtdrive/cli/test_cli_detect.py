@@ -105,9 +105,9 @@ def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
 
 def test_the_built_in_targets(tmp_path, capsys):
     from behaviors.mission_targets import PictureTarget
-    from nxtdrive.mission.setup import load
+    from nxtdrive.mission.files import read_mission_file
 
-    target = load(None).target["lena"]
+    target = read_mission_file(None).target["lena"]
     assert isinstance(target, PictureTarget)
     result = _try(capsys, target.pictures[0], "--target", "lena", "--out", tmp_path / "x.png")
     assert result["seen"] == 1

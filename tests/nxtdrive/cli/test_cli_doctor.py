@@ -11,7 +11,7 @@ import usb.core
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
 from nxtdrive.host import access
 from nxtdrive.host.access import UDEV_RULE
-from nxtdrive.mission.setup import load
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.doctor import brick as patient
 from nxtdrive.tools.doctor import computer, finding, udev
 from sim_backend.firmware.bench_motor import BenchMotor
@@ -252,7 +252,7 @@ def test_sleep_timer_and_firmware():
 def test_what_the_mission_needs_and_is_not_there_is_a_problem(lab):
     room = lab()
     room.attach(4, None)
-    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, load(None))}
+    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, read_mission_file(None))}
     assert findings["sensor 4"].verdict == "problem"
     assert findings["motor B"].verdict == "ok"
     assert findings["motor A"].verdict == "ok"
@@ -262,7 +262,7 @@ def test_a_motor_that_is_not_there(lab):
     room = lab()
     room.attach("B", BenchMotor(locked=True))
     room.attach("A", BenchMotor(locked=True))
-    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, load(None))}
+    findings = {finding.topic: finding for finding in patient.wiggle(room.brick, read_mission_file(None))}
     assert findings["motor B"].verdict == "problem"
     assert findings["motor A"].verdict == "ok"
     assert findings["motor C"].verdict == "ok"

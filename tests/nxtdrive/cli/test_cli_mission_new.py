@@ -18,7 +18,8 @@ from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.mission import target_name
-from nxtdrive.mission import setup
+from nxtdrive.mission.detectors import build_detectors
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.dev.onnx_models import red_model
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.simulation import Simulation
@@ -104,8 +105,8 @@ def _save(name: str, *, at: Path = Path()) -> Path:
 
 def _find_in_the_room_as_written() -> None:
     """Place the target of the mission's file in the frames of the world's, from the start and from the arrival."""
-    mission = setup.load(Path("m.toml"))
-    ((name, detector),) = setup.build_detectors(mission).items()
+    mission = read_mission_file(Path("m.toml"))
+    ((name, detector),) = build_detectors(mission).items()
     simulation = Simulation(load_world("m-world.toml"))
     start, away_mm = simulation.truth.pose, simulation.truth.distance_mm(name)
     for driven_mm in (0.0, away_mm - LENS_FORWARD_MM - mission.adaptive.arrive_mm):

@@ -16,7 +16,7 @@ from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.label_placement import overlap
 from nxtdrive.drawing.page import place_tags
 from nxtdrive.drawing.sheet import Sheet
-from nxtdrive.mission.setup import load
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.map_events import MOST, numbering
 from nxtdrive.recording.map_picture import draw_map, map_page
 from nxtdrive.recording.map_scene import gather
@@ -121,7 +121,7 @@ def test_the_notes_are_the_lines_that_were_printed_with_number_and_time():
 
 
 def test_the_title_says_mission_profile_result_and_seconds():
-    page = map_page(STORY, load(None))
+    page = map_page(STORY, read_mission_file(None))
     assert page.title == "find Bär, Αθήνα, Жук"
     assert page.subtitle == "profile thesis; achieved after 90.0 s; lena: reached at 5.0 s"
 

@@ -18,7 +18,7 @@ from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.setup import load
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.camera_index import read_pictures
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import new_run_folder
@@ -101,7 +101,7 @@ def test_runs_that_begin_at_once_get_folders_of_their_own(tmp_path):
 def _recorded(folder, **options):
     """A recording of a short run, not finished yet."""
     recording = Recording(new_run_folder(folder, "x"), _Clock(), **options)
-    recording.folder.write_mission(load(None))
+    recording.folder.write_mission(read_mission_file(None))
     recording(START)
     for record in RECORDS:
         recording(record)

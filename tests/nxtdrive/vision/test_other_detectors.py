@@ -5,7 +5,7 @@ import pytest
 from behaviors.mission import Mission, described_by
 from behaviors.robot_description import RobotFile
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.setup import build_detectors
+from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.vision.detectors.color import HUES, ColorDetector
 from nxtdrive.vision.detectors.haar import HaarDetector, cascades
 from nxtdrive.vision.detectors.marker import FAMILIES, MarkerDetector

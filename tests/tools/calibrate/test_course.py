@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.robot_description import RobotTable
 from nxtdrive.mission.assembly import open_robot
-from nxtdrive.mission.setup import build_rover
+from nxtdrive.mission.body import build_rover
 from nxtdrive.tools.calibrate.course import Course
 
 

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 from mcp.client.client import Client
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.camera import GEOMETRIC
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.mcp.assistant import Assistant
 from nxtdrive.tools.mcp.mission_status import MissionStatusHub
 from nxtdrive.tools.mcp.server import make_server
@@ -31,7 +32,7 @@ Call = Callable[..., Awaitable[Any]]
 @contextmanager
 def _robot(folder: Path, address: str, camera: str | None = None) -> Iterator[Assistant]:
     status_hub = MissionStatusHub()
-    robot = Robot(Address.parse(address), camera, setup.load(None), status_hub, folder / "runs")
+    robot = Robot(Address.parse(address), camera, read_mission_file(None), status_hub, folder / "runs")
     robot.open()
     try:
         yield Assistant(robot, status_hub, Missions(folder), folder / "runs")
@@ -48,7 +49,7 @@ def fast(tmp_path):
 @pytest.fixture
 def quick(tmp_path):
     """A robot that finds its targets by geometry and renders no frames."""
-    with _robot(tmp_path, "sim://open?pace=fast", setup.GEOMETRIC) as assistant:
+    with _robot(tmp_path, "sim://open?pace=fast", GEOMETRIC) as assistant:
         yield assistant
 
 
@@ -208,7 +209,7 @@ def test_a_mission_is_run_followed_and_explained(quick):
 
 @pytest.mark.slow
 def test_the_assistant_may_decide_each_recovery(tmp_path):
-    with _robot(tmp_path, "sim://?pace=fast", setup.GEOMETRIC) as assistant:
+    with _robot(tmp_path, "sim://?pace=fast", GEOMETRIC) as assistant:
 
         async def talk(call: Call) -> None:
             assert "No mission" in await call("mission_choose", number=0)

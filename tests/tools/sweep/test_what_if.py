@@ -13,7 +13,7 @@ import pytest
 from behaviors.mission import described_by
 from behaviors.robot_description import RobotFile
 from nxtdrive.cli.main import main
-from nxtdrive.mission.setup import load, with_profile
+from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.explanation import what_if_words, what_ifs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
@@ -227,7 +227,7 @@ CAMERAS = {"unmeasured": {}, "measured": {"height_mm": 200.0, "forward_mm": 60.0
 @pytest.mark.parametrize("calibration", [{}, {"camera": {"date": date(2026, 1, 2), "method": "sheet"}}])
 def test_a_recorded_mission_reads_as_the_mission_that_ran(tmp_path, camera, calibration):
     described = RobotFile.model_validate({"camera": CAMERAS[camera], "calibration": calibration})
-    mission = described_by(with_profile(load(None), "adaptive"), described)
+    mission = described_by(with_profile(read_mission_file(None), "adaptive"), described)
     folder = new_run_folder(tmp_path, "x")
     folder.write_mission(mission)
     folder(next(iter(_records())))

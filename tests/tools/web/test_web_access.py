@@ -11,7 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.access import ATTEMPTS, WAIT_S, Pin, own_names
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
@@ -35,7 +35,7 @@ class Clock:
 
 def _server(folder: Path, pin: Pin | None) -> Server:
     hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, setup.load(None), hub, folder / "runs")
+    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, folder / "runs")
     return Server(robot, hub, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
 
 

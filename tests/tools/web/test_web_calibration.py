@@ -12,7 +12,7 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
 from behaviors.robot_description import load_robot_file
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.calibration import Calibrations
 from nxtdrive.tools.web.hub import Hub
@@ -29,7 +29,7 @@ RULER = {"type": "start_calibration", "how": "ruler"}
 @contextmanager
 def _page(folder: Path, address: str = FAST) -> Iterator[WebSocketTestSession]:
     hub, missions = Hub(), Missions(folder)
-    robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
+    robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
     calibrations = Calibrations(hub, folder / "robot.toml", missions.use)
     server = Server(robot, hub, missions, Runs(folder / "runs"), address, calibrations=calibrations)
     robot.open()
@@ -136,7 +136,7 @@ def test_what_cannot_be_is_refused(tmp_path, message, said):
 
 def test_the_sheet_can_be_fetched(tmp_path):
     server = Server(
-        Robot(Address.parse(FAST), None, setup.load(None), Hub(), tmp_path),
+        Robot(Address.parse(FAST), None, read_mission_file(None), Hub(), tmp_path),
         Hub(),
         Missions(tmp_path),
         Runs(tmp_path),

@@ -15,7 +15,7 @@ from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.web.decisions import candidate, decisions_of, made
 
@@ -31,7 +31,7 @@ KNOWN = Evidence(
 
 
 def _choice(profile: str) -> tuple[Record, Choice]:
-    policy = make_policy(profile, setup.load(None))
+    policy = make_policy(profile, read_mission_file(None))
     choice = policy.select(KNOWN)
     data = plain({**choice.record(), "evidence": KNOWN.known()})
     return Record(12.5, Kind.CHOICE, "select", "lena", data), choice
@@ -39,7 +39,7 @@ def _choice(profile: str) -> tuple[Record, Choice]:
 
 def test_a_decision_shows_its_cause_its_candidates_and_the_choice():
     record, choice = _choice("adaptive")
-    shown = made(record, make_policy("adaptive", setup.load(None)))
+    shown = made(record, make_policy("adaptive", read_mission_file(None)))
     assert (shown["t"], shown["target"]) == (12.5, "lena")
     assert shown["failed"] == "something came between the robot and it"
     assert shown["choice"] == choice.words()
@@ -53,7 +53,7 @@ def test_a_decision_shows_its_cause_its_candidates_and_the_choice():
 def test_a_replay_shows_what_each_candidate_would_have_cost(tmp_path):
     record, choice = _choice("adaptive")
     (tmp_path / "journal.jsonl").write_text(record.to_json() + "\n")
-    words = [each["text"] for each in made(record, make_policy("adaptive", setup.load(None)))["candidates"]]
+    words = [each["text"] for each in made(record, make_policy("adaptive", read_mission_file(None)))["candidates"]]
     proposed = [choice.words(), *(text for text in words if text != choice.words()), "leave this target"]
     costs = {text: [10.0 * number, 10.0 * number - 1, 10.0 * number + 1] for number, text in enumerate(proposed, 1)}
     told = [
@@ -72,13 +72,13 @@ def test_a_replay_shows_what_each_candidate_would_have_cost(tmp_path):
 
 def test_a_rule_that_weighs_nothing_shows_no_candidates():
     record, choice = _choice("thesis")
-    shown = made(record, make_policy("thesis", setup.load(None)))
+    shown = made(record, make_policy("thesis", read_mission_file(None)))
     assert (shown["choice"], shown["candidates"], shown["chosen"]) == (choice.words(), [], None)
 
 
 @pytest.mark.parametrize("data", [{}, {"choice": "fly", "why": "it can", "evidence": {"reason": "bored"}}])
 def test_a_decision_of_another_version_is_shown_as_far_as_it_is_understood(data):
-    shown = made(Record(1.0, Kind.CHOICE, "select", "lena", data), make_policy("adaptive", setup.load(None)))
+    shown = made(Record(1.0, Kind.CHOICE, "select", "lena", data), make_policy("adaptive", read_mission_file(None)))
     assert shown["choice"] == data.get("choice", "")
     json.dumps(shown, allow_nan=False)
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 from starlette.testclient import TestClient
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.editor import MAX_BYTES
 from nxtdrive.tools.web.hub import Hub
@@ -22,7 +22,7 @@ GOOD = '[mission]\nname = "é"\ntargets = ["lena"]\n[target.lena]\ndetector = "p
 @pytest.fixture
 def client(tmp_path) -> TestClient:
     hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, setup.load(None), hub, tmp_path / "runs")
+    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, tmp_path / "runs")
     server = Server(robot, hub, Missions(tmp_path), Runs(tmp_path / "runs"), "sim://open")
     return TestClient(server.app(), base_url="http://127.0.0.1:7080")
 

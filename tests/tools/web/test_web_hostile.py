@@ -19,7 +19,7 @@ from websockets.frames import CloseCode
 from websockets.sync.client import connect
 
 from behaviors.mission import Mission
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.signals import signals_as_interrupt
 from nxtdrive.tools.web import connections
 from nxtdrive.tools.web.access import Pin
@@ -37,7 +37,7 @@ LONG = "x" * 300
 
 def _server(folder: Path, pin: Pin | None = None) -> Server:
     hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, setup.load(None), hub, folder / "runs")
+    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, folder / "runs")
     return Server(robot, hub, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
 
 

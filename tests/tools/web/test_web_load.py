@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server, serve
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
@@ -67,7 +67,7 @@ class Witness(Hub):
 
 
 def _server(folder: Path, hub: Witness, address: str) -> Server:
-    hub.robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
+    hub.robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
     return Server(hub.robot, hub, Missions(folder), Runs(folder / "runs"), address)
 
 

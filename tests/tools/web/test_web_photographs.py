@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nxtdrive.mission.checking import check_mission
-from nxtdrive.mission.setup import PICTURES
+from nxtdrive.mission.files import PICTURES
 from nxtdrive.tools.web.photographs import KEPT, NewTarget, Photographs
 
 BOX = (100, 60, 90, 120)

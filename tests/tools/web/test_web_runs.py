@@ -10,7 +10,7 @@ from starlette.testclient import TestClient
 
 from behaviors.journal import Kind, Record
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
@@ -48,7 +48,7 @@ def _run(folder, name, summary=None, *, pictures=False):
 
 
 def _client(folder):
-    robot = Robot(Address.parse("sim://open"), None, setup.load(None), Hub(), folder)
+    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), Hub(), folder)
     server = Server(robot, Hub(), Missions(folder), Runs(folder), "sim://open")
     return TestClient(server.app(), base_url="http://127.0.0.1:7080")
 

@@ -14,7 +14,7 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from nxtdrive import run_mission
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
@@ -30,7 +30,7 @@ QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector 
 
 def _server(folder: Path, address: str = "sim://open?pace=realtime") -> Server:
     hub = Hub()
-    robot = Robot(Address.parse(address), None, setup.load(None), hub, folder / "runs")
+    robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
     return Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
 
 
@@ -290,7 +290,7 @@ def test_a_damaged_run_is_listed_and_its_replay_says_why_not(tmp_path):
 def test_a_mission_that_has_not_begun_can_be_ended(tmp_path, end):
     server = _server(tmp_path, "sim://open?pace=fast")
     with _client(server).websocket_connect("/ws") as page:
-        server.robot.start_mission(setup.load(_quick(tmp_path)), confirm=False)
+        server.robot.start_mission(read_mission_file(_quick(tmp_path)), confirm=False)
         getattr(server.robot, end)()
         server.robot.open()
         try:

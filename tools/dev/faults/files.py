@@ -29,7 +29,7 @@ from firmware_protocol.errors import AddressError, CameraError, ConfigError, Loc
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
 from nxtdrive.cli.mission_template import template
-from nxtdrive.mission.setup import PICTURES
+from nxtdrive.mission.files import PICTURES
 from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport

@@ -14,8 +14,10 @@ from behaviors.observers import Observers
 from behaviors.ports import Eyes
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.camera import open_mission_camera
+from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, MAP, MISSION, SUMMARY, RunFolder
 from sim_backend.simulation import Simulation
@@ -61,7 +63,7 @@ def perform_mission(
 
 def mission_of(profile: str) -> Mission:
     """Return a mission with one target."""
-    mission = setup.load(None)
+    mission = read_mission_file(None)
     table = mission.mission.model_copy(update={"profile": profile, "targets": ["lena"], "reconnect_timeout_s": 15.0})
     return mission.model_copy(update={"mission": table})
 
@@ -99,14 +101,14 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
     clock = MissionClock(brick)
     eyes: Eyes
     if camera:
-        eyes = setup.camera_eyes(setup.open_mission_camera("sim", brick), mission)
+        eyes = camera_eyes(open_mission_camera("sim", brick), mission)
     else:
-        eyes = setup.geometric_eyes(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
+        eyes = geometric_eyes(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
     recording = Recording(RunFolder(folder), clock, video=False)
     recording.folder.write_mission(mission)
     observers = Observers()
     observers.add(JOURNAL, recording)
-    body = setup.build_body(brick, mission)
+    body = build_body(brick, mission)
     report = None
     try:
         report = Executive(mission, body, eyes, clock, observers).run()

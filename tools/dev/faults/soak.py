@@ -17,8 +17,8 @@ from nxtdrive.brick import Brick
 from nxtdrive.link.core import Interrupted, LinkState
 from nxtdrive.link.link import LONGEST_SILENCE_S
 from nxtdrive.link.reconnect import PROBE_S
-from nxtdrive.mission import setup
-from nxtdrive.mission.body import MissionClock
+from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.eyes import geometric_eyes
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
@@ -130,8 +130,8 @@ def _lose(brick: Brick, wire: Wire, _number: int, _end_s: float) -> list[str]:
 def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
     """Pursue a mission, then go back to where it began; the link is lost in the middle of every other mission."""
     mission, clock = mission_of(PROFILES[number % 2]), MissionClock(brick)
-    body = setup.build_body(brick, mission)
-    eyes = setup.geometric_eyes(brick, mission, wire.simulation.webcam)
+    body = build_body(brick, mission)
+    eyes = geometric_eyes(brick, mission, wire.simulation.webcam)
     if number % 4 > 1:
         wire.simulation.at(wire.simulation.now_ms + 6000, lambda: wire.pull("pulled for 2 s"))
     brick.link.reconnect_timeout_s = 0.0

@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.mission.setup import GEOMETRIC
+from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.transports import transport_class
 from nxtdrive.transports.address import Address
 from sim_backend.toml_file import Problem, check, mistakes, read_tables

@@ -11,7 +11,7 @@ from typing import Any
 
 from behaviors.mission import Mission
 from firmware_protocol.errors import NXTError
-from nxtdrive.mission.setup import GEOMETRIC
+from nxtdrive.mission.camera import GEOMETRIC
 
 from ..app import Server
 from ..hub import Hub

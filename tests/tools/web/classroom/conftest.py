@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.classroom.classroom import Classroom
 from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
 from nxtdrive.transports.address import Address
@@ -38,7 +38,7 @@ def running(tmp_path) -> Callable[..., contextmanager[Classroom]]:
     @contextmanager
     def run(*robots: RobotEntry) -> Iterator[Classroom]:
         folder = Path(tmp_path)
-        classroom = Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), setup.load(None))
+        classroom = Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), read_mission_file(None))
         classroom.open()
         try:
             yield classroom

@@ -15,7 +15,7 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.access import Pin
 from nxtdrive.tools.web.classroom.app import ClassroomServer
 from nxtdrive.tools.web.classroom.classroom import TILE_PICTURE, Classroom
@@ -39,7 +39,7 @@ def _closed(folder: Path, *names: str, mission: str = "") -> Classroom:
     robots = tuple(
         RobotEntry(name, "#c4161c", Address("sim", "open", {"pace": "realtime"}), mission=mission) for name in names
     )
-    return Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), setup.load(None))
+    return Classroom(ClassroomConfig("7b", robots, folder / "runs", folder), read_mission_file(None))
 
 
 def _until(page: WebSocketTestSession, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from nxtdrive.mission import setup
 from nxtdrive.mission.assembly import open_robot
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.hub import Client, Hub
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
@@ -77,7 +77,7 @@ def _journal(folder: Path, mission: Any, watchers: list[Client]) -> bytes:
     hub = Ended()
     for watcher in watchers:
         hub.join(watcher)
-    robot = Robot(Address.parse("sim://open?pace=fast"), "geometric", setup.load(None), hub, folder)
+    robot = Robot(Address.parse("sim://open?pace=fast"), "geometric", read_mission_file(None), hub, folder)
     robot.start_mission(mission, confirm=False)
     robot.open()
     try:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BrickNotFound
-from nxtdrive.mission import setup
+from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.classroom.config import RobotEntry
 from nxtdrive.tools.web.classroom.station import Station
 from nxtdrive.tools.web.missions import Missions
@@ -51,7 +51,7 @@ def station_for(tmp_path) -> Iterator[Callable[[RobotEntry], Station]]:
     def make(entry: RobotEntry) -> Station:
         folder = Path(tmp_path)
         station = Station(
-            entry, setup.load(None), Missions(folder), folder / entry.name, retry_s=0.01, fall_back_after_s=0.0
+            entry, read_mission_file(None), Missions(folder), folder / entry.name, retry_s=0.01, fall_back_after_s=0.0
         )
         opened.append(station)
         station.open()

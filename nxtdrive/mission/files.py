@@ -1,0 +1,66 @@
+"""Read the files of a mission: the mission itself, and the robot file."""
+
+from __future__ import annotations
+
+import os
+from importlib import resources
+from pathlib import Path
+
+from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
+from behaviors.profile_names import BUILT_IN_PROFILES
+from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
+from firmware_protocol.errors import ConfigError
+
+PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
+"""The built-in pictures; a mission may name them without having copies."""
+
+
+def usual_robot() -> Path | None:
+    """Return the robot file of the environment, if it names one."""
+    named = os.environ.get(ROBOT_VARIABLE)
+    return Path(named) if named else None
+
+
+def read_robot_file(path: Path | None) -> RobotFile:
+    """Read a robot file; without a path, one without values.
+
+    Raises:
+        ConfigError: The file has mistakes; the message lists all of them.
+    """
+    try:
+        return RobotFile() if path is None else load_robot_file(path)
+    except RobotFileError as error:
+        raise ConfigError(str(error)) from None
+
+
+def read_mission_file(path: Path | None, robot: Path | None = None) -> Mission:
+    """Read a mission file; without a path, the built-in one.
+
+    Args:
+        path: The mission file.
+        robot: The robot file; by default the one that the mission names, or else ``$NXT_ROBOT``.
+
+    Raises:
+        ConfigError: A file has mistakes; the message lists all of them.
+    """
+    try:
+        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual_robot())
+    except MissionError as error:
+        raise ConfigError(str(error)) from None
+    return with_profile(mission, mission.mission.profile)
+
+
+def with_profile(mission: Mission, profile: str) -> Mission:
+    """Return the mission with a profile, whose class can be loaded.
+
+    Raises:
+        ConfigError: It cannot.
+    """
+    if profile not in BUILT_IN_PROFILES:
+        from behaviors.profiles.registry import find_profile
+
+        try:
+            find_profile(profile)
+        except MissionError as error:
+            raise ConfigError(str(error)) from None
+    return mission.model_copy(update={"mission": mission.mission.model_copy(update={"profile": profile})})
