@@ -19,7 +19,7 @@ ALTERNATIVE = "possible, though the profile does not propose it"
 class Weighing(Protocol):
     """A policy that can list what it has weighed."""
 
-    def options(self, evidence: Evidence) -> Sequence[Candidate]:
+    def candidates(self, evidence: Evidence) -> Sequence[Candidate]:
         """Return all candidates for a choice."""
         ...
 
@@ -30,11 +30,11 @@ class OperatorChoice:
 
     Attributes:
         choice: The choice.
-        option: What the policy expects of it; None when it does not weigh candidates.
+        weighed: What the policy expects of it; None when it does not weigh candidates.
     """
 
     choice: Choice
-    option: Candidate | None = None
+    weighed: Candidate | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ def question_values(question: Question) -> dict[str, Any]:
 def _candidate(number: int, candidate: OperatorChoice) -> dict[str, Any]:
     values: dict[str, Any] = {"number": number, "does": candidate.choice.words()}
     values |= {name: plain(value) for name, value in candidate.choice.record().items()}
-    return values | (candidate.option.record() if candidate.option else {})
+    return values | (candidate.weighed.record() if candidate.weighed else {})
 
 
 Ask = Callable[[Question], Choice]
@@ -74,7 +74,7 @@ Ask = Callable[[Question], Choice]
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a policy; giving the target up is among them only if the policy weighs that."""
     if isinstance(policy, Weighing):
-        return tuple(OperatorChoice(option.choice, option) for option in policy.options(evidence))
+        return tuple(OperatorChoice(each.choice, each) for each in policy.candidates(evidence))
     if isinstance(policy, ThesisPolicy):
         return tuple(OperatorChoice(choice) for choice in policy.recoveries())
     return ()
@@ -86,7 +86,7 @@ def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [
-        each if each.option else OperatorChoice(replace(each.choice, why=ALTERNATIVE))
+        each if each.weighed else OperatorChoice(replace(each.choice, why=ALTERNATIVE))
         for each in known
         if each is not first
     ]

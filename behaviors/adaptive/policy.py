@@ -61,14 +61,14 @@ class AdaptivePolicy:
         """Choose the best candidate, or another target."""
         if self.max_researches is not None and evidence.researches >= self.max_researches:
             return Choice(CHANGE_TARGET, f"searched again {evidence.researches} times")
-        best = min(self.options(evidence), key=lambda option: option.expected_s, default=None)
+        best = min(self.candidates(evidence), key=lambda candidate: candidate.expected_s, default=None)
         if best is None:
             return Choice(CHANGE_TARGET, "everything was tried here")
         if evidence.targets_left > 1 and evidence.blocker is None and evidence.spent_s >= self.search_budget_s:
             return Choice(CHANGE_TARGET, f"not seen for {evidence.spent_s:.0f} s")
         return best.choice
 
-    def options(self, evidence: Evidence) -> list[Candidate]:
+    def candidates(self, evidence: Evidence) -> list[Candidate]:
         """Return all candidates but those that were tried too often at this place.
 
         After that many failures here for one reason, whatever was chosen, the next choice leads away from here, if

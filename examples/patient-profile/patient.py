@@ -26,9 +26,9 @@ class PatientPolicy:
             return Choice(WAIT, "people need their time", wait_s=WAIT_S)
         return self.otherwise.select(evidence)
 
-    def options(self, evidence: Evidence) -> Sequence[Candidate]:
+    def candidates(self, evidence: Evidence) -> Sequence[Candidate]:
         """Return the candidates, for a person who confirms choices and for explain-run."""
-        return self.otherwise.options(evidence)
+        return self.otherwise.candidates(evidence)
 
 
 class Patient(AdaptiveProfile):

@@ -42,10 +42,10 @@ def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], 
 
 
 def _expected(candidate: OperatorChoice) -> tuple[str, str, str]:
-    option = candidate.option
-    if option is None:
+    weighed = candidate.weighed
+    if weighed is None:
         return "-", "-", "-"
-    return f"{_seconds(option.seconds)}", f"{option.chance:.0%}", _seconds(option.expected_s)
+    return f"{_seconds(weighed.seconds)}", f"{weighed.chance:.0%}", _seconds(weighed.expected_s)
 
 
 def _seconds(value: float) -> str:

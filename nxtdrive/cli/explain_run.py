@@ -104,10 +104,10 @@ def _plain_decision(decision: Decision) -> dict[str, Any]:
 def _plain_candidate(candidate: OperatorChoice, decision: Decision) -> dict[str, Any]:
     from nxtdrive.recording.decisions import same
 
-    option, chosen = candidate.option, decision.choice
+    weighed, chosen = candidate.weighed, decision.choice
     return {
         **_plain_choice(candidate.choice),
-        **(option.record() if option else dict.fromkeys(("seconds", "chance", "expected_s"))),
+        **(weighed.record() if weighed else dict.fromkeys(("seconds", "chance", "expected_s"))),
         "chosen": chosen is not None and same(candidate.choice, chosen),
     }
 

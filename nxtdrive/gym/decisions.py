@@ -187,7 +187,7 @@ def observed(question: Question | None, left_s: float) -> Observation:
 
 def _row(candidate: OperatorChoice) -> NDArray[np.float32]:
     """Return the kind, the seconds it takes, its chance, and how long it waits."""
-    option, choice = candidate.option, candidate.choice
+    weighed, choice = candidate.weighed, candidate.choice
     kind = [float(name == choice.kind.name) for name in KINDS]
-    seconds, chance = (option.seconds, option.chance) if option else (0.0, 0.0)
+    seconds, chance = (weighed.seconds, weighed.chance) if weighed else (0.0, 0.0)
     return np.array([*kind, min(seconds, LONGEST_S), chance, min(choice.wait_s, LONGEST_S)], np.float32)

@@ -45,9 +45,9 @@ def predictions(records: Sequence[Record], profile: str, mission: Mission) -> li
         choice, came_true = decision.choice, _came_true(decision)
         if choice is None or came_true is None:
             continue
-        weighed = (each.option for each in weighed_by(policy, decision) if same(each.choice, choice))
-        if option := next(weighed, None):
-            name, chance, situation = choice.kind.name, option.chance, option.situation
+        weighed = (each.weighed for each in weighed_by(policy, decision) if same(each.choice, choice))
+        if candidate := next(weighed, None):
+            name, chance, situation = choice.kind.name, candidate.chance, candidate.situation
             found.append(Prediction(name, decision.reason, chance, came_true, situation))
     return found
 

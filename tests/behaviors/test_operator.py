@@ -101,7 +101,7 @@ def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
     due = question(ThesisPolicy(wait_s=3.0), UNSEEN)
     assert [each.choice.kind for each in due.candidates] == [MOVE_TO, WAIT, CHANGE_TARGET]
     assert due.candidates[1].choice.wait_s == 3.0
-    assert all(each.option is None for each in due.candidates)
+    assert all(each.weighed is None for each in due.candidates)
 
 
 def test_what_the_thesis_does_not_propose_claims_nothing_about_the_target():
@@ -115,7 +115,7 @@ def test_the_adaptive_candidates_come_with_what_is_expected_of_them_the_proposed
     policy = AdaptivePolicy()
     due = question(policy, BLOCKED)
     assert due.candidates[0].choice == due.proposed == policy.select(BLOCKED)
-    weighed = [each.option for each in due.candidates if each.option]
+    weighed = [each.weighed for each in due.candidates if each.weighed]
     assert {option.choice.kind for option in weighed} == {WAIT, DETOUR}
     assert due.candidates[-1].choice.kind is CHANGE_TARGET
 

@@ -82,9 +82,9 @@ def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str,
 def candidate(each: OperatorChoice) -> dict[str, Any]:
     """Return a candidate as plain values: its duration, its chance, and the expected seconds for a success."""
     values: dict[str, Any] = {"text": each.choice.words(), "why": each.choice.why}
-    if option := each.option:
-        seconds, expected_s = _seconds(option.seconds), _seconds(option.expected_s)
-        values |= {"seconds": seconds, "chance": round(option.chance, 3), "expected_s": expected_s}
+    if weighed := each.weighed:
+        seconds, expected_s = _seconds(weighed.seconds), _seconds(weighed.expected_s)
+        values |= {"seconds": seconds, "chance": round(weighed.chance, 3), "expected_s": expected_s}
     return values
 
 

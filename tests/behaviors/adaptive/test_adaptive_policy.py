@@ -123,8 +123,8 @@ def test_a_detour_goes_along_its_way_and_a_wait_has_its_time():
 
 
 def test_after_a_wait_for_a_way_to_a_place_comes_the_look_round_there():
-    (plain_wait,) = POLICY.options(_blocked(PERSON, None))
-    (wait,) = POLICY.options(_blocked(PERSON, None, blocked=GOOD))
+    (plain_wait,) = POLICY.candidates(_blocked(PERSON, None))
+    (wait,) = POLICY.candidates(_blocked(PERSON, None, blocked=GOOD))
     assert (wait.seconds, wait.chance) == (plain_wait.seconds, plain_wait.chance)
     assert wait.expected_s == pytest.approx(plain_wait.expected_s + GOOD.seconds / GOOD.chance)
 
@@ -195,7 +195,7 @@ def test_the_second_recovery_after_one_kind_of_failure_leads_away_and_the_third_
 def test_the_last_target_is_not_given_up_while_something_can_be_done(evidence):
     evidence = replace(evidence, targets_left=1, others=())
     given_up = POLICY.select(evidence).kind is CHANGE_TARGET
-    assert given_up == (not POLICY.options(evidence))
+    assert given_up == (not POLICY.candidates(evidence))
 
 
 @given(evidence=EVIDENCE)

@@ -98,7 +98,7 @@ def test_choices_without_an_approach_are_counted_until_one_begins():
 def test_a_wait_that_fails_costs_the_detour_that_follows():
     person = Blocker(400.0, 0.0, moving=True, hides=True)
     known = replace(EVIDENCE, reason=Reason.BLOCKED_SHORT, blocker=person, detour=Detour(25.0, ((9.0, 9.0),)))
-    wait, detour = AdaptivePolicy(chances=Chances({})).options(known)
+    wait, detour = AdaptivePolicy(chances=Chances({})).candidates(known)
     assert (wait.choice.kind, detour.choice.kind) == (WAIT, DETOUR)
     assert detour.expected_s == pytest.approx(50.0)
     assert wait.expected_s == pytest.approx(wait.seconds + (1.0 - wait.chance) * 50.0)
@@ -122,8 +122,8 @@ def test_a_mission_names_the_counts_of_own_runs(tmp_path):
     mission = load_mission(tmp_path / "m.toml")
     assert mission.adaptive.chances == counts
     here = replace(EVIDENCE, here=Viewpoint(0.0, 8.0, 0.15))
-    (own,) = AdaptivePolicy.of(mission.adaptive).options(here)
-    (usual,) = AdaptivePolicy().options(here)
+    (own,) = AdaptivePolicy.of(mission.adaptive).candidates(here)
+    (usual,) = AdaptivePolicy().candidates(here)
     assert own.chance < 0.05 < usual.chance
 
 
