@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any
 
 from firmware_protocol.catalog import AnyCommand, choices, command_named, describe
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.telegram import Command
 from firmware_protocol.wire import Number, Scalar, Text, WireType
+from firmware_protocol.wording import did_you_mean
 
 COUNTING_FIELDS = ("size", "tx_length")
 """Fields that count the bytes of the command's last field; computed if they are left out."""
@@ -63,9 +63,7 @@ def usage(command: AnyCommand) -> str:
 def _unknown(command: AnyCommand, word: str, field: str) -> str:
     if not field:
         return f"{word!r} is not of the form field=value."
-    close = get_close_matches(field, command.layout.wires, n=1)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
-    return f"{command.__name__} has no field {field!r}.{hint}"
+    return f"{command.__name__} has no field {field!r}. {did_you_mean(field, command.layout.wires)}".rstrip()
 
 
 def _value(command: AnyCommand, field: str, wire: WireType, text: str) -> Any:  # noqa: ANN401 - the field's type

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import AddressError, ConfigError, NXTError
+from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE, NO_BRICK
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_robot_argument
 from nxtdrive.cli.output import write_json, write_text
@@ -85,14 +86,10 @@ def run(args: argparse.Namespace) -> int:
         write_json({**report, "brick": examination.reached}, indent=2)
     else:
         unreached = "" if examination.reached else " No brick could be examined."
-        write_text(f"\n{_problems(problems)}{unreached}")
+        write_text(f"\n{number_of(problems, 'problem') if problems else 'No problems'} found.{unreached}")
     if not examination.reached:
         return NO_BRICK
     return PROBLEMS if problems else DONE
-
-
-def _problems(number: int) -> str:
-    return f"{number or 'No'} {'problem' if number == 1 else 'problems'} found."
 
 
 class _Examination:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
+from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
@@ -133,8 +134,7 @@ def _df(args: argparse.Namespace, brick: Brick) -> None:
     if args.json:
         write_json({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)})
     else:
-        files = "1 file" if len(used) == 1 else f"{len(used)} files"
-        write_line(f"{free} bytes free; {files} with {sum(entry.size for entry in used)} bytes")
+        write_line(f"{free} bytes free; {number_of(len(used), 'file')} with {sum(entry.size for entry in used)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:

@@ -73,7 +73,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:
-    from difflib import get_close_matches
+    from firmware_protocol.wording import did_you_mean
 
-    close = get_close_matches(word, known, n=2)
-    return f". Did you mean {' or '.join(map(repr, close))}?" if close else ""
+    hint = did_you_mean(word, known, most=2)
+    return f". {hint}" if hint else ""

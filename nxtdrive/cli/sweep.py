@@ -6,11 +6,11 @@ import argparse
 import os
 import sys
 from concurrent.futures import BrokenExecutor
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
@@ -189,7 +189,7 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
     print_tables(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
-    write_line(f"{len(lines)} {'mission' if len(lines) == 1 else 'missions'}; this run took {eval_s:.0f} s")
+    write_line(f"{number_of(len(lines), 'mission')}; this run took {eval_s:.0f} s")
 
 
 def _draw_map(args: argparse.Namespace) -> int:
@@ -236,8 +236,7 @@ def _agents(names: Sequence[str]) -> list[str]:
 def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: ANN401 - any collection of names
     for name in names:
         if name not in known:
-            near = get_close_matches(name, known, n=1)
-            remedy = f"Did you mean {near[0]!r}?" if near else f"Known: {', '.join(known)}."
+            remedy = did_you_mean(name, known) or f"Known: {', '.join(known)}."
             raise ConfigError(f"there is no {what} {name!r}.", remedy=remedy)
     return list(names)
 

@@ -12,6 +12,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, number, writing
@@ -100,8 +101,7 @@ def run(args: argparse.Namespace) -> int:
     elif summary:
         shapes = {1: "{:.2f}", 3: "{:.2f} [{:.2f}, {:.2f}]"}
         words = {key: shapes[len(value)].format(*value) for key, value in summary.items()}
-        count = sum(len(each["decisions"]) for each in results)
-        made = f"{count} decision" + ("s" if count != 1 else "")
+        made = number_of(sum(len(each["decisions"]) for each in results), "decision")
         write_line(f"{made}: mean regret {words['regret_s']} s; {words['nearly_best']} of them {NEARLY}")
     return DONE
 

@@ -8,6 +8,7 @@ from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
 from behaviors.journal import Record
+from firmware_protocol.wording import number_of
 
 FAILURES: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
@@ -85,8 +86,7 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     if evidence.viewpoints:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
-        count = len(evidence.viewpoints)
-        places = "1 other place" if count == 1 else f"{count} other places"
+        places = number_of(len(evidence.viewpoints), "other place")
         yield f"{places} to look from: nearest in {nearest:.0f} s, best {best:.0%} by the world model"
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"

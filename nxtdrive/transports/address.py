@@ -19,11 +19,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any
 from urllib.parse import parse_qsl, quote, urlencode
 
 from firmware_protocol.errors import AddressError
+from firmware_protocol.wording import did_you_mean
 
 DEFAULT = "usb://"
 """Opened when neither the program nor ``$NXT`` names a brick."""
@@ -121,6 +121,4 @@ def _by_shape(text: str) -> str:
 
 def _suggest(word: str, known: Iterable[str], lead: str) -> str:
     names = sorted(known)
-    close = get_close_matches(word, names, n=1)
-    hint = f"Did you mean {close[0]!r}? " if close else ""
-    return f"{hint}{lead} {', '.join(names) if names else 'none'}."
+    return f"{did_you_mean(word, names)} {lead} {', '.join(names) if names else 'none'}.".lstrip()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from nxtdrive.host.environment import install_extra
 from sim_backend.scenarios.extras import TIME_LIMIT_S
 
@@ -75,8 +76,7 @@ def title(lines: Sequence[Line]) -> str:
     seeds, classes = sorted({int(line["seed"]) for line in lines}), by(lines, "class")
     span = f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
     kinds = f"class {next(iter(classes))}" if len(classes) == 1 else f"{len(classes)} classes"
-    missions = "1 simulated mission" if len(lines) == 1 else f"{len(lines)} simulated missions"
-    return f"{missions}: {kinds}, {span}"
+    return f"{number_of(len(lines), 'simulated mission')}: {kinds}, {span}"
 
 
 def wilson(reached: float, number: float) -> tuple[float, float]:
