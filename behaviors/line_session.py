@@ -248,7 +248,7 @@ class Session:
         self._body.battery_mv()
         if self._held:
             return Status.HELD
-        return Status.UNDER_WAY if self._sighted or self._move or self._open else Status.IDLE
+        return Status.UNDER_WAY if self._sighted or self._move or self._decision_open else Status.IDLE
 
     def _do_why(self, _: Request) -> int:
         return self._why
@@ -286,7 +286,7 @@ class Session:
         return Executive(self._mission, self._body, self._eyes, self._clock, self._observers, make_profile).run()
 
     @property
-    def _open(self) -> bool:
+    def _decision_open(self) -> bool:
         """Whether a mission waits for a decision."""
         return self._stepped is not None and self._stepped.question is not None
 

@@ -205,19 +205,19 @@ class Brick:
         """Return the touch sensor on port 1..4."""
         from nxtdrive.sensors import Touch
 
-        return self._part(input_port(port), Touch, lambda: Touch(self.link, port))
+        return self._sensor(Touch, port)
 
     def ultrasonic(self, port: SensorPort) -> Ultrasonic:
         """Return the ultrasonic sensor on port 1..4."""
         from nxtdrive.sensors import Ultrasonic
 
-        return self._part(input_port(port), Ultrasonic, lambda: Ultrasonic(self.link, port))
+        return self._sensor(Ultrasonic, port)
 
     def light(self, port: SensorPort, *, lamp: bool = True) -> Light:
         """Return the light sensor on port 1..4, its lamp on or off."""
         from nxtdrive.sensors import Light
 
-        sensor = self._part(input_port(port), Light, lambda: Light(self.link, port))
+        sensor = self._sensor(Light, port)
         sensor.lamp = lamp
         return sensor
 
@@ -225,7 +225,7 @@ class Brick:
         """Return the sound sensor on port 1..4; `dba`: A-weighted."""
         from nxtdrive.sensors import Sound
 
-        sensor = self._part(input_port(port), Sound, lambda: Sound(self.link, port))
+        sensor = self._sensor(Sound, port)
         sensor.dba = dba
         return sensor
 
@@ -233,19 +233,19 @@ class Brick:
         """Return the colour sensor on port 1..4."""
         from nxtdrive.sensors import ColorSensor
 
-        return self._part(input_port(port), ColorSensor, lambda: ColorSensor(self.link, port))
+        return self._sensor(ColorSensor, port)
 
     def temperature(self, port: SensorPort) -> Temperature:
         """Return LEGO's digital temperature sensor on port 1..4."""
         from nxtdrive.sensors import Temperature
 
-        return self._part(input_port(port), Temperature, lambda: Temperature(self.link, port))
+        return self._sensor(Temperature, port)
 
     def compass(self, port: SensorPort) -> Compass:
         """Return HiTechnic's compass on port 1..4."""
         from nxtdrive.sensors import Compass
 
-        return self._part(input_port(port), Compass, lambda: Compass(self.link, port))
+        return self._sensor(Compass, port)
 
     def i2c(self, port: SensorPort, address: int = 0x02) -> I2CSensor:
         """Return any digital sensor on port 1..4, accessed by its registers; `address` is its 8-bit write address."""
@@ -314,6 +314,9 @@ class Brick:
             self.close()
         finally:
             self._termination.close()
+
+    def _sensor(self, kind: Callable[[Link, SensorPort], P], port: SensorPort) -> P:
+        return self._part(input_port(port), kind, lambda: kind(self.link, port))
 
     def _part(self, port: InputPort | OutputPort, kind: object, make: Callable[[], P]) -> P:
         """Return the object for a port: that of the last call if it was of the same kind, else a new one."""

@@ -191,7 +191,7 @@ class Belief:
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
         """Update with a sighting at a place, from another, at the slant that its width implies."""
-        near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
+        near = self._near(place)
         if near.any():  # odometry may have drifted beyond the places that are considered
             back_deg = math.degrees(math.atan2(seen_from[1] - place[1], seen_from[0] - place[0]))
             off_deg = np.abs(wrapped_deg(_FACING_DEG - back_deg))
@@ -203,6 +203,10 @@ class Belief:
             self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
         self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
 
+    def _near(self, place: Point) -> NDArray[np.bool_]:
+        """Return which places of the grid are at a place."""
+        return np.asarray(np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm)
+
     def _facings_at(self, near: NDArray[np.bool_]) -> Array:
         """Return which way it faces if it is at one of these places, as a probability for each facing."""
         held = self._mass[near].sum(axis=0) + 1e-9
@@ -210,15 +214,14 @@ class Belief:
 
     def faces(self, place: Point, viewpoints: Array) -> Array:
         """Return the probability that a target at `place` faces each of the viewpoints (n, 2) enough to be found."""
-        near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
+        near = self._near(place)
         back_deg = np.degrees(np.arctan2(viewpoints[:, 1] - place[1], viewpoints[:, 0] - place[0]))
         off_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - back_deg[:, None]))
         return np.asarray(_found_at(off_deg) @ self._facings_at(near))
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
-        near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
-        self._mass[near] *= N.refuted
+        self._mass[self._near(place)] *= N.refuted
         self._mass /= self._mass.sum()
 
     def scatter(self) -> None:
@@ -228,8 +231,7 @@ class Belief:
 
     def held_at(self, place: Point) -> float:
         """Return the probability that it is near a place."""
-        near = np.hypot(self._x - place[0], self._y - place[1]) <= N.spike_mm
-        return float(self._mass[near].sum())
+        return float(self._mass[self._near(place)].sum())
 
     def renew(self, passed_s: float) -> None:
         """Let time pass: the belief returns to the prior."""

@@ -6,15 +6,14 @@ import argparse
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, existing, number
+from nxtdrive.cli.options import existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.web import LOOPBACK, add_port_argument, listen, require_extra
+from nxtdrive.cli.web import LOOPBACK, add_port_argument, add_server_arguments, listen, require_extra
 from nxtdrive.host.environment import install_extra
 
 if TYPE_CHECKING:
@@ -34,20 +33,7 @@ EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    add_brick_arguments(parser)
-    add_robot_argument(parser)
-    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
-    parser.add_argument(
-        "--folder",
-        metavar="FOLDER",
-        type=Path,
-        default=Path(),
-        help="folder with the mission files that it may start (default: .)",
-    )
-    parser.add_argument(
-        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
-    )
+    add_server_arguments(parser, "folder with the mission files that it may start")
     parser.add_argument(
         "--max-mm",
         metavar="MM",

@@ -43,29 +43,28 @@ ELSEWHERE = ("192.0.2.1", 9)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    add_brick_arguments(parser)
-    add_robot_argument(parser)
-    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    add_server_arguments(parser, "folder with the mission files that the page offers")
     parser.add_argument(
         "--classroom",
         metavar="FILE",
         help="serve one page for all robots that this file lists, and a page for each of them; give a number for that "
         "many simulated robots",
     )
-    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
-    parser.add_argument(
-        "--folder",
-        metavar="FOLDER",
-        type=Path,
-        default=Path(),
-        help="folder with the mission files that the page offers (default: .)",
-    )
-    parser.add_argument(
-        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
-    )
     add_port_argument(parser, "TCP port")
     parser.add_argument(
         "--lan", action="store_true", help="let phones and other computers on the network in, with the printed PIN"
+    )
+
+
+def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
+    """Declare the arguments of a program that drives a robot for others; `folder` describes ``--folder``."""
+    add_brick_arguments(parser)
+    add_robot_argument(parser)
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
+    parser.add_argument("--folder", metavar="FOLDER", type=Path, default=Path(), help=f"{folder} (default: .)")
+    parser.add_argument(
+        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
     )
 
 

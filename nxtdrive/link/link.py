@@ -73,7 +73,7 @@ class Link:
         self.driven_ports: set[OutputPort] = set()
         self.before_request: Callable[[], None] | None = None
         self._core = LinkCore()
-        self._attention = -math.inf
+        self._check_due = -math.inf
         self._dialogue = self._core.dialogue
         self.use(transport)
         self._stepped = transport.simulated
@@ -109,8 +109,8 @@ class Link:
             timeout_s = self.timeout_s
         try:
             now = self.now()
-            if now >= self._attention:
-                now = self._attend(now)
+            if now >= self._check_due:
+                now = self._check_before_request(now)
             if self._queue or not self._free.acquire(False):
                 self._lock.acquire(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
                 now = self.now()
@@ -119,7 +119,7 @@ class Link:
                 if self._waiting():
                     dialogue.discard(drain(self.transport))
                 self._send(dialogue.open(command, now, timeout_s))
-                telegram = self._receive(timeout_s) if now < self._attention else None
+                telegram = self._receive(timeout_s) if now < self._check_due else None
                 reply = None if telegram is None else dialogue.feed(telegram)
                 if reply is None:
                     reply = self._await()
@@ -216,11 +216,11 @@ class Link:
         """Run the next step of a motion at `due`."""
         self._core.steps_due = due
         if self._stepped:
-            self._attention = min(self._attention, due)
+            self._check_due = min(self._check_due, due)
 
     def announce(self) -> None:
         """Have the schedule checked before the next request, and in the link's thread."""
-        self._attention = -math.inf
+        self._check_due = -math.inf
         self._news.set()
         if not self._stepped and self._thread is None and self._core.state is not LinkState.CLOSED:
             with self._starting:
@@ -327,7 +327,7 @@ class Link:
         self.now, self._receive, self._send = transport.now, transport.receive, transport.send
         self._waiting = transport.waiting
 
-    def _attend(self, now: float) -> float:
+    def _check_before_request(self, now: float) -> float:
         """Do the work due before a request; return the time afterwards."""
         core = self._core
         if self.before_request and self.acts_for_program:
@@ -340,7 +340,7 @@ class Link:
                 self._send_due(self.now())
         steps_due = core.steps_due if self._stepped else math.inf
         always = self.before_request or core.timers.punctual or core.state is not LinkState.OPEN
-        self._attention = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
+        self._check_due = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
         self._measuring = True
         return self.now()
 

@@ -81,7 +81,7 @@ class MissionBody:
         """
         self._check_safety(distance_mm)
         with link_errors_as_outages():
-            return self._rover.straight(distance_mm, self._rover.settings.speed_mm_s * self._share)
+            return self._rover.straight(distance_mm, self._rover.settings.speed_mm_s * self._speed_share)
 
     def drive(self, speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
         """Drive on until the next call, for at most one lease.
@@ -91,7 +91,7 @@ class MissionBody:
         """
         self._check_safety(speed_mm_s)
         with link_errors_as_outages():
-            return self._rover.drive(speed_mm_s * self._share, turn_deg_s)
+            return self._rover.drive(speed_mm_s * self._speed_share, turn_deg_s)
 
     def stop(self) -> None:
         """Switch the motors off and brake."""
@@ -142,7 +142,7 @@ class MissionBody:
         self._listeners.append(listener)
 
     @property
-    def _share(self) -> float:
+    def _speed_share(self) -> float:
         return REDUCED_SPEED if self._safety_sensors & self._lost.keys() else 1.0
 
     def _check_safety(self, forward: float) -> None:

@@ -128,7 +128,7 @@ class Rover:
         self._stalls = [StallDetector() for _ in self._ports]
         self._motion: Motion[MotionResult] | None = None
         self._driving = False
-        self._asking = link.lock()
+        self._sensor_lock = link.lock()
         self._odometry = Odometry(self._wheels)
         self._correction: CompassCorrection | None = None
         if needle is not None:
@@ -271,12 +271,12 @@ class Rover:
 
     def range_mm(self) -> float | None:
         """Measure the distance ahead, millimetres; None without an echo or without a sonar."""
-        with self._asking:
+        with self._sensor_lock:
             return self._monitor.range_mm(self._odometry.pose)
 
     def touching(self) -> bool:
         """Return whether the bumper is pressed; False without one."""
-        with self._asking:
+        with self._sensor_lock:
             return self._monitor.touching()
 
     def use_sonar(self, *, use: bool) -> None:
@@ -375,12 +375,12 @@ class Rover:
 
     def _guard(self, near: bool) -> StopReason | None:
         """Return the reason to end a motion; makes no request while the program reads a sensor."""
-        mine = self._asking.acquire(blocking=False)
+        mine = self._sensor_lock.acquire(blocking=False)
         try:
             return self._monitor.watch(self._odometry.pose, ask=mine and not near)
         finally:
             if mine:
-                self._asking.release()
+                self._sensor_lock.release()
 
 
 def _sensor(link: RoverLink, kind: Callable[[RoverLink, SensorPort], S], at: SensorPort | S | None) -> S | None:

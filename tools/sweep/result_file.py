@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -64,15 +65,30 @@ def read_lines(path: Path) -> list[Line]:
     Raises:
         ConfigError: The file cannot be read, or is not a sweep's.
     """
-    if not os.path.exists(path):
+    lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
+    return [_line(path, number, text) for number, text in enumerate(lines, start=1)]
+
+
+def whole_lines(path: Path, begin: bytes, foreign: Callable[[int], ConfigError]) -> list[bytes]:
+    """Return the lines of a file, if there is one, except a last line that an interruption cut short.
+
+    Args:
+        path: The file.
+        begin: How each line begins.
+        foreign: Makes the error for a last line, by its number, that begins in another way.
+
+    Raises:
+        ConfigError: The file cannot be read, or is another program's.
+    """
+    if not os.path.lexists(path):
         return []
     try:
         *whole, rest = read_bytes(path, MAX_BYTES).split(b"\n")
     except InputFileError as error:
         raise ConfigError(str(error)) from None
-    if rest[: len(BEGIN)] != BEGIN[: len(rest)]:
-        raise _foreign(path, len(whole) + 1)
-    return [_line(path, number, text) for number, text in enumerate(whole, start=1)]
+    if rest[: len(begin)] != begin[: len(rest)]:
+        raise foreign(len(whole) + 1)
+    return whole
 
 
 def _line(path: Path, number: int, text: bytes) -> Line:

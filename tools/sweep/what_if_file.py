@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from firmware_protocol.errors import ConfigError
-from input_files.json_text import MAX_BYTES, parse_object
-from input_files.plain import InputFileError, read_bytes
+from input_files.json_text import parse_object
+
+from .result_file import whole_lines
 
 BEGIN = b'{"run": '
 """How each line begins, even one that an interruption cut short."""
@@ -51,15 +51,8 @@ def read_missions(path: Path) -> dict[str, dict[str, Any]]:
     Raises:
         ConfigError: The file cannot be read, or is not of what-if.
     """
-    if not os.path.lexists(path):
-        return {}
-    try:
-        *whole, rest = read_bytes(path, MAX_BYTES).split(b"\n")
-    except InputFileError as error:
-        raise ConfigError(str(error)) from None
-    if rest[: len(BEGIN)] != BEGIN[: len(rest)]:
-        raise _foreign(path, len(whole) + 1)
-    missions = [_mission(path, number, line) for number, line in enumerate(whole, start=1)]
+    lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
+    missions = [_mission(path, number, line) for number, line in enumerate(lines, start=1)]
     return {each["run"]: each for each in missions}
 
 

@@ -68,7 +68,7 @@ class Robot:
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
         self._starting = threading.Lock()
-        self._shown: Task | None = None
+        self._task: Task | None = None
         self._rover: tuple[Mission, Rover] | None = None
         self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
@@ -160,9 +160,9 @@ class Robot:
                 raise ValueError("It was ended before it began.")
             if self.controls.stopped and task.drives:
                 raise ValueError("The robot is stopped. Release the stop first.")
-            if self._shown is not None and not self._shown.over:
-                raise ValueError(f"A {self._shown.kind} is running. End it first.")
-            self._shown = task
+            if self._task is not None and not self._task.over:
+                raise ValueError(f"A {self._task.kind} is running. End it first.")
+            self._task = task
         self._news.set()
 
     def rebuild(self, mission: Mission) -> None:
@@ -174,9 +174,9 @@ class Robot:
         """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
         with self._starting:
             self.endings += 1
-            shown = self._shown
-        if shown is not None:
-            shown.end()
+            task = self._task
+        if task is not None:
+            task.end()
 
     def pause_mission(self) -> None:
         """Pause the running mission, the robot at rest, until `resume_mission`; any thread.
@@ -184,19 +184,19 @@ class Robot:
         Raises:
             ValueError: No mission is running.
         """
-        if not isinstance(shown := self._shown, ShownMission) or shown.over:
+        if not isinstance(task := self._task, ShownMission) or task.over:
             raise ValueError("No mission is running.")
-        shown.pause()
+        task.pause()
 
     def resume_mission(self) -> None:
         """End the pause of the running mission, if there is one; any thread."""
-        if isinstance(shown := self._shown, ShownMission):
-            shown.resume()
+        if isinstance(task := self._task, ShownMission):
+            task.resume()
 
     @property
     def busy(self) -> bool:
         """Whether a mission, calibration or short motion runs or is about to."""
-        return self._shown is not None and not self._shown.over
+        return self._task is not None and not self._task.over
 
     @property
     def alive(self) -> bool:
@@ -224,13 +224,13 @@ class Robot:
 
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
-        if isinstance(shown := self._shown, ShownMission):
-            shown.answer(question, choice)
+        if isinstance(task := self._task, ShownMission):
+            task.answer(question, choice)
 
     @property
     def operator(self) -> WebOperator | None:
         """Who answers the questions of the mission under way; any thread."""
-        return shown.operator if isinstance(shown := self._shown, ShownMission) else None
+        return task.operator if isinstance(task := self._task, ShownMission) else None
 
     def _guarded(self) -> None:
         try:
@@ -255,8 +255,8 @@ class Robot:
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
-                if (shown := self._shown) and not shown.over:
-                    self._perform(shown, robot)
+                if (task := self._task) and not task.over:
+                    self._perform(task, robot)
                 else:
                     self._drive_by_hand(robot.brick)
 
@@ -327,14 +327,14 @@ class Robot:
             self._hub.show("state", {**self._state, "doing": "calibrating"})
             task.perform(robot)
 
-    def _pursue(self, shown: ShownMission, robot: OpenRobot) -> None:
+    def _pursue(self, task: ShownMission, robot: OpenRobot) -> None:
         try:
-            run = shown.assemble(robot)
+            run = task.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)
-            shown.pursue(run, recording.folder.path.name)
+            task.pursue(run, recording.folder.path.name)
         except NXTError as error:
-            shown.over = True  # before clients know, who may start another one at once
+            task.over = True  # before clients know, who may start another one at once
             self._hub.publish("problem", {"text": str(error)})
         finally:
-            shown.over = True
+            task.over = True
             self._pictures.watch(None)
