@@ -217,23 +217,32 @@ def load_mission(
     table = _read(path)
     if "mission" not in table and "floor" in table:
         raise MissionError(f"{path} is a world, not a mission. Missions drive in it with --nxt sim://{path}")
-    described = _robot_file(table, path, robot, usual_robot)
-    if described is not None:
-        table = with_robot(table, described)
+    robot_error = None
+    try:
+        if (described := _robot_file(table, path, robot, usual_robot)) is not None:
+            table = with_robot(table, described)
+    except MissionError as error:
+        robot_error = error
     folders = [path.resolve().parent, *picture_folders]
     problems = [
         *cross_checks(table, RobotTable().model_dump()),
         *_resolve_files(table, folders),
         *_resolve_chances(table, path.resolve().parent),
     ]
+    invalid: ValidationError | None = None
     try:
         mission = Mission.model_validate(table)
     except ValidationError as error:
-        lines = listed(error.error_count() + len(problems), chain(mistakes(error, Mission), problems))
-    else:
-        if not problems:
-            return mission
-        lines = listed(len(problems), problems)
+        invalid = error
+    if invalid is None and not problems:
+        if robot_error is not None:
+            raise robot_error
+        return mission
+    if robot_error is not None:
+        head, *more = str(robot_error).split("\n  ")
+        problems += more or [head]
+    found = chain(mistakes(invalid, Mission) if invalid else (), problems)
+    lines = listed((invalid.error_count() if invalid else 0) + len(problems), found)
     raise MissionError(f"{path}: " + "\n  ".join(lines))
 
 

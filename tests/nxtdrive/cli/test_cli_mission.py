@@ -93,6 +93,11 @@ def test_mistakes_in_the_robot_file_name_that_file(tmp_path, capsys):
     assert all(line.startswith(f"{robot}: ") for line in found)
     checked = Missions(tmp_path, robot).check(mission.read_text(encoding="utf-8"))
     assert checked.mistakes == found
+    mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = -7\n', encoding="utf-8")
+    assert main(["mission", "check", "--robot", str(robot), "--json", str(mission)]) == USAGE
+    both = json.loads(capsys.readouterr().out)[0]["mistakes"]
+    assert both[0].startswith("target.tag.id: ")
+    assert both[1:] == found
 
 
 def _picture(folder, width, height):
