@@ -13,8 +13,9 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.web import LOOPBACK, add_port_argument, add_server_arguments, listen, require_extra
+from nxtdrive.cli.web import add_port_argument, add_server_arguments, require_extra
 from nxtdrive.host.environment import install_extra
+from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
     from nxtdrive.tools.mcp.assistant import Assistant

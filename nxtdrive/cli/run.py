@@ -16,7 +16,8 @@ from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.progress import with_progress
 from nxtdrive.cli.prompt import can_ask
-from nxtdrive.cli.web import add_port_argument, listen, require_extra
+from nxtdrive.cli.web import add_port_argument, require_extra
+from nxtdrive.host.listening import listen
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:

@@ -10,13 +10,14 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError, system_words
+from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import install_extra
+from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
     from nxtdrive.tools.web.access import Pin
@@ -36,7 +37,7 @@ EXAMPLES = """\
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
 PORT = 7080
-LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
+EVERYWHERE = "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
 ELSEWHERE = ("192.0.2.1", 9)
 """An address for documentation (RFC 5737): the route to it gives this computer's own address; nothing is sent."""
 
@@ -189,16 +190,3 @@ def _own_address() -> str:
         except OSError:
             return socket.gethostname()
         return str(probe.getsockname()[0])
-
-
-def listen(port: int, host: str = LOOPBACK) -> socket.socket:
-    """Bind a port.
-
-    Raises:
-        ConfigError: It is not available.
-    """
-    try:
-        return socket.create_server((host, port))
-    except OSError as error:
-        reason = f"cannot listen on port {port}: {system_words(error)}."
-        raise ConfigError(reason, remedy="Choose another --port.") from None

@@ -19,11 +19,11 @@ from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, Reque
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
 from behaviors.ports import Eyes, RobotUnreachable, SensorListener
-from firmware_protocol.errors import ConfigError, LinkError, NXTError, system_words
+from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
+from nxtdrive.host.listening import LOOPBACK, listen
 from nxtdrive.mission.body import MissionClock, build_body, link_errors_as_outages
 
-LAST_PORT = 0xFFFF
 CHUNK = 4096
 WAITING_LINES = 256
 """A client that sends more lines than this without waiting for answers does not speak this protocol; it is closed."""
@@ -124,12 +124,13 @@ class LineServer:
         new_session: Callable[[], Session],
         *,
         port: int,
-        host: str = "127.0.0.1",
+        host: str = LOOPBACK,
         stopped: Callable[[], bool],
         say: Callable[[str], None] = lambda _: None,
         passing: Callable[[float], None] | None = None,
     ) -> None:
-        self._listener = _listen(host, port)
+        self._listener = listen(port, host)
+        self._listener.setblocking(False)
         self._new_session = new_session
         self._stopped = stopped
         self._say = say
@@ -246,17 +247,3 @@ class LineServer:
             client.session.end()
             self._served = None
             self._say(f"client {client.name} disconnected; motors off")
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    try:
-        if not 0 <= port <= LAST_PORT:
-            raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
-        listener = socket.create_server((host, port))
-    except OSError as error:
-        raise ConfigError(
-            f"cannot listen on {host}:{port}: {system_words(error)}.",
-            remedy="Choose another --port; 0 takes a free one.",
-        ) from None
-    listener.setblocking(False)
-    return listener
