@@ -29,6 +29,7 @@ class ApproachNumbers:
         blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
         beside_mm: While the target stays in view only one from nearer than this: from farther away it is as likely of
             something low beside the path, which leaves the beam as the robot comes nearer.
+        hidden_s: What the safety stop reports hides the target if that has not been seen for longer than this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.
         echoes: This many such echoes in a row are believed.
         progress_s: A robot commanded to drive should get farther by `progress_mm` in this time.
@@ -44,6 +45,7 @@ class ApproachNumbers:
     slowest: float = 0.5
     blocked_mm: float = 600.0
     beside_mm: float = 380.0
+    hidden_s: float = 0.3
     before_mm: float = 250.0
     echoes: int = 2
     progress_s: float = 4.0
@@ -216,7 +218,7 @@ class ApproachSkill:
             return self._touched(observation)
         if stop is StopReason.STALLED:
             return arrive_failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm))
-        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > 0.3)
+        return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > N.hidden_s)
 
     def _touched(self, observation: Observation) -> Failure:
         """Map an obstacle that was neither seen nor heard but touched, and back off."""

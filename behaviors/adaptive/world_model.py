@@ -142,9 +142,9 @@ class WorldModel:
 
         Args:
             target: What was pursued.
-            round_number: The round of the target, from 1.
             failure: What went wrong.
             now_s: Current time on the mission's clock.
+            round_number: The round of the target, from 1.
         """
         self._now_s = now_s
         self.attempts.failed(target, round_number, failure.reason, self.here)

@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, add_profile_argument
 from nxtdrive.cli.output import write_json
@@ -36,15 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Explain the run and return the exit code."""
-    from behaviors.mission import MissionError
     from nxtdrive.recording.explanation import explain
     from nxtdrive.recording.run_reader import read_run
 
     past = read_run(args.run_path)
-    try:
-        explanation = explain(past, args.profile)
-    except MissionError as error:
-        raise ConfigError(str(error)) from None
+    explanation = explain(past, args.profile)
     if args.json:
         write_json(_plain(explanation), indent=2)
         return DONE

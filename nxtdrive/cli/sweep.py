@@ -217,17 +217,13 @@ def _draw_map(args: argparse.Namespace) -> int:
 
 def _agents(names: Sequence[str]) -> list[str]:
     """Return the names if each is an agent of the sweep or a custom profile whose class can be loaded."""
-    from behaviors.mission import MissionError
     from behaviors.profile_names import installed_profiles
     from behaviors.profiles.registry import find_profile
     from nxtdrive.tools.sweep.agents import ALL_NAMES
 
     for name in names:
         if ":" in name or (name in installed_profiles() and name not in ALL_NAMES):
-            try:
-                find_profile(name)
-            except MissionError as error:
-                raise ConfigError(str(error)) from None
+            find_profile(name)
         else:
             _known("agent", [name], ALL_NAMES)
     return list(names)

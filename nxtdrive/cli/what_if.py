@@ -110,16 +110,12 @@ def _played(
     name: str, source: Source, args: argparse.Namespace, executor: Executor, watch: Callable[[], None]
 ) -> dict[str, Any]:
     """Play a mission and its branches."""
-    from behaviors.mission import MissionError
     from nxtdrive.tools.sweep.what_if import RecordedRun, all_costs, play
 
     if isinstance(source, RecordedRun):
         _check_number(args.decision, len(source.choices))
     complain(f"{name}: repeating the mission, to find its decisions", sender="")
-    try:
-        base = play(source, tell=lambda each: complain(f"{name}: a decision at {each.time_s:.0f} s", sender=""))
-    except MissionError as error:
-        raise ConfigError(str(error)) from None
+    base = play(source, tell=lambda each: complain(f"{name}: a decision at {each.time_s:.0f} s", sender=""))
     if isinstance(source, RecordedRun):
         _check_repeated(name, source.choices, base)
     wanted, decisions = _wanted(base, args), []

@@ -48,8 +48,7 @@ class Odometry:
     brick off; such a jump is not motion.
 
     Args:
-        mm_per_deg: Distance per degree of the wheels, negative if the motors are mounted the other way round.
-        track_mm: Distance between the wheels.
+        wheels: Their sizes and how they are mounted.
 
     Attributes:
         pose: Where the robot is.

@@ -67,8 +67,8 @@ class SimTransport:
         latency_ms: Round trip of the link; USB has 2, Bluetooth 30 to 65.
         realtime: Whether a simulated second takes at least a real one.
         faults: Faults to inject on the link.
-        warn_of_sleep: Whether to warn a program that waits with ``time.sleep``, during which no simulated time passes.
         address: The address that opened it.
+        warn_of_sleep: Whether to warn a program that waits with ``time.sleep``, during which no simulated time passes.
 
     Attributes:
         webcam: The camera on the robot; see `nxtdrive.vision.camera.FrameSource`.
