@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from behaviors.mission import Mission
+from behaviors.profiles.registry import raised_by_profile
 from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.assembly import OpenRobot, open_robot
@@ -332,9 +333,12 @@ class Robot:
             run = task.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)
             task.pursue(run, recording.folder.path.name)
-        except NXTError as error:
+        except Exception as error:
+            known = error if isinstance(error, NXTError) else raised_by_profile(error)
+            if known is None:
+                raise
             task.over = True  # before clients know, who may start another one at once
-            self._hub.publish("problem", {"text": str(error)})
+            self._hub.publish("problem", {"text": str(known)})
         finally:
             task.over = True
             self._pictures.watch(None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
+from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
@@ -322,6 +324,23 @@ def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_goes_on(tmp_path
             page.send_json({"type": "start_mission", "mission": "quick.toml"})
             told = _until(page, lambda each: each["type"] in ("problem", "refused"))
             assert "cannot keep the run" in told["text"]
+
+
+@pytest.mark.slow
+def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(tmp_path, monkeypatch):
+    broken = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n    %s\n"
+    broken %= "def skill(self, *_): return {}['lamp']"
+    (tmp_path / "odd_on_page.py").write_text(broken, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
+    text = QUICK.replace("[target.lena]", 'profile = "odd_on_page:Odd"\n[target.lena]')
+    (tmp_path / "quick.toml").write_text(text, encoding="utf-8")
+    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+        for _ in range(2):
+            page.send_json({"type": "start_mission", "mission": "quick.toml"})
+            told = _until(page, lambda each: each["type"] in ("problem", "refused"))
+            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: KeyError: 'lamp'" in told["text"]
 
 
 @pytest.mark.slow
