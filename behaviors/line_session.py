@@ -23,7 +23,7 @@ from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.operator import Ask, question_values
 from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
-from behaviors.profiles.registry import supervised
+from behaviors.profiles.registry import raised_by_profile, supervised
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
 from behaviors.stepped_mission import SteppedMission
 
@@ -165,6 +165,8 @@ class Session:
         except self._faults as error:
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(error))
         except Exception as error:
+            if from_profile := raised_by_profile(error):
+                return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(from_profile))
             LOG.exception("internal error in %s", request.verb)
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, f"internal error: {error!r}")
         except BaseException:

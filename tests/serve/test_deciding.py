@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.journal import Kind
+from behaviors.profiles import registry
 from behaviors.profiles.adaptive import AdaptiveProfile
 
 DECIDER = Path(__file__).parents[2] / "examples" / "decider" / "decider.py"
@@ -102,6 +103,17 @@ def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(se
     client = serve("figure7", profile="adaptive").client()
     assert [client.ask(line) for line in ("choose", "why")] == [-7, 11]
     assert "internal error in choose" in caplog.text
+
+
+def test_an_exception_in_your_own_profile_is_one_line(serve, monkeypatch, caplog):
+    monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
+    monkeypatch.setattr(registry, "loaded_from_elsewhere", {"odd:Odd": __name__.partition(".")[0]})
+    served = serve("figure7", profile="adaptive")
+    assert served.client().ask("choose") == -7
+    (error,) = [record.data["error"] for record in served.records if record.data.get("value") == -7]
+    assert error.startswith(f"profile 'odd:Odd' failed at {__file__}:")
+    assert error.endswith(": IndexError: pop from empty list")
+    assert "internal error" not in caplog.text
 
 
 def test_another_client_is_told_that_the_server_is_busy(serve):
