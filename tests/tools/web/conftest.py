@@ -46,9 +46,9 @@ return [...document.querySelectorAll("button, select, input, canvas, section, [r
 """Returns the controls without a name."""
 
 
-@pytest.fixture
-def browser() -> Iterator[WebDriver]:
-    """A browser whose console must stay without errors."""
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[WebDriver]:
+    """A browser for all tests: starting it takes as long as a test."""
     if not (CHROMIUM and CHROMEDRIVER):
         pytest.skip("no browser: apt install chromium chromium-driver")
     options = webdriver.ChromeOptions()
@@ -58,6 +58,17 @@ def browser() -> Iterator[WebDriver]:
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(CHROMEDRIVER))
     yield driver
-    log = [(entry["level"], entry["message"]) for entry in driver.get_log("browser")]
     driver.quit()
+
+
+@pytest.fixture
+def browser(chromium: WebDriver) -> Iterator[WebDriver]:
+    """A new window without cookies, whose console must stay without errors."""
+    first = chromium.current_window_handle
+    chromium.switch_to.new_window("window")
+    yield chromium
+    log = [(entry["level"], entry["message"]) for entry in chromium.get_log("browser")]
+    chromium.execute_cdp_cmd("Network.clearBrowserCookies", {})
+    chromium.close()
+    chromium.switch_to.window(first)
     assert [text for level, text in log if level == "SEVERE" or "a part of the page cannot show" in text] == []
