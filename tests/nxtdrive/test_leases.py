@@ -232,7 +232,11 @@ def test_a_killed_program_leaves_a_robot_that_stops(served, motion):
 @MOTIONS
 @pytest.mark.parametrize(
     ("number", "code"),
-    [(signal.SIGTERM, 128 + signal.SIGTERM), (signal.SIGHUP, 128 + signal.SIGHUP), (signal.SIGINT, -2)],
+    [
+        (signal.SIGTERM, 128 + signal.SIGTERM),
+        pytest.param(signal.SIGHUP, 128 + signal.SIGHUP, marks=pytest.mark.nightly),
+        (signal.SIGINT, -2),
+    ],
 )
 def test_a_program_that_is_told_to_end_brakes_before_it_goes(served, motion, number, code):
     assert die_driving(served, motion, number) == code

@@ -185,7 +185,9 @@ def _pytest_in(example, **environment):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("example", ["careful-explorer", "lamp-detector", "patient-profile", "."])
+@pytest.mark.parametrize(
+    "example", [pytest.param("careful-explorer", marks=pytest.mark.nightly), "lamp-detector", "patient-profile", "."]
+)
 def test_the_examples_own_tests_pass(example):
     done = _pytest_in(example, FOLDER="solutions")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -64,7 +64,13 @@ def test_opencv_takes_lena_for_a_face(cascade, size, metres):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "lena"])
 @pytest.mark.parametrize(
-    ("size", "metres"), [((320, 240), 0.5), ((320, 240), 1.2), ((640, 480), 0.8), ((640, 480), 2.0)]
+    ("size", "metres"),
+    [
+        ((320, 240), 0.5),
+        pytest.param((320, 240), 1.2, marks=pytest.mark.nightly),
+        pytest.param((640, 480), 0.8, marks=pytest.mark.nightly),
+        ((640, 480), 2.0),
+    ],
 )
 def test_opencv_takes_no_other_picture_for_a_face(cascade, name, size, metres):
     assert [len(faces(cascade, frame, 5)) for frame, _, _ in frames(name, size, metres)] == [0] * LOOKS

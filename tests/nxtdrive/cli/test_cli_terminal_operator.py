@@ -138,12 +138,16 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
     return process.wait()
 
 
-CTRL_D = pytest.param(b"\x04", id="Ctrl-D", marks=pytest.mark.nightly)
+LAST = [
+    pytest.param(b"\x03", id="Ctrl-C"),
+    pytest.param(b"\x04", id="Ctrl-D", marks=pytest.mark.nightly),
+    pytest.param(b"s\n", id="s", marks=pytest.mark.nightly),
+]
 
 
 @pytest.mark.slow
 @TERMINALS
-@pytest.mark.parametrize("last", [pytest.param(b"s\n", id="s"), pytest.param(b"\x03", id="Ctrl-C"), CTRL_D])
+@pytest.mark.parametrize("last", LAST)
 def test_at_a_real_terminal_one_answer_is_obeyed_and_another_ends_the_mission(tmp_path, last):
     (tmp_path / "corner.toml").write_text(MISSION, encoding="utf-8")
     assert _at_a_terminal(tmp_path, b"2\n", last) == NOT_ACHIEVED

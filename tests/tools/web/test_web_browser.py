@@ -320,7 +320,7 @@ def test_nothing_protrudes_from_its_panel(browser, url):
         assert browser.execute_script(PROTRUDING) == [], size
 
 
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])
+@pytest.mark.parametrize(("width", "height"), [(390, 844), pytest.param(1920, 1080, marks=pytest.mark.nightly)])
 def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, height):
     browser.set_window_size(width, height)
     browser.get(url)

@@ -64,7 +64,7 @@ def test_text_has_contrast_and_every_control_a_name(url, browser):
     assert browser.execute_script(NAMELESS) == []
 
 
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (1920, 1080)])
+@pytest.mark.parametrize(("width", "height"), [(390, 844), pytest.param(1920, 1080, marks=pytest.mark.nightly)])
 def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser, width, height):
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < height}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
