@@ -51,7 +51,7 @@ class Handle:
         self.use, self.file, self.overrun = use, file, False
         if use != Use.EXECUTE:
             self.source, self.end = file, file.data_size
-            self.position = file.data_size if use == Use.WRITE else 0
+            self.position = len(file.content) if use == Use.WRITE else 0
         if use == Use.WRITE:
             file.begin_writing()
 

@@ -59,7 +59,7 @@ class File:
         linear: Whether it was created as one block; programs and pictures must be.
         content: Written bytes.
         sectors: Numbers of its sectors.
-        data_size: Readable bytes; set when the file is closed.
+        data_size: Readable bytes; of a data file set when it is closed.
         overlaid_by: A file whose header has overwritten this one's.
         announced: Its size when it was last opened for writing; 8D may shrink it meanwhile.
         reserved: The same of its sectors.

@@ -113,7 +113,7 @@ class Loader:
         status, number, _ = self._find(name)
         if status != Status.FILE_NOT_FOUND:
             return Opened(status or Status.FILE_EXISTS, number)
-        file = File(name, size, appendable, linear or (program and not appendable))
+        file = File(name, size, appendable, linear or (program and not appendable), data_size=0 if appendable else size)
         status = self._refusal(file)
         if not status:
             status = self._reserve(file)
@@ -391,7 +391,6 @@ class Loader:
             if file.data_size < file.first_page:
                 self._write_header(file)
         elif complete and len(file.content) == file.size:
-            file.data_size = file.size
             self._enter(number, file)
         else:
             self.flash.count()
