@@ -13,11 +13,15 @@ from sim_backend.firmware.handler_result import HandlerResult, handles, refuse_w
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.module_search import ModuleSearch
+from sim_backend.firmware.names import unpack_name
 
 _HANDLE = 0
 
 _NO_MODULE = IOMap("", 0, 0, {})
 """Unused entries of the firmware's table of modules: they have id 0 and an empty map."""
+
+_PATTERN = 2
+"""Where the pattern of FindFirstModule begins in the receive buffer."""
 
 _ID_AND_OFFSET = slice(3, 9)
 """Bytes of the send buffer that IOMapRead prepares first; the size replaces the offset in the end."""
@@ -40,9 +44,9 @@ class ModuleHandlers:
         self._by_id = {live.layout.module_id: live for live in (*maps, LiveMap(_NO_MODULE))}
 
     @handles(system.FindFirstModule)
-    def find_first(self, command: system.FindFirstModule) -> HandlerResult:
-        """Start the listing; there can be only one."""
-        return self._reply(self._search.first(command.pattern))
+    def find_first(self, _: system.FindFirstModule) -> HandlerResult:
+        """Start the listing; there can be only one. The pattern ends with the first zero of the receive buffer."""
+        return self._reply(self._search.first(unpack_name(bytes(self._channel.inbox[_PATTERN:]))))
 
     @handles(system.FindNextModule)
     def find_next(self, _: system.FindNextModule) -> HandlerResult:

@@ -27,15 +27,16 @@ def matcher(pattern: str) -> Callable[[str], bool]:
     """Return a test whether names match `pattern`, ignoring case, by the firmware's own rules.
 
     ``*.*`` matches everything; ``name.*`` names that begin with ``name.``; ``*.ext`` names that contain ``.ext``
-    anywhere; any other pattern, including other wildcards, only itself.
+    anywhere; any other pattern, including other wildcards, only itself. The firmware finds the wildcard anywhere in
+    the pattern, but takes away its last or first character.
     """
     pattern = pattern.lower()
     if "*.*" in pattern:
         return lambda _: True
     if ".*" in pattern:
-        prefix = pattern[: pattern.index(".*") + 1]
+        prefix = pattern[:-1]
         return lambda name: name.lower().startswith(prefix)
-    if pattern.startswith("*."):
+    if "*." in pattern:
         part = pattern[1 : 2 + _EXTENSION]
         return lambda name: part in name.lower()
     return lambda name: name.lower() == pattern

@@ -99,6 +99,8 @@ def test_unplugging_drops_what_was_incomplete():
         ("*.txtfoo", "a.txt", True),
         ("a*.txt", "alpha.txt", False),
         ("*", "a", False),
+        ("a.*b", "a.b", False),
+        ("a*.b", "a*.bc", True),
         ("ALPHA.TXT", "alpha.txt", True),
         ("", "", True),
     ],
