@@ -130,8 +130,8 @@ class Supply(SleepTimer):
         return self.battery.low and not self._warned and self.state in states.MENU_SHOWN and not self._from_menu
 
     def _redraw_bar(self) -> None:
-        """Draw the whole status bar in this pass."""
-        self.flags |= states.STATUS_WORK
+        """Draw the whole status bar in this pass, or when it is shown again."""
+        self.flags |= int(UiFlag.REDRAW_STATUS)
 
     def _mark_framed(self, drawn: Marks) -> None:
         """Draw parts of the screen, the frame only with the status bar."""

@@ -91,6 +91,9 @@ class UiModule(FileRunner):
             self._go_on(state)
         elif not ran and state == UiState.REPORT:
             self.begin_report()
+        elif not ran and state == UiState.QUESTION:
+            self._question.begin()
+            self._next_step_ms = self._clock.now_ms
         elif ran:
             self._next_step_ms = NEVER
 
