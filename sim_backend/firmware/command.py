@@ -263,10 +263,11 @@ class CommandModule:
                 self._tick_lag = 1
 
     def _activate(self, now_ms: int) -> None:
-        """Load the program into a fresh pool; it runs from the next pass on."""
-        self._pool = fresh_pool(self.behind_pool)
+        """Load the program into a fresh pool; it runs from the next pass on. A missing file leaves the pool as it is."""
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
+        if self._handle is not None:
+            self._pool = fresh_pool(self.behind_pool)
         try:
             program = parse(content, self._layout.types)
             address = self._loader.address_of(self._handle)
