@@ -28,7 +28,7 @@ class Handle:
         position: Next byte of it to read.
         end: Number of its bytes that can be read.
         overrun: Whether more was written than announced.
-        name: Name or pattern of the last look-up, in lower case; every look-up uses a handle, and no use clears it.
+        name: What the last look-up looked for; every look-up uses a handle, and no use clears it.
         matches: Test of that look-up.
         index: Directory entry that the last look-up found, `_NOWHERE` if none.
         slot: Number of its write buffer.

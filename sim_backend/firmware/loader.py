@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.file_handle import Handle, Use
-from sim_backend.firmware.flash import File, Flash
-from sim_backend.firmware.names import NAME_LIMIT, matcher
+from sim_backend.firmware.flash import SETTINGS, File, Flash
+from sim_backend.firmware.names import NAME_LIMIT, looked_for, matcher
 from sim_backend.firmware.versions import Version
 
 HANDLES = 16
@@ -60,6 +60,7 @@ class Loader:
         self._version = version
         self._handles = [Handle() for _ in range(_ADDRESSABLE)]
         self.handles = self._table = self._handles[:HANDLES]
+        self._find(SETTINGS)
 
     def exists(self, name: str) -> bool:
         """Return whether a file exists; False without a free handle for the search.
@@ -313,7 +314,7 @@ class Loader:
             return Status.NO_MORE_HANDLES, number, None
         if len(name) > NAME_LIMIT:
             return Status.ILLEGAL_FILE_NAME, number, None
-        handle.name, handle.matches, handle.index = name.lower(), matcher(name), _NOWHERE
+        handle.name, handle.matches, handle.index = looked_for(name), matcher(name), _NOWHERE
         return self.find_next(number)
 
     @property
@@ -338,7 +339,7 @@ class Loader:
         return handle if handle and handle.use == use else None
 
     def _is_being_written(self, name: str) -> bool:
-        """Return whether a file is being written that was opened by the same name or pattern."""
+        """Return whether a file is being written for whose name or pattern the firmware looked for this name."""
         return any(handle.use == Use.WRITE and handle.name == name.lower() for handle in self._table)
 
     def _downloads(self) -> list[File]:

@@ -23,23 +23,28 @@ def unpack_name(field: bytes) -> str:
     return field.split(b"\0")[0].decode("latin-1")
 
 
+def looked_for(pattern: str) -> str:
+    """Return the text that the firmware looks for: a pattern without its last or first character, in lower case."""
+    pattern = pattern.lower()
+    if ".*" in pattern:
+        return pattern if "*.*" in pattern else pattern[:-1]
+    return pattern[1 : 2 + _EXTENSION] if "*." in pattern else pattern
+
+
 def matcher(pattern: str) -> Callable[[str], bool]:
     """Return a test whether names match `pattern`, ignoring case, by the firmware's own rules.
 
     ``*.*`` matches everything; ``name.*`` names that begin with ``name.``; ``*.ext`` names that contain ``.ext``
-    anywhere; any other pattern, including other wildcards, only itself. The firmware finds the wildcard anywhere in
-    the pattern, but takes away its last or first character.
+    anywhere; any other pattern, including other wildcards, only itself. The wildcard may be anywhere in the pattern.
     """
-    pattern = pattern.lower()
+    text = looked_for(pattern)
     if "*.*" in pattern:
         return lambda _: True
     if ".*" in pattern:
-        prefix = pattern[:-1]
-        return lambda name: name.lower().startswith(prefix)
+        return lambda name: name.lower().startswith(text)
     if "*." in pattern:
-        part = pattern[1 : 2 + _EXTENSION]
-        return lambda name: part in name.lower()
-    return lambda name: name.lower() == pattern
+        return lambda name: text in name.lower()
+    return lambda name: name.lower() == text
 
 
 def extension(name: bytes) -> str:
