@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_protocol.iomap import UiFlag
+from firmware_protocol.iomap import ProgramStatus, UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
@@ -133,7 +133,7 @@ class UiModule(FileRunner):
         if buttons:
             self._timer_started_ms = self._clock.now_ms
             kept = self._enter_keeps_program and buttons & _ENTER_MASK
-            if buttons & _EXIT_MASK and not kept and self.programs.active:
+            if buttons & _EXIT_MASK and not kept and self.programs.status == ProgramStatus.RUNNING:
                 self.programs.stop()
                 self.buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if not self._in_menu and self._off_ms == NEVER:
