@@ -7,12 +7,12 @@ from firmware_protocol.status import Status
 from firmware_protocol.telegram import Kind
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, reply_with
-from sim_backend.firmware.limits import Channel
+from sim_backend.firmware.limits import BLUETOOTH, Channel
 from sim_backend.firmware.loader import Loader, Opened
 from sim_backend.firmware.names import pack_name
 
 _LONG_READ_HEADER, _FIRST_PIECE = 6, 120
-"""Bytes of the send buffer before the first piece of data of a long Read over Bluetooth, and of that piece."""
+"""Bytes before the first piece of data of a long Read over Bluetooth, and of that piece."""
 
 
 class FileHandlers:
@@ -20,6 +20,7 @@ class FileHandlers:
 
     def __init__(self, loader: Loader, channel: Channel) -> None:
         self._loader, self._channel = loader, channel
+        self._long = bytearray(BLUETOOTH.buffer)
 
     @property
     def _over_usb(self) -> bool:
@@ -71,11 +72,11 @@ class FileHandlers:
         return reply_with(system.FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
 
     def _read_long(self, command: system.Read) -> HandlerResult:
-        """Send as much as fits into the send buffer; then fill the buffer from its start and send it, again and again.
+        """Send as much as fits into a buffer; then fill it from its start and send it, again and again.
 
-        The first piece is sent whole even if the file is shorter, and a refused Read sends the buffer's content.
+        The first piece is sent whole even if the file is shorter, and a refused Read sends what the one before left.
         """
-        outbox, handle, left = self._channel.outbox, command.handle, command.size - _FIRST_PIECE
+        outbox, handle, left = self._long, command.handle, command.size - _FIRST_PIECE
         status, data = self._loader.read(handle, _FIRST_PIECE)
         header = bytes((Kind.REPLY, command.opcode, status)) + system.FileData(handle, command.size, b"").pack()
         outbox[:_LONG_READ_HEADER] = header

@@ -214,11 +214,11 @@ def test_a_long_read_is_answered_even_if_no_reply_is_wanted():
 
 def test_the_end_of_a_file_leaves_earlier_bytes_in_the_first_piece():
     brick = SimBrick()
-    brick.loader.write(brick.loader.create("a.t", 300).handle, bytes(300))
+    brick.loader.write(brick.loader.create("a.t", 300).handle, bytes([7]) * 180 + bytes(120))
     brick.loader.close(0)
     brick.loader.open_read("a.t")
-    brick.bluetooth.outbox[:] = bytes([7]) * 128
-    brick.loader.read(0, 292)
+    brick.receive_bluetooth(b"\x05\x00" + system.Read(0, 180).encode())
+    brick.loader.read(0, 112)
     reply = brick.receive_bluetooth(b"\x05\x00" + system.Read(0, 200).encode())
     assert reply[2:] == bytes.fromhex("02828500c800") + bytes(8) + bytes([7]) * 112
 
