@@ -181,7 +181,7 @@ class Channel:
         written = self.bus.written()
         if written is False:
             self.failures += 1
-            if self.failures == TRIES:
+            if self.failures >= TRIES:
                 self.fail(ChannelError.NO_ACKNOWLEDGE)
             else:
                 self.state = ChannelState.LOAD
