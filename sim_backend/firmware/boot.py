@@ -9,8 +9,6 @@ from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.module import NEVER
-from sim_backend.firmware.sleep_timer import SLEEP_MINUTES
-from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.supply import Supply
 from sim_backend.firmware.ui_states import STARTING, DrawStatus, UiState
 
@@ -26,7 +24,6 @@ class Boot(Supply):
     on_pass: Callable[[], None]
     draw_status: DrawStatus
     _on_restart: Callable[[], None]
-    volume: int
 
     def end_start(self) -> None:
         """Take keys and requests from now on; a button that is held does not count."""
@@ -38,7 +35,7 @@ class Boot(Supply):
         """Start again after the brick was switched off: as at power-on, but the other modules continue."""
         if self.state == UiState.START:
             self._on_restart()
-            self._warned, self.run_state, self.sleep_minutes, self.volume = False, 1, SLEEP_MINUTES, MAX_VOLUME
+            self._warned, self.run_state = False, 1
             self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True

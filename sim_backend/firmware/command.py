@@ -263,7 +263,7 @@ class CommandModule:
                 self._tick_lag = 1
 
     def _activate(self, now_ms: int) -> None:
-        """Load the program into a fresh pool; it runs from the next pass on. A missing file leaves the pool as it is."""
+        """Load the program into a fresh pool; it runs from the next pass on. Without its file the pool stays."""
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         if self._handle is not None:

@@ -166,13 +166,20 @@ class Flash:
             del file.content[file.data_size :]
         self.restore_settings()
 
-    def restore_settings(self) -> None:
-        """Create the file of the settings if it is missing."""
-        if all(file.name != SETTINGS for file in self.files):
-            size = len(self._settings)
-            settings = File(SETTINGS, size, content=bytearray(self._settings), data_size=size)
-            if self.reserve(settings, contiguous=True):
-                self.files.insert(0, settings)
+    def restore_settings(self) -> bytes:
+        """Return the settings; their file is created if it is missing, empty, or of another format."""
+        settings, size = self._settings, len(self._settings)
+        file = next((file for file in self.files if file.name.lower() == SETTINGS.lower()), None)
+        if file is not None:
+            content = bytes(file.content[: file.data_size])
+            if content[:1] == settings[:1] or (content and size == 1):
+                return content[:size].ljust(size, b"\0")
+            self.files.remove(file)
+            self.count()
+        file = File(SETTINGS, size, content=bytearray(settings), data_size=size)
+        if self.reserve(file, contiguous=True):
+            self.files.insert(0, file)
+        return settings
 
     def count(self) -> None:
         """Find the used sectors from the directory, which lacks downloads, as after each deletion."""

@@ -289,10 +289,11 @@ class Loader:
             self.close(number)
         self.over_usb.clear()
 
-    def restore_settings(self) -> None:
-        """Create the file of the settings if it is missing."""
-        self.flash.restore_settings()
+    def restore_settings(self) -> bytes:
+        """Return the settings; their file is created if there is no valid one."""
+        settings = self.flash.restore_settings()
         self.free_flash = self.flash.free
+        return settings
 
     def erase(self) -> None:
         """Delete all files and close all handles."""

@@ -20,6 +20,7 @@ from sim_backend.firmware.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
+from sim_backend.firmware.stored_settings import StoredSettings
 from sim_backend.firmware.ui_states import UiState
 
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
@@ -60,7 +61,6 @@ class Settings(Protocol):
 
     flags: int
     volume: int
-    sleep_minutes: int
 
     def set_sleep_minutes(self, minutes: int) -> None:
         """Change the time until power-off."""
@@ -71,6 +71,7 @@ class Menu:
 
     Args:
         settings: The user interface.
+        stored: The settings that the menus change.
         loader: Has the files.
         screen: Draws the menus.
         data_log: Whether the main menu has an item for the data log.
@@ -86,12 +87,13 @@ class Menu:
     def __init__(
         self,
         settings: Settings,
+        stored: StoredSettings,
         loader: Loader,
         screen: ScreenRefresh,
         *,
         data_log: bool,
     ) -> None:
-        self._settings, self._loader, self._screen = settings, loader, screen
+        self._settings, self._stored, self._loader, self._screen = settings, stored, loader, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
         self.program, self.view = ProgramSteps(loader), SensorView(modern=data_log)
@@ -295,14 +297,24 @@ class Menu:
     def _set_volume(self, volume: int) -> None:
         self._settings.volume = volume
 
+    def _store_volume(self, volume: int) -> None:
+        self._settings.volume = self._stored.volume = volume
+        self._stored.save()
+
+    def _store_sleep(self, number: int) -> None:
+        self._stored.sleep = number
+        self._settings.set_sleep_minutes(self._stored.sleep_minutes)
+        self._stored.save()
+
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
         if menu == places.VOLUME:
-            self._volume = self._settings.volume
+            self._volume = place[-1]
             self._show(UiState.EXIT)
             self._leave()
+            self._set = partial(self._store_volume, place[-1])
         elif menu == places.SLEEP:
-            self._set = partial(self._settings.set_sleep_minutes, places.SLEEP_MINUTES[self._place.pop()])
+            self._set = partial(self._store_sleep, self._place.pop())
             self._show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
@@ -357,9 +369,9 @@ class Menu:
         if names:
             self._file = names[place[-1] % len(names)]
         if place == places.VOLUME:
-            first = self._volume = self._settings.volume
-        elif place == places.SLEEP and self._settings.sleep_minutes in places.SLEEP_MINUTES:
-            first = places.SLEEP_MINUTES.index(self._settings.sleep_minutes)
+            first = self._volume = self._stored.volume
+        elif place == places.SLEEP:
+            first = self._stored.sleep
         self._place.append(first)
         if places.is_list(place):
             self._draw_last(*2 * self._list_drawn(self._places.items(place)))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from sim_backend.firmware.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.sensor_view import VIEW, SensorView
 from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.stored_settings import SLEEP_MINUTES
 
 Place = tuple[int, ...]
 
@@ -29,7 +30,6 @@ NO, YES = range(2)
 SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
 
-SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 _ITEMS = {(): 7, MY_FILES: 4, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
 """Items of the menus that are known."""
 

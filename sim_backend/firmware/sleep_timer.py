@@ -5,8 +5,6 @@ from __future__ import annotations
 from sim_backend.firmware.module import Clock
 
 MINUTE_MS = 60_000
-SLEEP_MINUTES = 10
-"""Time until power-off after the start."""
 
 
 class SleepTimer:
@@ -18,7 +16,7 @@ class SleepTimer:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self.sleep_minutes = SLEEP_MINUTES
+        self.sleep_minutes = 0
         self._timer_started_ms = 0
         self._rests = False
 

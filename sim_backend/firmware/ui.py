@@ -25,6 +25,7 @@ from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
 from sim_backend.firmware.sound import ATTENTION, CLICK, SoundModule
+from sim_backend.firmware.stored_settings import StoredSettings
 from sim_backend.firmware.ui_states import Run, UiState
 from sim_backend.firmware.versions import Version
 
@@ -49,14 +50,20 @@ class UiModule(FileRunner):
         version: Version,
     ) -> None:
         super().__init__(clock, io_control, screen, sound)
-        self._on_restart = loader.restore_settings
+        self._stored = StoredSettings(loader)
+        self._on_restart = self._load_settings
+        self._load_settings()
         self.error = self.pointer = 0
         self.run_state, self.has_cable = 1, True
         self._starting = self._answered = False
         self.buttons: Sequence[Button] = ()
-        self._menu = Menu(self, loader, screen, data_log=version.data_log)
+        self._menu = Menu(self, self._stored, loader, screen, data_log=version.data_log)
         self._enter_keeps_program = version.enter_keeps_program
         self._keys = Keys()
+
+    def _load_settings(self) -> None:
+        self._stored.load()
+        self.volume, self.sleep_minutes = self._stored.volume, self._stored.sleep_minutes
 
     @property
     def usb_state(self) -> int:

@@ -1,0 +1,61 @@
+"""The volume and the sleep time-out that the menus store in a file. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from sim_backend.firmware.flash import SETTINGS
+from sim_backend.firmware.loader import Loader
+
+SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
+"""The sleep time-outs that the menus offer; the file has the number of one."""
+
+_VOLUME, _SLEEP = 2, 3
+"""Bytes of the file of newer versions."""
+
+_BITS, _SHIFT = 7, 4
+"""In the one byte of 1.05 the sleep time-out has the lowest bits, the volume some above."""
+
+
+class StoredSettings:
+    """The settings as they were loaded at the start, or stored by the menus since then.
+
+    They are not those of the Ui map, which telegrams can change.
+
+    Attributes:
+        volume: The volume.
+        sleep: The number of the sleep time-out.
+    """
+
+    def __init__(self, loader: Loader) -> None:
+        self._loader = loader
+        self._content = bytearray()
+        self.volume = self.sleep = 0
+
+    def load(self) -> None:
+        """Read the file; it is created if there is no valid one."""
+        self._content = content = bytearray(self._loader.restore_settings())
+        if self._is_packed:
+            self.volume, self.sleep = content[0] >> _SHIFT & _BITS, content[0] & _BITS
+        else:
+            self.volume, self.sleep = content[_VOLUME], content[_SLEEP]
+
+    def save(self) -> None:
+        """Store them in a new file, unless the old one is open."""
+        content, loader = self._content, self._loader
+        if self._is_packed:
+            content[0] = content[0] & ~(_BITS << _SHIFT | _BITS) | self.volume << _SHIFT | self.sleep
+        else:
+            content[_VOLUME], content[_SLEEP] = self.volume, self.sleep
+        loader.delete(SETTINGS)
+        status, handle, _ = loader.create(SETTINGS, len(content))
+        if not status:
+            loader.write(handle, bytes(content))
+            loader.close(handle)
+
+    @property
+    def sleep_minutes(self) -> int:
+        """The sleep time-out; for other numbers the firmware reads on behind its table."""
+        return SLEEP_MINUTES[self.sleep] if self.sleep < len(SLEEP_MINUTES) else 0
+
+    @property
+    def _is_packed(self) -> bool:
+        return len(self._content) == 1
