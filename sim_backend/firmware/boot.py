@@ -24,6 +24,7 @@ class Boot(Supply):
     on_pass: Callable[[], None]
     draw_status: DrawStatus
     _on_restart: Callable[[], None]
+    error: int
 
     def end_start(self) -> None:
         """Take keys and requests from now on; a button that is held does not count."""
@@ -35,7 +36,7 @@ class Boot(Supply):
         """Start again after the brick was switched off: as at power-on, but the other modules continue."""
         if self.state == UiState.START:
             self._on_restart()
-            self._warned, self.run_state = False, 1
+            self._warned, self.run_state, self.error = False, 1, 0
             self.on_pass()
             self.battery.restart(now_ms - 1)
             self._off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True

@@ -127,7 +127,7 @@ class SimBrick:
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         channel = Channel()
         self._maps = self._make_maps(version)
-        self._module_search = ModuleSearch(self._maps)
+        self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)
         comm_map = self._maps[0]
         handlers = self._handlers(version, channel, comm_map)
         self.radio.inbox = comm_map.bytes_from("BtInBuf")

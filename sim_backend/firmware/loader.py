@@ -12,7 +12,7 @@ from typing import NamedTuple
 from firmware_protocol.status import Status
 from sim_backend.firmware.file_handle import Handle, Use
 from sim_backend.firmware.flash import SETTINGS, File, Flash
-from sim_backend.firmware.names import NAME_LIMIT, looked_for, matcher
+from sim_backend.firmware.names import NAME_LIMIT, fold, looked_for, matcher
 from sim_backend.firmware.versions import Version
 
 HANDLES = 16
@@ -341,7 +341,7 @@ class Loader:
 
     def _is_being_written(self, name: str) -> bool:
         """Return whether a file is being written for whose name or pattern the firmware looked for this name."""
-        return any(handle.use == Use.WRITE and handle.name == name.lower() for handle in self._table)
+        return any(handle.use == Use.WRITE and handle.name == fold(name) for handle in self._table)
 
     def _downloads(self) -> list[File]:
         written = [handle.file for handle in self._table if handle.use == Use.WRITE and handle.file]

@@ -6,34 +6,45 @@ from collections.abc import Iterator, Sequence
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.names import NAME_SIZE, matcher
+from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.names import NAME_SIZE, looked_for, matcher
 
-_MARK_BEHIND = 3
+_MARK = 3
 """Where, behind the field of the pattern, the mark of an open listing is."""
 
 
 class ModuleSearch:
     """The one listing of modules, for telegrams and programs. At power-on it is one of all modules, and not open."""
 
-    def __init__(self, maps: Sequence[LiveMap]) -> None:
-        """Take the maps in the order of the listing."""
-        self._maps = maps
+    def __init__(self, maps: Sequence[LiveMap], loader: Loader, free_flash_at: int) -> None:
+        """Make the module.
+
+        Args:
+            maps: The maps in the order of the listing.
+            loader: Its free flash is behind the pattern, too.
+            free_flash_at: Where that is.
+        """
+        self._maps, self._loader, self._free_flash_at = maps, loader, free_flash_at
         self._is_open = False
         self._found: Iterator[LiveMap] = iter(maps)
 
     def first(self, pattern: str) -> LiveMap | Status:
         """Open a listing and return its first module, or why there is none; then it stays open, too.
 
-        The firmware copies the pattern in upper case to a field of 20 bytes, however long it is: the next byte is the
-        number of the module to begin with, and the zero behind the pattern may close the listing. Long patterns but
-        those for all modules find nothing, or (``*.mod``) are cut.
+        The firmware copies what it looks for to a field of 20 bytes, however long it is, and over the number of the
+        module to begin with, the mark, and the free flash behind it. With ``*.*`` it copies the pattern as it is, and
+        the final zero.
         """
         if self._is_open:
             return Status.NO_MORE_HANDLES
-        matches = matcher(pattern)
-        rest = pattern.encode("latin-1").upper()[NAME_SIZE:] if "*.*" in pattern else b""
-        self._found = iter([live for live in self._maps[rest[0] if rest else 0 :] if matches(live.layout.name)])
-        self._is_open = len(rest) != _MARK_BEHIND
+        text, matches = pattern.encode("latin-1") + b"\0", matcher(pattern)
+        behind = (text if b"*.*" in text else looked_for(pattern).encode("latin-1").upper())[NAME_SIZE:]
+        self._found = iter([live for live in self._maps[behind[0] if behind else 0 :] if matches(live.layout.name)])
+        self._is_open = behind[_MARK : _MARK + 1] != b"\0"
+        free = bytearray(self._loader.free_flash.to_bytes(4, "little"))
+        over = behind[self._free_flash_at :][: len(free)]
+        free[: len(over)] = over
+        self._loader.free_flash = int.from_bytes(free, "little")
         return self.following()
 
     def following(self) -> LiveMap | Status:

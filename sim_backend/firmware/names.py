@@ -23,9 +23,14 @@ def unpack_name(field: bytes) -> str:
     return field.split(b"\0")[0].decode("latin-1")
 
 
+def fold(name: str) -> str:
+    """Return a name for comparisons: the firmware takes only the letters of ASCII in either case for the same."""
+    return name.encode("latin-1").lower().decode("latin-1")
+
+
 def looked_for(pattern: str) -> str:
     """Return the text that the firmware looks for: a pattern without its last or first character, in lower case."""
-    pattern = pattern.lower()
+    pattern = fold(pattern)
     if ".*" in pattern:
         return pattern if "*.*" in pattern else pattern[:-1]
     return pattern[1 : 2 + _EXTENSION] if "*." in pattern else pattern
@@ -41,10 +46,10 @@ def matcher(pattern: str) -> Callable[[str], bool]:
     if "*.*" in pattern:
         return lambda _: True
     if ".*" in pattern:
-        return lambda name: name.lower().startswith(text)
+        return lambda name: fold(name).startswith(text)
     if "*." in pattern:
-        return lambda name: text in name.lower()
-    return lambda name: name.lower() == text
+        return lambda name: text in fold(name)
+    return lambda name: fold(name) == text
 
 
 def extension(name: bytes) -> str:

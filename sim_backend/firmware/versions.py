@@ -58,6 +58,7 @@ class Version:
         flash_start: Address of the first of these.
         directory_size: Maximum number of files.
         settings: Content of the settings file.
+        free_flash_at: Where the free flash is, behind the field for a pattern of modules.
         pool: Layout of the memory pool of programs.
         dialect: Properties of its interpreter of programs.
         map_sizes: Sizes of the IO maps that differ from their declaration, by module.
@@ -97,6 +98,7 @@ class Version:
     sectors: int
     directory_size: int
     settings: bytes
+    free_flash_at: int
     pool: Layout
     dialect: Dialect
     map_sizes: Mapping[str, int]
@@ -140,6 +142,7 @@ _V1_29 = Version(
     sectors=477,
     directory_size=127,
     settings=bytes.fromhex("780104030000"),
+    free_flash_at=8,
     pool=Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=_KNOWN_TYPES),
     dialect=Dialect(
         Timing(instructions=54, turns=2_000),
@@ -214,6 +217,7 @@ _V1_32 = replace(
     write_options=True,
     flash_start=0x126400,
     sectors=410,
+    free_flash_at=12,
     pool=_V1_29.pool._replace(clump=48),
     dialect=_V1_29.dialect._replace(
         port_groups=_PORT_GROUPS,
