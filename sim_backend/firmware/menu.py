@@ -330,7 +330,10 @@ class Menu:
         elif place in (places.TRY_ME, places.SEARCH):
             self._draw_last(marks.MENU)
             self._show(UiState.ENTER)
-            self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
+            if place == places.TRY_ME and self._places.listed(place):
+                self._open(place)
+            else:
+                self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
         else:
             self._open(place)
 
@@ -372,11 +375,14 @@ class Menu:
             first = self._volume = self._stored.volume
         elif place == places.SLEEP:
             first = self._stored.sleep
+        elif places.is_page(place):
+            first = places.first_action(place)
         self._place.append(first)
         if places.is_list(place):
             self._draw_last(*2 * self._list_drawn(self._places.items(place)))
         elif places.is_list(place[:-1]):
-            self._draw_last(*((NOTHING, *_FILE_PAGE) if place[1] < len(places.EXTENSIONS) - 1 else (NOTHING, NOTHING)))
+            page = _FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
+            self._draw_last(NOTHING, *page)
         if place in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif places.action(place) == places.SEND:

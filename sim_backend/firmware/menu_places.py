@@ -19,11 +19,9 @@ DATA_LOG, VALUES = LISTS = (2,), (VIEW,)
 SEARCH = (*BLUETOOTH, 0)
 VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
 PROGRAMS = (*MY_FILES, 0)
-_PAGE_LEVEL = 3
-"""Items that lead to a file's page."""
 RUN, SEND, DELETE = range(3)
-_ACTIONS, _LOG_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND)
-"""Items of a file's page, and of that of a data log."""
+_ACTIONS, _LOG_ACTIONS, _TRIED_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND), (DELETE, RUN)
+"""Items of a file's page, of that of a data log, and of that of a file to try."""
 NO, YES = range(2)
 """Answers to the question whether to delete a file."""
 
@@ -33,30 +31,43 @@ SLOW = range(1, 4)
 _ITEMS = {(): 7, MY_FILES: 4, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
 """Items of the menus that are known."""
 
-EXTENSIONS = (".rxe", ".rpg", ".rso", ".log")
+_LOG = ".log"
+EXTENSIONS = (".rxe", ".rpg", ".rso", _LOG)
 """Files of the items of the first menu."""
+_TRIED = ".rtm"
+"""Files of the last item of the main menu."""
 
 _LIST_LEVEL = 2
 
 
 def is_list(menu: Place) -> bool:
     """Return whether a menu is a list of files."""
-    return len(menu) == _LIST_LEVEL and menu[: len(MY_FILES)] == MY_FILES
+    return menu == TRY_ME or (len(menu) == _LIST_LEVEL and menu[: len(MY_FILES)] == MY_FILES)
 
 
 def is_page(menu: Place) -> bool:
     """Return whether a menu is a file's page."""
-    return len(menu) == _PAGE_LEVEL and menu[: len(MY_FILES)] == MY_FILES
+    return is_list(menu[:-1])
 
 
-def actions(menu: Place) -> Sequence[int]:
+def extension(files: Place) -> str:
+    """Return the end of the names in a list of files."""
+    return _TRIED if files == TRY_ME else EXTENSIONS[files[-1]]
+
+
+def actions(page: Place) -> Sequence[int]:
     """Return what the items of a file's page do."""
-    return _LOG_ACTIONS if EXTENSIONS[menu[1]] == ".log" else _ACTIONS
+    return {_LOG: _LOG_ACTIONS, _TRIED: _TRIED_ACTIONS}.get(extension(page[:-1]), _ACTIONS)
+
+
+def first_action(page: Place) -> int:
+    """Return the item that a file's page begins with: run, if it can be run."""
+    return actions(page).index(RUN) if RUN in actions(page) else 0
 
 
 def action(place: Place) -> int | None:
     """Return what an item of a file's page does; None elsewhere."""
-    return actions(place)[place[-1]] if is_page(place[:-1]) else None
+    return actions(place[:-1])[place[-1]] if is_page(place[:-1]) else None
 
 
 class Places:
@@ -86,7 +97,7 @@ class Places:
 
     def listed(self, menu: Place) -> Sequence[str]:
         """Return the names of a list of files."""
-        return self._files(EXTENSIONS[menu[-1]])
+        return self._files(extension(menu))
 
     def is_missing(self, place: Place) -> bool:
         """Return whether the main menu leaves out an item."""
