@@ -35,6 +35,9 @@ class HighSpeed:
     """Bytes that arrived on port 4 and were not fetched yet.
 
     Arriving bytes wait on the line until the receiver takes them, also from power-on to the first opening.
+
+    Attributes:
+        ring_out: Place in the ring of the next byte to fetch; the map can change it.
     """
 
     def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int = _RING) -> None:
@@ -50,7 +53,7 @@ class HighSpeed:
         self._next_ms = clock.now_ms
         self._opened_ms, self._fresh = NEVER, True
         self._line, self._line_ms = b"", clock.now_ms
-        self._ring, self._in, self._out = bytearray(_RING), 0, 0
+        self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
 
     @property
     def flags(self) -> int:
@@ -77,9 +80,29 @@ class HighSpeed:
     @property
     def waiting(self) -> int:
         """Number of bytes not yet fetched."""
+        return (self.ring_in - self.ring_out) % _RING
+
+    @property
+    def ring_in(self) -> int:
+        """Place in the ring of the next byte to take from the line; the map can change it."""
         self._settle()
         self._take(self._clock.now_ms)
-        return (self._in - self._out) % _RING
+        return self._in
+
+    @ring_in.setter
+    def ring_in(self, place: int) -> None:
+        self._in = place
+
+    @property
+    def ring(self) -> bytes:
+        """The ring of the bytes taken; they stay there when they are fetched."""
+        self._settle()
+        self._take(self._clock.now_ms)
+        return bytes(self._ring)
+
+    @ring.setter
+    def ring(self, content: bytes) -> None:
+        self._ring[:] = content
 
     def arrive(self, data: bytes) -> None:
         """Receive bytes; they are lost while the receiver is closed again, or opens."""
@@ -92,9 +115,9 @@ class HighSpeed:
         """Remove and return up to `size` bytes."""
         data = bytearray()
         if self.waiting:
-            while len(data) < size and self._out != self._in:
-                data.append(self._ring[self._out])
-                self._out = (self._out + 1) % self._fetch_modulus
+            while len(data) < size and self.ring_out != self._in:
+                data.append(self._ring[self.ring_out % _RING])
+                self.ring_out = (self.ring_out + 1) % self._fetch_modulus
         return bytes(data)
 
     def _take(self, until_ms: int) -> None:
@@ -103,9 +126,10 @@ class HighSpeed:
         for _ in range(first_ms, until_ms + 1):
             if not self._line:
                 break
-            data, self._line = self._line[: _RING - self._in], self._line[_RING - self._in :]
-            self._ring[self._in : self._in + len(data)] = data
-            self._in = (self._in + len(data)) % _RING
+            place = self._in % _RING
+            data, self._line = self._line[: _RING - place], self._line[_RING - place :]
+            self._ring[place : place + len(data)] = data
+            self._in = (place + len(data)) % _RING
         self._line_ms = max(self._line_ms, until_ms + 1)
 
     def _settle(self) -> None:

@@ -168,7 +168,7 @@ def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
     live.bind(radio, BrickName="name", BrickAddress="address")
     live.show(radio, BtInBuf="received")
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
-    live.bind(high_speed, HsFlags="flags", HsState="state")
+    live.bind(high_speed, HsFlags="flags", HsState="state", HsInBuf="ring", HsInPtr="ring_in", HsOutPtr="ring_out")
     live.show(ui, UsbState="has_cable")
     live.preset(_BLUECORE_VERSION, _VERSION_1)
     for connection in _FREE_CONNECTIONS:
