@@ -216,10 +216,11 @@ class SoundModule:
         self.flags, self.state, self._sounds = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
-        """Play an open file from a pass on; one that is not a sound file stays silent.
+        """Play an open file from a pass on; one that is not a sound file stays silent, in the state of a sound before.
 
         Buffers of a file that was replaced are played first, as far as the ring counts them.
         """
+        before = self.state
         self._silence()
         self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
@@ -231,6 +232,9 @@ class SoundModule:
         if size == 0 or not known:
             self._silence()
             self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it by then
+            if before and size:
+                self._begin(SoundState(before))
+                self._ends_ms = NEVER if before == SoundState.FILE else 0  # a tone has ended, and so may begin again
             return
         if not self._is_melody:
             rate, self.sample_rate = self.sample_rate or rate, 0
