@@ -220,15 +220,18 @@ class SoundModule:
 
         Buffers of a file that was replaced are played first, as far as the ring counts them.
         """
-        before = self.state
+        before, melody = self.state, self.state == SoundState.FILE and self._is_melody
         self._silence()
         self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
         self._is_melody = kind == _MELODY
-        if size < 0:  # without a whole header the file stays open until the next tone, stop or file
-            self._end()
-            return
         known = self._is_melody or kind >> 8 == _SOUND >> 8
+        if size < 0 or (melody and not known):  # the file stays open until the next tone, stop or file
+            self._end()
+            if melody:  # a melody goes on with its last buffer, from the beginning
+                self._is_melody = True
+                self._begin(SoundState.FILE)
+            return
         if size == 0 or not known:
             self._silence()
             self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it by then
