@@ -109,7 +109,6 @@ class SimBrick:
         self.display = DisplayModule(self._show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
-        self.sound.volume = self.ui.volume
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press)
         self.command = CommandModule(

@@ -53,6 +53,7 @@ class UiModule(FileRunner):
         self._stored = StoredSettings(loader)
         self._on_restart = self._load_settings
         self._load_settings()
+        sound.volume = self.volume
         self.error = self.pointer = 0
         self.run_state, self.has_cable = 1, True
         self._starting = self._answered = False
