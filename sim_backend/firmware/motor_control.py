@@ -6,9 +6,8 @@ towards zero, fixed widths where they matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntFlag
-from math import inf
 
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from sim_backend.firmware.cint import divide, s8, s16, s32
@@ -48,7 +47,7 @@ class Option(IntFlag):
     RAMP_DOWN_TO_LIMIT = 0x20
 
 
-_HOLDS_AT_LIMIT, _RAMPS_TO_LIMIT = int(Option.HOLD_AT_LIMIT), int(Option.RAMP_DOWN_TO_LIMIT)
+_HOLDS_AT_LIMIT, RAMPS_TO_LIMIT = int(Option.HOLD_AT_LIMIT), int(Option.RAMP_DOWN_TO_LIMIT)
 """Plain integers: a flag's operators would take as long as the rest of a pass."""
 
 
@@ -225,48 +224,6 @@ class MotorControl:
             return False
         return elapsed > self.period_ms
 
-    def rest(self, passes: int) -> None:
-        """Run passes at rest: only the regulation timer goes on, and an idle motor ends its brake."""
-        if self.run_state == IDLE:
-            self.brake = False
-        period = self.period_ms + 1
-        elapsed = min(self.elapsed, self.period_ms) + passes
-        if elapsed >= period and self.period_ms < NO_PERIOD:
-            self.delta = 0
-        self.elapsed = elapsed % period
-
-    def roll(self, step: Callable[[int, bool], int], passes: int) -> int:
-        """Run passes with the plant's steps as long as nothing but counts changes.
-
-        Args:
-            step: See `output.MotorPlant`.
-            passes: Number of passes at most.
-
-        Returns:
-            The number of passes run; 0 if the next one may change more.
-        """
-        regulation, forever, speed = self.regulation, self.forever, self.set_speed
-        steady = regulation == SPEED or (not regulation and self.actual_speed == self.target_speed)
-        if self.run_state != RUNNING or not steady or self.options & _RAMPS_TO_LIMIT:
-            return 0
-        least = self.limit if not forever and speed < 0 else -inf
-        most = COUNT_WRAP + 1 if forever else self.limit if speed > 0 else inf
-        pwm, brake, count, fresh = self.actual_speed, self.brake, self.count, self.fresh
-        passes, done = min(passes, self.period_ms - self.elapsed), 0
-        while done < passes and least < count + fresh < most:
-            count += fresh
-            fresh = step(pwm, brake)
-            done += 1
-        counts = count - self.count
-        self.count, self.fresh = count, fresh
-        self.delta += counts
-        self.block += counts
-        self.rotation += counts
-        self.elapsed += done
-        if done and forever and self.target_speed:
-            self.limit = count
-        return done
-
     def _run(self) -> None:
         regulation = self.regulation
         if regulation & self.positions:
@@ -279,7 +236,7 @@ class MotorControl:
         elif regulation & SYNC:
             self._check_synchronised_limit()
         elif speed := self.set_speed:
-            limit = self._threshold(self) if self.options & _RAMPS_TO_LIMIT else self.limit
+            limit = self._threshold(self) if self.options & RAMPS_TO_LIMIT else self.limit
             if self.count >= limit if speed > 0 else self.count <= limit:
                 self._end_run()
                 regulation = self.regulation
@@ -288,14 +245,14 @@ class MotorControl:
 
     def _end_run(self) -> None:
         """Stop at the limit, or slow down to it."""
-        if self.options & _RAMPS_TO_LIMIT:
+        if self.options & RAMPS_TO_LIMIT:
             self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
         else:
             self._rest()
 
     def _threshold(self, motor: MotorControl) -> int:
         """Return the count of a motor at which this one's motion ends, or ramps down by its option."""
-        ramps = self.options & _RAMPS_TO_LIMIT
+        ramps = self.options & RAMPS_TO_LIMIT
         return divide(motor.limit * _RAMP_AT_PERCENT, 100) if ramps else motor.limit
 
     def _rest(self) -> None:
@@ -310,7 +267,7 @@ class MotorControl:
 
     @property
     def _at_synchronised_limit(self) -> int:
-        return RAMP_DOWN if self.options & _RAMPS_TO_LIMIT else self._at_limit
+        return RAMP_DOWN if self.options & RAMPS_TO_LIMIT else self._at_limit
 
     def _coast(self) -> None:
         if speed := self.actual_speed:

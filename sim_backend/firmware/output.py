@@ -21,6 +21,7 @@ from sim_backend.firmware.motor_control import (
     MotorControl,
     RegulationOption,
 )
+from sim_backend.firmware.motor_passes import rest, roll
 from sim_backend.firmware.regulation import Regulators
 from sim_backend.firmware.versions import Version
 
@@ -175,7 +176,7 @@ class OutputModule:
         slept = now_ms - self._last_ms - 1
         if slept > 0:  # all motors were at rest
             for control in self.controls:
-                control.rest(slept)
+                rest(control, slept)
         outputs = self.outputs
         for output in outputs:
             if output.flags & ~_STAYS:
@@ -206,10 +207,10 @@ class OutputModule:
     def _run_alone(self, output: Output, passes: int) -> None:
         control, plant = output.control, output.plant
         if output.at_rest:
-            control.rest(passes)
+            rest(control, passes)
             return
         while passes:
-            rolled = control.roll(plant.step, passes) if plant is not None else 0
+            rolled = roll(control, plant.step, passes) if plant is not None else 0
             passes -= rolled
             if not rolled:
                 self._advance(control)
