@@ -22,7 +22,7 @@ def test_the_keys_drive_until_they_are_let_go(bench):
     with bench.during(TELEOP) as done:
         bench.rig.wait_for("grep -aq 'T target' screen.txt", "the screen of teleop", 120.0)
         start = bench.rig.truth()["pose"]
-        press(bench, "w", 3)
+        press(bench, "w", 8)
         bench.at_rest()
         ahead = bench.rig.truth()["pose"]
         press(bench, "d", 20)
