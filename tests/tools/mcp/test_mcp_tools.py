@@ -79,10 +79,11 @@ def _converse(assistant: Assistant, talk: Callable[[Call], Awaitable[None]], mod
 
 
 async def _moving(assistant: Assistant) -> None:
-    while assistant.robot.state.get("doing") != "stopped":
-        await anyio.sleep(0.01)
-    while not assistant.robot.busy:
-        await anyio.sleep(0.01)
+    with anyio.fail_after(30):
+        while assistant.robot.state.get("doing") != "at rest":
+            await anyio.sleep(0.01)
+        while not assistant.robot.busy:
+            await anyio.sleep(0.01)
 
 
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
