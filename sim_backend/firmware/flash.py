@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from sim_backend.firmware.names import matcher
+
 SECTOR = 256
 _HEADER = 36
 _POINTER = 2
@@ -169,12 +171,13 @@ class Flash:
     def restore_settings(self) -> bytes:
         """Return the settings; their file is created if it is missing, empty, or of another format."""
         settings, size = self._settings, len(self._settings)
-        file = next((file for file in self.files if file.name.lower() == SETTINGS.lower()), None)
-        if file is not None:
+        number = self.find(matcher(SETTINGS))
+        if number < len(self.files):
+            file = self.files[number]
             content = bytes(file.content[: file.data_size])
             if content[:1] == settings[:1] or (content and size == 1):
                 return content[:size].ljust(size, b"\0")
-            self.files.remove(file)
+            del self.files[number]
             self.count()
         file = File(SETTINGS, size, content=bytearray(settings), data_size=size)
         if self.reserve(file, contiguous=True):

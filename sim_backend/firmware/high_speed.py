@@ -85,8 +85,7 @@ class HighSpeed:
     @property
     def ring_in(self) -> int:
         """Place in the ring of the next byte to take from the line; the map can change it."""
-        self._settle()
-        self._take(self._clock.now_ms)
+        self._catch_up()
         return self._in
 
     @ring_in.setter
@@ -96,8 +95,7 @@ class HighSpeed:
     @property
     def ring(self) -> bytes:
         """The ring of the bytes taken; they stay there when they are fetched."""
-        self._settle()
-        self._take(self._clock.now_ms)
+        self._catch_up()
         return bytes(self._ring)
 
     @ring.setter
@@ -119,6 +117,10 @@ class HighSpeed:
                 data.append(self._ring[self.ring_out % _RING])
                 self.ring_out = (self.ring_out + 1) % self._fetch_modulus
         return bytes(data)
+
+    def _catch_up(self) -> None:
+        self._settle()
+        self._take(self._clock.now_ms)
 
     def _take(self, until_ms: int) -> None:
         """Take bytes from the line in the passes since then: in each, as many as fit up to the end of the ring."""

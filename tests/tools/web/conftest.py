@@ -46,6 +46,18 @@ return [...document.querySelectorAll("button, select, input, canvas, section, [r
 """Returns the controls without a name."""
 
 
+def prefer(browser: WebDriver, scheme: str) -> None:
+    """Let the browser's user prefer the colour scheme "light" or "dark"."""
+    feature = {"name": "prefers-color-scheme", "value": scheme}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+
+
+def resize(browser: WebDriver, width: int, height: int, *, mobile: bool = False) -> None:
+    """Give the window a size, and if wanted the behaviour of a phone's browser."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": mobile}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[WebDriver]:
     """A browser for all tests: starting it takes as long as a test."""

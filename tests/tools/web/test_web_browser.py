@@ -20,7 +20,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from .conftest import CONTRASTS, NAMELESS
+from .conftest import CONTRASTS, NAMELESS, prefer, resize
 
 WAIT_S = 40
 
@@ -204,8 +204,7 @@ def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_pat
 
 def test_text_has_the_contrast_that_wcag_aa_asks_for(browser, url):
     for scheme, page in product(("light", "dark"), ("", "missions.html", "calibrate.html", "runs.html", "pin.html")):
-        feature = {"name": "prefers-color-scheme", "value": scheme}
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+        prefer(browser, scheme)
         browser.get(url + page)
         assert browser.execute_script(CONTRASTS) == [], (page or "robot", scheme)
 
@@ -298,17 +297,12 @@ def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
     WebDriverWait(browser, WAIT_S).until(lambda page: page.find_element(By.ID, "saved").text == "saved")
 
 
-def _resize(browser: WebDriver, width: int, height: int) -> None:
-    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-
-
 def test_a_screen_shows_what_matters_without_scrolling(browser, url):
     browser.get(url)
     _until(browser, "doing", "at rest")
     script = "return document.getElementById(arguments[0]).getBoundingClientRect().bottom"
     for width, height, panel in (1920, 1080, "chart-panel"), (1280, 800, "decision-panel"):
-        _resize(browser, width, height)
+        resize(browser, width, height)
         assert browser.execute_script(script, panel) <= height
 
 
@@ -316,7 +310,7 @@ def test_nothing_protrudes_from_its_panel(browser, url):
     browser.get(url)
     _until(browser, "doing", "at rest")
     for size in ((390, 844), (700, 900), (1024, 768), (1280, 800), (1920, 1080)):
-        _resize(browser, *size)
+        resize(browser, *size)
         assert browser.execute_script(PROTRUDING) == [], size
 
 

@@ -14,7 +14,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import WebDriverWait
 
-from ..conftest import CONTRASTS, NAMELESS
+from ..conftest import CONTRASTS, NAMELESS, prefer, resize
 
 WAIT_S = 40
 ROBOTS = 12
@@ -58,16 +58,14 @@ def test_text_has_contrast_and_every_control_a_name(url, browser):
     browser.find_element(By.ID, "start").click()
     _until(browser, "#notice", "stopped")
     for scheme in "light", "dark":
-        feature = {"name": "prefers-color-scheme", "value": scheme}
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+        prefer(browser, scheme)
         assert browser.execute_script(CONTRASTS) == [], scheme
     assert browser.execute_script(NAMELESS) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), pytest.param(1920, 1080, marks=pytest.mark.nightly)])
 def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser, width, height):
-    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < height}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    resize(browser, width, height, mobile=width < height)
     browser.get(url)
     _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
