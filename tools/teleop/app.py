@@ -184,7 +184,7 @@ class Teleop(App[None]):
     def _show(self, screen: Screen[object]) -> None:
         """Show the pilot's latest step and the camera's latest frame."""
         view = self._view
-        if view is None:
+        if view is None or not self.is_running:  # leaving takes the screen apart while the clock still ticks
             return
         floor, panel = screen.query_one("#map", Static), screen.query_one("#panel", Static)
         size = floor.content_size

@@ -58,8 +58,6 @@ def _play(app, play):
     async def go():
         async with app.run_test(size=(100, 30)) as pilot:
             await play(pilot)
-            app.action_leave()  # a screen torn down under a pilot that still reports has no map to show it on
-            await _until(pilot, lambda: not app.is_running)
 
     try:
         asyncio.run(go())
@@ -110,6 +108,23 @@ def test_plus_and_minus_change_the_speed(teleop):
         await _until(pilot, lambda: "(70 %)" in _text(app, "panel"))
         await pilot.press("minus", "minus")
         await _until(pilot, lambda: "(50 %)" in _text(app, "panel"))
+
+    _play(app, play)
+
+
+@pytest.mark.slow
+def test_a_screen_that_closes_slowly_shows_nothing_more(teleop):
+    from textual.widget import Widget
+
+    class SlowToClose(Widget):
+        async def on_unmount(self):
+            await asyncio.sleep(0.3)  # several ticks of the picture
+
+    _, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+        await app.mount(SlowToClose())
 
     _play(app, play)
 
