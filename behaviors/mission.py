@@ -34,7 +34,7 @@ from behaviors.robot_description import (
     with_robot,
 )
 from input_files.json_text import parse_object
-from input_files.mistakes import excerpt, listed
+from input_files.mistakes import MistakesError, excerpt, listed
 from input_files.plain import MEGABYTE, InputFileError, at_home, read_text
 from input_files.toml_file import read_toml
 
@@ -48,8 +48,8 @@ FILE = "_file"
 """keys of the detectors of other packages do so if they end in this."""
 
 
-class MissionError(ValueError):
-    """A mission file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
+class MissionError(MistakesError):
+    """A mission file with mistakes, or a profile that cannot be used."""
 
 
 class ThesisParameters(Table):
@@ -239,11 +239,10 @@ def load_mission(
             raise robot_error
         return mission
     if robot_error is not None:
-        head, *more = str(robot_error).split("\n  ")
-        problems += more or [head]
+        problems += robot_error.mistakes or [robot_error.message]
     found = chain(mistakes(invalid, Mission) if invalid else (), problems)
-    lines = listed((invalid.error_count() if invalid else 0) + len(problems), found)
-    raise MissionError(f"{path}: " + "\n  ".join(lines))
+    number, *lines = listed((invalid.error_count() if invalid else 0) + len(problems), found)
+    raise MissionError(f"{path}: {number}", lines)
 
 
 def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Path | None) -> RobotFile | None:
@@ -254,8 +253,7 @@ def _robot_file(table: dict[str, Any], path: Path, robot: Path | None, usual: Pa
         return None if chosen is None else load_robot_file(chosen)
     except RobotFileError as error:
         origin = "" if robot else f"{path}: mission.robot_file: " if isinstance(named, str) else f"{ROBOT_VARIABLE}: "
-        head, *mistakes = str(error).split("\n  ")
-        raise MissionError("\n  ".join([f"{origin}{head}", *(f"{chosen}: {each}" for each in mistakes)])) from None
+        raise MissionError(f"{origin}{error.message}", [f"{chosen}: {each}" for each in error.mistakes]) from None
 
 
 def chosen_robot_file(named: object, path: Path | None, robot: Path | None, usual: Path | None) -> Path | None:

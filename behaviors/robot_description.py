@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.ports import Pose
-from input_files.mistakes import listed
+from input_files.mistakes import MistakesError, listed
 from input_files.plain import InputFileError
 from input_files.toml_file import read_toml
 
@@ -34,7 +34,7 @@ def brick_id(bluetooth_address: str) -> str:
     return bluetooth_address.replace(":", "")
 
 
-class RobotFileError(ValueError):
+class RobotFileError(MistakesError):
     """A robot file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
 
 
@@ -224,7 +224,8 @@ def load_robot_file(path: Path) -> RobotFile:
     except ValidationError as error:
         problems += mistakes(error, RobotFile)
     if problems:
-        raise RobotFileError(f"{path}: " + "\n  ".join(listed(len(problems), problems)))
+        number, *lines = listed(len(problems), problems)
+        raise RobotFileError(f"{path}: {number}", lines)
     return described
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import islice
 
 SHOWN = 20
@@ -12,6 +12,23 @@ LONGEST = 400
 LONGEST_VALUE = 80
 
 _MORE = re.compile(r"and (\d+) more")
+
+
+class MistakesError(ValueError):
+    """A file that cannot be used.
+
+    Attributes:
+        message: What is wrong with it, or how many mistakes it has.
+        mistakes: Its mistakes, each with its path in the file; none where the message says it all.
+    """
+
+    def __init__(self, message: str, mistakes: Sequence[str] = ()) -> None:
+        super().__init__(message, mistakes)
+        self.message = message
+        self.mistakes = mistakes
+
+    def __str__(self) -> str:
+        return "\n  ".join([self.message, *self.mistakes])
 
 
 def listed(count: int, problems: Iterable[str]) -> list[str]:

@@ -52,8 +52,7 @@ def check_mission(path: Path, robot: Path | None = None) -> Findings:
     try:
         mission = load_mission(path, [PICTURES], robot=robot, usual_robot=usual_robot())
     except MissionError as error:
-        head, *rest = str(error).split("\n  ")
-        found.mistakes = rest or [head.removeprefix(f"{path}: ")]
+        found.mistakes = [*error.mistakes] or [error.message.removeprefix(f"{path}: ")]
         targets = valid_targets(path, [PICTURES])
     else:
         targets = mission.target

@@ -1,6 +1,7 @@
 """Mission files: valid ones load, invalid ones report all their errors."""
 
 import contextlib
+import pickle
 import re
 from pathlib import Path
 
@@ -42,6 +43,14 @@ def _complaint(folder: Path, text: str) -> str:
     with pytest.raises(MissionError) as caught:
         load_mission(_write(folder, text))
     return str(caught.value)
+
+
+def test_an_error_lists_the_mistakes_also_for_another_process(tmp_path):
+    with pytest.raises(MissionError) as caught:
+        load_mission(_write(tmp_path, GOOD + 'size = 1\n[robot]\nleft = "B"\nright = "B"\n'))
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert [each.partition(":")[0] for each in error.mistakes] == ["target.box.size", "robot"]
+    assert str(error).splitlines() == [f"{tmp_path / 'mission.toml'}: 2 mistakes", *(f"  {m}" for m in error.mistakes)]
 
 
 def test_the_defaults_are_the_thesis(tmp_path):
