@@ -41,7 +41,9 @@ def find_profile(name: str) -> ProfileClass:
     missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
     if missing:
         raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")
-    loaded_from_elsewhere[name] = found.__module__.partition(".")[0]
+    package = found.__module__.partition(".")[0]
+    if package != __name__.partition(".")[0]:  # another name for a class of ours
+        loaded_from_elsewhere[name] = package
     return found  # type: ignore[no-any-return]
 
 

@@ -133,6 +133,15 @@ def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profil
     assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
 
 
+def test_a_bug_of_ours_is_not_the_fault_of_another_name_for_our_profile(tmp_path):
+    (tmp_path / "odd.py").write_text(
+        "from behaviors.profiles.adaptive import AdaptiveProfile as Odd\n", encoding="utf-8"
+    )
+    with pytest.raises(AttributeError) as error:
+        find_profile("odd:Odd").own_policy(None)
+    assert registry.raised_by_profile(error.value) is None
+
+
 @pytest.mark.slow
 def test_an_exception_that_the_profile_may_have_caused_keeps_its_traceback(tmp_path):
     text = "from patient import Patient\nclass Odd(Patient):\n    def skill(self, *_): return None\n"

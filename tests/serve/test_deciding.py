@@ -100,7 +100,6 @@ def test_a_client_that_leaves_at_a_decision_ends_the_mission(serve):
 
 def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(serve, monkeypatch, caplog):
     monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})  # other tests load profiles of the package `tests`
     client = serve("figure7", profile="adaptive").client()
     assert [client.ask(line) for line in ("choose", "why")] == [-7, 11]
     assert "internal error in choose" in caplog.text
