@@ -92,7 +92,7 @@ def test_the_time_of_a_pause_does_not_count_against_the_time_limit(perform, miss
 
 @pytest.mark.slow
 def test_the_brick_does_not_switch_itself_off(perform, mission_for):
-    operator = Operator(SEARCHING_MS, 25 * 60_000)
+    operator = Operator(SEARCHING_MS, 12 * 60_000)
     assert perform(
         "open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator
     ).report.achieved

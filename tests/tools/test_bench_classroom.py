@@ -7,7 +7,7 @@ import pytest
 from nxtdrive.tools.dev.bench_classroom import measure_classroom
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_figure_is_measured():
     figures = {figure.name: figure.value for figure in measure_classroom(robots=2, seconds=0.5, settle_s=0.0)}
     cpu = [value for name, value in figures.items() if name.endswith("CPU of robots and server")]

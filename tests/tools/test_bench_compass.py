@@ -16,7 +16,7 @@ def test_ten_turns_near_iron():
     assert turned_error_deg(compass=True, iron=True) < 4
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_walk(monkeypatch):
     monkeypatch.setattr(bench_compass, "ROOMS", (SLIPPERY,))
     monkeypatch.setattr(bench_compass, "LEGS", 8)

@@ -7,7 +7,7 @@ import pytest
 from nxtdrive.tools.dev import bench_sensors
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(importlib.util.find_spec("pty") is None, reason="needs pseudo-terminals")
 def test_both_programs_read_distances_on_the_same_link(monkeypatch):
     monkeypatch.setattr(bench_sensors, "READINGS", 4)

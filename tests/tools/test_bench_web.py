@@ -7,7 +7,7 @@ import pytest
 from nxtdrive.tools.dev.bench_web import installed_mb, measure_web
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_figure_is_measured():
     figures = {figure.name: figure.value for figure in measure_web(seconds=1.0, drives=3)}
     assert figures["modules of the extra web that `import nxtdrive` loads"] == 0

@@ -21,7 +21,7 @@ from nxtdrive.tools.sweep.runner import plan
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "gym" / "random_driver.py"
 ENVIRONMENTS = {
-    "decisions": lambda: DecisionEnv(kinds=["block_permanent"], seeds=[103, 104, 105]),
+    "decisions": lambda: DecisionEnv(kinds=["block_permanent"], seeds=[104, 106]),
     "wheels": lambda: WheelEnv(seeds=range(3)),
     "wheels with images": lambda: WheelEnv(seeds=range(3), eyes="camera"),
 }

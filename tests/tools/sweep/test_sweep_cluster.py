@@ -29,7 +29,7 @@ pytestmark = [
     ),
 ]
 
-TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
+TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 STARTS_S = 30.0
 KILLER = """
 import os
@@ -135,7 +135,7 @@ def test_the_file_is_that_of_one_process_also_after_an_interruption(dask, lines,
     out.write_text(json.dumps(lines[0]) + "\n", encoding="utf-8")
     dask.add_workers(2)
     dask.wait_for(2)
-    words = ["--classes", "open,absent", "--seeds", "100", "--policies", "thesis,oracle", "--out", str(out)]
+    words = ["--classes", "open,absent", "--seeds", "101", "--policies", "thesis,oracle", "--out", str(out)]
     assert main(["sweep", *words, "--resume", "--dask", dask.address]) == DONE
     assert out.read_text(encoding="utf-8") == "".join(json.dumps(line) + "\n" for line in lines)
     assert "4/4" in capsys.readouterr().err

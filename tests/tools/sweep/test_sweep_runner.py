@@ -23,7 +23,7 @@ from nxtdrive.tools.sweep.runner import InProcess, plan, sweep, workers
 from nxtdrive.tools.sweep.summary import aggregate, estimate, success_rate
 from nxtdrive.tools.sweep.tables import choice_rows, interval, reached_rows
 
-TASKS = plan(["open", "absent"], [100], ["thesis", "oracle"], "geometric")
+TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 
 LONG_WORK = """
 from nxtdrive.tools.sweep.runner import plan, workers
@@ -45,7 +45,7 @@ def _lines():
     return [evaluate(task) for task in TASKS]
 
 
-@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("number", [pytest.param(1, marks=pytest.mark.nightly), 2])
 def test_the_file_does_not_depend_on_the_number_of_workers(number, lines, tmp_path):
     out = tmp_path / "out.jsonl"
     with workers(number) as executor:
