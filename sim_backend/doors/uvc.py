@@ -221,8 +221,8 @@ class UvcDoor:
 
     async def _serve(self) -> None:
         server = await self._loop.create_server(lambda: _Cable(self), sock=self._listener)
-        async with server:
-            await self._ended.wait()
+        await self._ended.wait()
+        server.close()  # without waiting for the connections, which would last until their computers end them
         for cable in self._asking:
             cable.abort()
         self._pull()

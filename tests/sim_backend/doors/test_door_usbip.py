@@ -4,6 +4,7 @@ import contextlib
 import errno
 import socket
 import struct
+import threading
 from functools import partial
 
 import cv2
@@ -354,6 +355,20 @@ def test_the_camera_streams_to_one_computer_until_it_is_unplugged():
             door.unplug()
             assert stream.read() == b""
     door.close()
+
+
+def test_the_webcam_can_be_closed_while_a_computer_has_it():
+    door = UvcDoor((320, 240), 15.0)
+    connect = partial(socket.create_connection, ("127.0.0.1", door.port), timeout=10)
+    with connect() as computer, connect() as asking:
+        computer.sendall(IMPORT)
+        stream = computer.makefile("rb")
+        stream.read(320)
+        closing = threading.Thread(target=door.close, daemon=True)
+        closing.start()
+        closing.join(10)
+        assert not closing.is_alive()
+        assert stream.read() == asking.recv(1) == b""
 
 
 def test_silent_connections_take_no_place_from_a_computer_that_wants_the_camera(monkeypatch):
