@@ -19,6 +19,7 @@ LINES = 8
 _LINE = DISPLAY_HEIGHT // LINES
 _START = DISPLAY.field("Normal", 0).offset
 _SIZE = LINES * DISPLAY_WIDTH
+_OCTANTS = 8
 _LAST_COLUMN, _LAST_ROW = DISPLAY_WIDTH - 1, DISPLAY_HEIGHT - 1
 
 
@@ -37,6 +38,7 @@ class DisplayModule:
 
     Attributes:
         memory: The module's IO map.
+        spend: Called with the number of pixels of a shape before it is drawn; what it raises prevents that.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class DisplayModule:
         self.memory = bytearray(DISPLAY.size)
         self._drawn = False
         self._shape: dict[tuple[int, int], int] | None = None
+        self.spend: Callable[[int], object] = lambda _: None
 
     @property
     def pixels(self) -> bytes:
@@ -62,8 +65,9 @@ class DisplayModule:
         """Make all pixels white."""
         self.memory[_START : _START + _SIZE] = bytes(_SIZE)
 
-    def begin(self, *, clear: bool) -> None:
+    def begin(self, *, clear: bool, spend: Callable[[int], object]) -> None:
         """Prepare for drawing: the first time the firmware's own screen makes room for the program's."""
+        self.spend, self._shape = spend, None
         if clear or not self._drawn:
             self.clear()
             self._drop_drawings()
@@ -140,6 +144,7 @@ class DisplayModule:
         steep = across <= up
         longer, shorter = (up, across) if steep else (across, up)
         error = 2 * shorter - longer
+        self.spend(longer)
         self.point(x, y)
         for _ in range(longer):
             if error >= 0:
@@ -162,6 +167,7 @@ class DisplayModule:
 
     def circle(self, x: int, y: int, radius: int) -> None:
         """Draw a circle by the midpoint algorithm."""
+        self.spend(max(radius, 0) * _OCTANTS)
         across, up, error = 0, radius, 1 - radius
         self._octants(x, y, across, up)
         while across < up:

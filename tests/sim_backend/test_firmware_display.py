@@ -95,7 +95,7 @@ def test_a_program_that_draws_takes_and_gives_back_the_screen():
     store(brick, "a.rxe", content)
     brick.receive(direct.StartProgram("a.rxe").encode())
     brick.tick(20)
-    brick.display.begin(clear=False)
+    brick.display.begin(clear=False, spend=lambda _: None)
     brick.display.point(5, 6)
     assert pixels(brick.display) == {(5, 6)}
     brick.receive(direct.StopProgram().encode())
@@ -107,7 +107,7 @@ def test_the_first_drawing_clears_the_screen_and_later_ones_by_option():
     display = DisplayModule()
     display.point(1, 1)
     for clear, expected in ((False, {(2, 2)}), (False, {(2, 2), (3, 3)}), (True, {(4, 4)})):
-        display.begin(clear=clear)
+        display.begin(clear=clear, spend=lambda _: None)
         display.point(*max(expected))
         assert pixels(display) == expected
 

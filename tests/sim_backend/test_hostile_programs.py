@@ -1,6 +1,7 @@
 """Programs made to exhaust the computer that simulates them end with an error, in bounded memory and time."""
 
 import struct
+import tracemalloc
 
 import pytest
 
@@ -9,15 +10,19 @@ from firmware_protocol.iomap import COMMAND, ProgramStatus
 from firmware_protocol.system import IOMapRead
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
-from sim_backend.firmware.vm.data import Data, Place
+from sim_backend.firmware.vm.data import ERR_MEM, Data, Place
 from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
 from sim_backend.firmware.vm.rxe import Clump, Program, Type, Variable
 
 LEVELS = 4
 LAYOUT = Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=bytes(range(256)))
-CONCATENATE, ACQUIRE, FINISH, EQUAL = 0x18, 0x2C, 0x2A, 4
+ADD, CONCATENATE, CALL, ACQUIRE, FINISH, PRINT, EQUAL = 0x00, 0x18, 0x28, 0x2C, 0x2A, 0x6A, 4
+PICTURE_OF_BYTES, LINE = 92, 15
+OUT_OF_MEMORY = ERR_MEM & 0xFF
+"""Status of a program in firmware 1.32."""
 
 
 def nested(length, element):
@@ -32,8 +37,8 @@ def nested(length, element):
     return Data(memory, None)
 
 
-def run_program(*clumps, variables, **options):
-    brick = SimBrick()
+def run_program(*clumps, variables, firmware="1.29", **options):
+    brick = SimBrick(firmware=firmware)
     content = assemble(variables, *clumps, **options)
     store(brick, "a.rxe", content)
     brick.receive(StartProgram("a.rxe").encode())
@@ -74,3 +79,66 @@ def test_an_array_does_not_grow_beyond_the_pool():
     target, text = variables.text(), variables.text(bytes(range(1, 201)))
     brick = run_program([instruction(CONCATENATE, target, *[text] * 10_000)], variables=variables)
     assert status(brick) is ProgramStatus.ERROR
+
+
+@pytest.mark.parametrize("pattern", [b"%9999999d", b"%.9999999d", b"%-9999999c", b"%9999999f", b"%.9999999999d"])
+def test_a_number_is_not_printed_in_more_characters_than_the_pool_has(pattern):
+    variables = Variables()
+    target, text, number = variables.text(), variables.text(pattern + b"\0"), variables.number(5)
+    tracemalloc.start()
+    brick = run_program([instruction(PRINT, target, text, number)], variables=variables, firmware="1.32")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert status(brick) == OUT_OF_MEMORY
+    assert most < 5_000_000
+
+
+def shape(opcode, *words):
+    return struct.pack(f"<{2 + len(words)}H", 2 + 2 * len(words), opcode, *words)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "content",
+    [
+        shape(7, 0, 50, 30, 0x6FFF) * 100,
+        shape(1, 1, 1, 1, 0) + shape(3, 0, 1, 0, 0, 100, 64, 0, 0) * 1000,
+    ],
+    ids=["circles", "sprites"],
+)
+def test_a_picture_of_more_than_the_brick_could_draw_ends_the_program(content):
+    variables = Variables()
+    variables.table.append((Type.CLUSTER, 0, 5))
+    picture = len(variables.table) - 1
+    variables.number()
+    variables.call(0, 0)
+    variables.text(content)
+    variables.array([0], Type.SLONG)
+    variables.number()
+    code = [instruction(CALL, PICTURE_OF_BYTES, picture), [0x4025, 0]]
+    assert status(run_program(code, variables=variables, firmware="1.32")) == OUT_OF_MEMORY
+
+
+@pytest.mark.slow
+def test_lines_far_beyond_the_screen_take_the_time_of_later_passes():
+    variables = Variables()
+    variables.table.append((Type.CLUSTER, 0, 4))
+    line = len(variables.table) - 1
+    variables.number()
+    variables.call(-32_768, 0)
+    variables.call(32_767, 0)
+    variables.number()
+    count, one = variables.number(), variables.number(1)
+    code = [instruction(CALL, LINE, line), instruction(ADD, count, count, one), [0x4025, -7 & 0xFFFF]]
+    brick = run_program(code, variables=variables)
+    brick.tick(20)
+    assert 0 < brick.command.pool[LAYOUT.clump + variables.table[count][2]] < 15
+    assert status(brick) is ProgramStatus.RUNNING
+
+
+def test_a_drawing_that_fails_does_not_swallow_later_ones():
+    display = DisplayModule(enhanced=True)
+    display.collect()
+    display.begin(clear=False, spend=lambda _: None)
+    display.point(5, 6)
+    assert display.get(5, 6)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MOST_ARGUMENTS = 16
 """Largest number of arguments of a system call."""
+PIXELS_PER_PART = 4
+"""Pixels that are drawn in the time of a part of an array; see `Memory.spend`."""
 
 
 class Call:
@@ -106,6 +108,14 @@ class Call:
         for i, content in enumerate(texts):
             inner = self._data.parts(place)[i]
             self._data.memory.set_bytes(self._data.index(inner), content + b"\0")
+
+    def spend_pixels(self, count: int) -> None:
+        """Count the work of drawing pixels, also those outside of the screen.
+
+        Raises:
+            OutOfMemory: It is more than an instruction may cause.
+        """
+        self._data.memory.spend(count // PIXELS_PER_PART)
 
 
 Function = Callable[[Call], None]

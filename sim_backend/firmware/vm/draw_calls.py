@@ -25,7 +25,7 @@ def drawing(
 
     def run(call: Call) -> None:
         options = call.number(options_at)
-        call.devices.display.begin(clear=bool(options & _CLEAR))
+        call.devices.display.begin(clear=bool(options & _CLEAR), spend=call.spend_pixels)
         combined = combines and call.machine.dialect.enhanced_calls and options & _COMBINATIONS
         if combined:
             call.devices.display.collect()

@@ -115,6 +115,7 @@ def _display_function(call: Call) -> None:
 
 def _fill(call: Call, columns: range, rows: range, ink: int) -> None:
     display = call.devices.display
+    call.spend_pixels(len(columns) * len(rows))
     for y in rows:
         for x in columns:
             display.set(x, y, display.get(x, y) ^ 1 if ink == _TURNS else int(ink == _DRAWS))

@@ -96,8 +96,10 @@ class _Picture:
         if sprite not in self._sprites:
             return
         rows, stride, start = self._sprites[sprite]
-        for row in range(min(height, DISPLAY_HEIGHT)):
-            for column in range(min(width, DISPLAY_WIDTH)):
+        width, height = min(max(width, 0), DISPLAY_WIDTH), min(max(height, 0), DISPLAY_HEIGHT)
+        self._display.spend(width * height)
+        for row in range(height):
+            for column in range(width):
                 at_row, at_column = rows - 1 - bottom - row, left + column
                 at = start + at_row * stride + at_column // 8
                 byte = self._content[at] if 0 <= at < len(self._content) else _ERASED

@@ -7,6 +7,7 @@ import re
 import struct
 
 from sim_backend.firmware.cint import s8, s16, s32
+from sim_backend.firmware.vm.memory import POOL_SIZE, OutOfMemory
 from sim_backend.firmware.vm.numbers import Number
 
 _CONVERSION = re.compile(
@@ -18,7 +19,11 @@ _MASKS, _SIGNED = {"h": 0xFFFF, "hh": 0xFF}, {"h": s16, "hh": s8}
 
 
 def printed(pattern: str, value: Number) -> str:
-    """Return a pattern with a number in place of its first conversion; for a wrong type, its bits are used."""
+    """Return a pattern with a number in place of its first conversion; for a wrong type, its bits are used.
+
+    Raises:
+        OutOfMemory: The number would not fit into the pool.
+    """
     done = False
 
     def convert(found: re.Match[str]) -> str:
@@ -28,6 +33,8 @@ def printed(pattern: str, value: Number) -> str:
         if done:
             return found[0]
         done = True
+        if max(int(found["width"] or 0), int(found["precision"] or 0)) > POOL_SIZE:
+            raise OutOfMemory
         return _float(found, value) if found["kind"] in _FLOATS else _integer(found, value)
 
     return _CONVERSION.sub(convert, pattern)
