@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 from sim_backend.world.event_tables import Event, Fault, Wheel
 from sim_backend.world.robot import RobotBody
 
 LIFT_MS = 2000
 """How long the robot is in the air by default. A guess."""
+
+_Part = int | Wheel | Literal["robot"]
+"""Input port of a sensor, wheel, or the robot."""
 
 
 @dataclass(slots=True)
@@ -20,9 +25,11 @@ class Disturbances:
         faults: How the sensors fail now, by input port.
     """
 
+    # by the sensor, wheel or robot that each event disturbs, of which a later event takes the place of an earlier one
+
     robot: RobotBody
     faults: dict[int, Fault] = field(default_factory=dict)
-    _running: dict[str, tuple[Event, int | None]] = field(default_factory=dict)
+    _running: dict[_Part, tuple[Event, int | None]] = field(default_factory=dict)
 
     def begin(self, event: Event, stays_ms: int | None, now_ms: int) -> None:
         """Begin the disturbance of a sensor's, wheel's or the robot's event."""
@@ -33,13 +40,14 @@ class Disturbances:
         elif event.to_mm is not None:
             stays_ms = LIFT_MS if stays_ms is None else stays_ms
             self.robot.lift(event.to_mm, event.facing_deg, now_ms, stays_ms)
-        self._running[event.name] = event, None if stays_ms is None else now_ms + stays_ms
+        for part in _parts(event):
+            self._running[part] = event, None if stays_ms is None else now_ms + stays_ms
 
-    def _end(self, event: Event) -> None:
-        if event.sensor is not None:
-            self.faults.pop(event.sensor, None)
-        elif event.wheel is not None:
-            self._slip(event.wheel, 0.0)
+    def _end(self, part: _Part) -> None:
+        if isinstance(part, int):
+            self.faults.pop(part, None)
+        elif part != "robot":
+            self._slip(part, 0.0)
         else:
             self.robot.put_down()
 
@@ -48,11 +56,18 @@ class Disturbances:
 
     def advance(self, now_ms: int) -> None:
         """End disturbances that have lasted long enough."""
-        for name, (event, ends_ms) in list(self._running.items()):
+        for part, (_, ends_ms) in list(self._running.items()):
             if ends_ms is not None and now_ms >= ends_ms:
-                del self._running[name]
-                self._end(event)
+                del self._running[part]
+                self._end(part)
 
     def ended(self, event: Event) -> bool:
         """Return whether the disturbance is over."""
-        return event.name not in self._running
+        return all(running.name != event.name for running, _ in self._running.values())
+
+
+def _parts(event: Event) -> Sequence[_Part]:
+    """Return what an event disturbs."""
+    if event.wheel == "both":
+        return "left", "right"
+    return (event.sensor or event.wheel or "robot",)

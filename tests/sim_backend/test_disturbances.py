@@ -137,6 +137,42 @@ def test_a_wheel_that_slips_drives_less_and_counts_the_same(wheel, turns):
         assert simulation.truth.pose.heading_deg == pytest.approx(before, abs=1)
 
 
+def test_a_later_fault_of_a_sensor_ends_the_earlier_one():
+    stuck, unplugged = fails("stuck", stays_s=2), fails("unplugged", at_s=2, stays_s=60)
+    simulation = simulate(stuck, unplugged, {"when": {"after_end_of": "event 0"}, "sensor": 1, "fault": "stuck"})
+    simulation.advance(2_500)
+    assert simulation.world.disturbances.faults == {4: "unplugged", 1: "stuck"}
+    simulation.advance(1_500)
+    assert simulation.world.disturbances.faults == {4: "unplugged", 1: "stuck"}
+
+
+def test_a_later_slip_of_a_wheel_ends_the_earlier_one_of_both_only_there():
+    slip = {"slip_percent": 50, "stays_s": 3}
+    simulation = simulate(
+        {"when": {"at_s": 1}, "wheel": "both", **slip}, {"when": {"at_s": 2}, "wheel": "left", **slip}
+    )
+    with Brick(SimTransport(simulation)) as brick:
+        brick.sleep(4.3)
+        before = simulation.world.robot.heading_deg
+        drive(brick, 0.5)
+        assert simulation.world.robot.heading_deg < before - 5
+
+
+def test_a_robot_that_is_lifted_again_is_carried_on_from_where_it_is():
+    lift = {"robot": True, "to_mm": (3000, 1500)}
+    simulation = simulate(
+        {"when": {"at_s": 1}, "stays_s": 2, **lift},
+        {"when": {"at_s": 2}, "stays_s": 4, **lift, "to_mm": (500, 500)},
+    )
+    simulation.advance(2_000)
+    assert simulation.world.robot.x_mm == pytest.approx(2000, abs=50)
+    simulation.advance(1_500)
+    assert simulation.world.robot.lifted
+    assert simulation.world.robot.x_mm == pytest.approx(2000 - 1500 * 1.5 / 4, abs=50)
+    simulation.advance(3_000)
+    assert not simulation.world.robot.lifted
+
+
 def test_an_event_can_wait_for_the_end_of_a_fault():
     later = {"when": {"after_end_of": "event 0"}, "sensor": 1, "fault": "stuck"}
     simulation = simulate(fails("no_echo", stays_s=1), later)
