@@ -105,6 +105,9 @@ class UltrasonicSensor:
             data = _ULTRASONIC_CONSTANTS.get(self._pointer, b"")
         return data[:size].ljust(size, b"\0")
 
+    def give_back(self, count: int) -> None:
+        """Do nothing: only a write moves the register."""
+
     def _command(self, mode: int) -> None:
         if mode == self.WARM_RESET:
             mode = self.CONTINUOUS
@@ -155,6 +158,10 @@ class Compass:
             registers[self._HEADING : self._HEADING + len(measured)] = bytes(measured)
         return self._device.read(size)
 
+    def give_back(self, count: int) -> None:
+        """Move the register back by bytes that were read but not sent."""
+        self._device.give_back(count)
+
 
 class TemperatureSensor:
     """LEGO's digital temperature sensor for the NXT (9749), a TMP275. Source of its registers: TI's data sheet.
@@ -196,6 +203,9 @@ class TemperatureSensor:
         if not self._registers[self.CONFIGURATION][0] & self.SHUT_DOWN:
             self._measure()
         return (self._registers[self._pointer] * size)[:size]
+
+    def give_back(self, count: int) -> None:
+        """Do nothing: only a write moves the register."""
 
     def _configure(self, value: int) -> None:
         self._registers[self.CONFIGURATION] = bytes((value & ~self.ONE_SHOT,))

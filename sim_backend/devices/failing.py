@@ -79,6 +79,7 @@ class FailingI2C:
         self._sensor, self._fault, self._random = sensor, fault, random
         self._register = 0
         self._last: dict[tuple[int, int], bytes] = {}
+        self._was_read = False
 
     @property
     def address(self) -> int:
@@ -93,8 +94,15 @@ class FailingI2C:
     def read(self, size: int) -> bytes:
         """Read bytes from the register on."""
         fault, asked = self._fault(), (self._register, size)
+        self._was_read = False
         if fault == "no_echo" and self._register in UltrasonicSensor.DISTANCES:
             return bytes([NO_ECHO] * size)
         if fault != "stuck" or asked not in self._last:
             self._last[asked] = self._sensor.read(size)
+            self._was_read = True
         return self._last[asked]
+
+    def give_back(self, count: int) -> None:
+        """Return bytes to the sensor if they were its own."""
+        if self._was_read:
+            self._sensor.give_back(count)

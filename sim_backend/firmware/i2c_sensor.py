@@ -10,11 +10,7 @@ BYTE_BITS = 8
 
 @runtime_checkable
 class I2CDevice(Protocol):
-    """A digital sensor.
-
-    It may have a method ``give_back(count)``, which is called after a read that was cut short, with the number of bytes
-    that `read` returned but that were not sent.
-    """
+    """A digital sensor."""
 
     @property
     def address(self) -> int:
@@ -25,6 +21,9 @@ class I2CDevice(Protocol):
 
     def read(self, size: int) -> bytes:
         """Return `size` bytes."""
+
+    def give_back(self, count: int) -> None:
+        """Take back the last `count` bytes of the last read, which were not sent since it was cut short."""
 
 
 class _Phase(Enum):
@@ -139,9 +138,8 @@ class SensorEnd:
     def _finish(self) -> None:
         """Tell the device what it has received, or has not sent."""
         self.pulls_data = False
-        give_back = getattr(self.device, "give_back", None)
-        if self._answer and give_back is not None:
-            give_back(len(self._answer))
+        if self._answer and self.device is not None:
+            self.device.give_back(len(self._answer))
         self._answer.clear()
         if self._received and self.device is not None:
             self.device.write(bytes(self._received))

@@ -1,5 +1,7 @@
 """Rules of the firmware fact sheet that the recorded conversations touch once or not at all."""
 
+from random import Random
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +11,8 @@ from firmware_protocol.enums import OutputPort, RunState, SensorMode, SensorType
 from firmware_protocol.iomap import BUTTON, COMM, OUTPUT, SOUND, UI, OutputFlag, SoundState, UiFlag
 from firmware_protocol.status import Status
 from nxtdrive.tools.conformance.bench import Bench
-from sim_backend.devices import AnalogInput, GenericI2CDevice
+from sim_backend.devices import AnalogInput, Compass, GenericI2CDevice
+from sim_backend.devices.failing import FailingI2C
 from sim_backend.firmware.analog import NORMALIZE
 from sim_backend.firmware.battery import RECHARGEABLE
 from sim_backend.firmware.bench_motor import BenchMotor
@@ -316,6 +319,37 @@ def test_a_message_of_no_bytes_sends_what_lies_behind_it():
     brick.tick(5)
     assert status_of(brick, direct.LSGetStatus(0)) == Status.OK
     assert len(bus.trace) - before == 1 + 256 + 1  # the byte counter has eight bits
+
+
+def numbered():
+    device = GenericI2CDevice()
+    device.registers[:] = range(256)
+    return device
+
+
+@pytest.mark.parametrize(
+    ("device", "sent"),
+    [
+        (numbered(), b"\0\1"),
+        (Compass(lambda: 0.0), b"\xfdV"),
+        (FailingI2C(numbered(), lambda: None, Random(0)), b"\0\1"),
+    ],
+    ids=["registers", "compass", "failing"],
+)
+def test_bytes_that_a_cut_read_has_not_sent_are_read_next(device, sent):
+    device.write(b"\0")
+    assert device.read(4)[:1] == sent[:1]
+    device.give_back(3)
+    assert device.read(1) == sent[1:]
+
+
+def test_a_stuck_sensor_takes_back_only_what_it_was_asked_for():
+    device = numbered()
+    stuck = FailingI2C(device, lambda: "stuck", Random(0))
+    stuck.write(b"\0")
+    assert stuck.read(4) == stuck.read(4) == bytes(range(4))
+    stuck.give_back(3)
+    assert device.read(1) == b"\4"
 
 
 def test_an_empty_message_without_a_receiver_is_an_error():
