@@ -85,5 +85,5 @@ class PropertyHandlers:
         return DONE
 
     def _set_sleep_time(self, value: bytes) -> HandlerResult:
-        self._ui.set_sleep_minutes(int.from_bytes(value[:4], "little") // MINUTE_MS & 0xFF)
+        self._ui.set_sleep_minutes(int.from_bytes(value[:4], "little") // MINUTE_MS)
         return DONE

@@ -126,8 +126,8 @@ class UiModule(FileRunner):
         self.wake_later()
 
     def set_sleep_minutes(self, minutes: int) -> None:
-        """Change the time until power-off, 0 for never. The timer keeps running."""
-        self.sleep_minutes = minutes
+        """Change the time until power-off to the low 8 bits, 0 for never. The timer keeps running."""
+        self.sleep_minutes = minutes & 0xFF
         self.wake()
 
     def execute(self, name: str) -> None:

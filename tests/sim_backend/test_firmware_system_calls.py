@@ -12,6 +12,7 @@ from firmware_protocol.iomap import COMMAND, SOUND, UI, ProgramStatus
 from nxtdrive.tools.conformance.bench import Bench
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.sleep_timer import MINUTE_MS
 from sim_backend.firmware.vm.memory import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
@@ -19,6 +20,7 @@ INDEX, SET, MOVE, ADD, STOP, SETIN, SETOUT, GETIN, GETOUT, WAIT, TICK, CALL = (
     *(0x15, 0x1C, 0x1B, 0x00, 0x29, 0x30, 0x31, 0x32, 0x33, 0x34, 0x35, 0x28),
 )
 BRANCH_IF_ZERO = 0x27
+SET_SLEEP_TIME = 46
 EQ = 4
 NONE = 0xFFFF
 FOREVER, END = [0x4025, 0], instruction(STOP, NONE)
@@ -62,6 +64,16 @@ def test_a_float_is_rounded_where_an_instruction_wants_an_integer(value, expecte
     port, number, read = variables.number(1), variables.number(value, Type.FLOAT), variables.number()
     run = Run(variables, [instruction(SETOUT, port, 2, number), instruction(GETOUT, read, port, 2), FOREVER])
     assert run[read] == expected
+
+
+@pytest.mark.parametrize(
+    ("sleep_ms", "minutes"), [(59_999, 0), (300 * MINUTE_MS, 44), (258 * MINUTE_MS - 1, 1), (0xFFFF_FFFF, 158)]
+)
+def test_the_sleep_time_has_eight_bits_of_minutes(sleep_ms, minutes):
+    """As LEGO's firmware answered."""
+    _, run = called(SET_SLEEP_TIME, 0, sleep_ms)
+    reply = run.brick.receive(direct.KeepAlive().encode())
+    assert direct.KeepAlive.decode_reply(reply).sleep_ms == minutes * MINUTE_MS
 
 
 @pytest.mark.parametrize(("value", "branches"), [(0.4, True), (-0.4, True), (0.5, False)])
