@@ -76,7 +76,10 @@ def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> 
 
 
 def _find(path: Path) -> Path:
-    for candidate in (path, WORLDS / path.name, WORLDS / f"{path.name}.toml"):
+    candidates = [path]
+    if path.parent == Path():
+        candidates += WORLDS / path, WORLDS / f"{path}.toml"
+    for candidate in candidates:
         if os.path.isfile(candidate):
             return candidate
     if os.path.isdir(path):

@@ -78,6 +78,13 @@ def test_a_bundled_world_is_found_beside_a_folder_of_its_name(tmp_path, monkeypa
     assert load_world("open").pictures
 
 
+@pytest.mark.parametrize("path", ["rooms/open.toml", "rooms/open", "/no/such/folder/open.toml"])
+def test_a_missing_file_is_not_replaced_by_the_bundled_world_of_its_name(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=rf"there is no world file {path}"):
+        load_world(path)
+
+
 def test_every_mistake_is_reported_at_once_with_its_path():
     mistakes = mistakes_in(
         """
