@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import math
 import socket
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -50,7 +51,7 @@ class SocketClient(ABC):
         data = self._read()
         if data:
             self._heard_s = self._now()
-        return self._split(data, self._now() - self._heard_s)
+        return self._split(data, math.inf if self.at_end else self._now() - self._heard_s)
 
     def send(self, data: bytes) -> None:
         """Write the data; a program that leaves too much unread is disconnected."""
@@ -70,7 +71,10 @@ class SocketClient(ABC):
 
     @abstractmethod
     def _split(self, data: bytes, silent_s: float) -> list[bytes]:
-        """Return the telegrams that `data`, possibly empty, completes; `silent_s` is the time since the last byte."""
+        """Return the telegrams that `data`, possibly empty, completes; `silent_s` is the time since the last byte.
+
+        At the end of the connection it is infinite.
+        """
 
     def _read(self) -> bytes:
         if self.closed or self.at_end:

@@ -85,9 +85,7 @@ def announced_size(head: bytes | bytearray) -> int | None:
         return None
     layout = command.layout
     fixed = REQUEST_HEADER + layout.size
-    if not layout.tail:
-        return fixed
-    if len(head) < fixed:
+    if not layout.tail or len(head) < fixed:
         return fixed
     if command is SetProperty:
         return fixed + (4 if head[REQUEST_HEADER] == Property.SLEEP_TIME else 1)

@@ -115,6 +115,14 @@ def test_a_client_that_hangs_up_after_a_request_still_gets_the_reply(house):
     assert house.hear(line) == b""
 
 
+def test_a_program_of_nxt_server_that_hangs_up_at_once_is_heard_to_the_end(house):
+    program = PROGRAMS["nxt-server"](house, house.add("nxt-server"))
+    handle = OpenWrite.decode_reply(program.ask(OpenWrite("short.txt", 10).encode())).handle
+    program.line.sendall(Write(handle, bytes(10)).encode())
+    program.line.shutdown(1)
+    assert Write.decode_reply(house.hear(program.line, 6)).size == 10
+
+
 def test_programs_that_come_and_go_are_counted(house):
     door = house.add("tcp")
     program = PROGRAMS["tcp"](house, door)
