@@ -4,32 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from sim_backend.doors.door import Client, Door
+from sim_backend.link import SimLink
 
 WAITING_LIMIT = 64
 """Telegrams and replies in flight at which a program is no longer read, as a busy brick accepts no USB packet."""
 
 CLIENT_LIMIT = 32
 """Maximum number of connected programs; a further one replaces one that has sent nothing, or is refused."""
-
-
-class Link(Protocol):
-    """The part of a link that the switchboard uses."""
-
-    @property
-    def under_way(self) -> int:
-        """Number of telegrams and replies in flight."""
-
-    def send(self, telegram: bytes) -> None:
-        """Send a telegram to the brick; ConnectionError if the cable is unplugged."""
-
-    def poll(self) -> bytes | None:
-        """Return the next reply that has arrived, or None; ConnectionError if the cable is unplugged."""
-
-    def close(self) -> None:
-        """Close the link."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +41,7 @@ class _Session:
     number: int
     door: Door
     client: Client
-    link: Link
+    link: SimLink
     telegrams: int = 0
 
     def visit(self, event: str) -> Visit:
@@ -76,7 +59,7 @@ class Switchboard:
     def __init__(
         self,
         doors: Sequence[Door],
-        plug_in: Callable[[bool], Link],
+        plug_in: Callable[[bool], SimLink],
         on_visit: Callable[[Visit], object] = lambda _: None,
     ) -> None:
         """Connect the doors.

@@ -9,6 +9,7 @@ from firmware_protocol.enums import SensorMode, SensorType
 from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, RotationDisc, boolean, full_scale
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.color import CALIBRATING, OFF, ColorDevice, ColorPort, background
+from sim_backend.firmware.i2c_wires import Wires
 from sim_backend.firmware.input_pins import COLOR_PINS, LAMP_OFF, LEVELS, PIN_SETTINGS, SUPPLY
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.versions import Version
@@ -50,16 +51,6 @@ class AnalogSensor(Protocol):
         """Return the converter's value now, 0..1023."""
 
 
-class DigitalPins(Protocol):
-    """The two digital pins of a port, 0 and 1; digital sensors use them as clock and data line."""
-
-    def set_pin(self, pin: int, level: bool | None) -> None:
-        """Make a pin an output of that level, or an input."""
-
-    def level(self, pin: int) -> bool:
-        """Return whether a pin is high."""
-
-
 _DRIVEN = (SensorType.CUSTOM, *_COLOR)
 """Types whose values depend on the pins or take several passes, even without a sensor."""
 
@@ -77,7 +68,7 @@ class InputPort:
         scaled: Value in the mode.
         boolean: Whether "pressed".
         invalid: Whether the values are not yet those of the type: see `INVALID`.
-        pins: The two digital pins; set by the low speed module.
+        pins: The two digital pins, of which digital sensors make clock and data line; set by the low speed module.
         settling: Remaining passes until the values of a new type are valid.
         custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
         custom_active: As commanded.
@@ -86,7 +77,7 @@ class InputPort:
         color: Values of a colour sensor.
     """
 
-    pins: DigitalPins
+    pins: Wires
 
     def __init__(self, reading: int, *, frees_first_pin: bool) -> None:
         self.sensor: AnalogSensor | None = None

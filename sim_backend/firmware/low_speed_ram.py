@@ -9,10 +9,10 @@ The map's layout is in docs/firmware.md section 5.2.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Protocol
 
 from firmware_protocol.iomap import LOW_SPEED
-from sim_backend.firmware.i2c import BUFFER, I2CBus
+from sim_backend.firmware.i2c import BUFFER
+from sim_backend.firmware.low_speed_channel import Channel
 
 WRAP = 256
 """Number of bytes sent for an empty message."""
@@ -24,29 +24,7 @@ _PADDING = bytes(6)
 _MAP_END = bytes(2)
 
 
-class Port(Protocol):
-    """The state of one port that is in RAM."""
-
-    tx: bytes
-    tx_size: int
-    tx_out: int
-    tx_spare: int
-    rx: bytes
-    rx_in: int
-    rx_out: int
-    rx_size: int
-    bus: I2CBus
-    sending: bytes
-    sent: int
-    received: int
-    waited: int
-    failures: int
-    mode: int
-    state: int
-    error: int
-
-
-def after_send_buffer(ports: Sequence[Port], active: Callable[[], int], index: int) -> Iterator[int]:
+def after_send_buffer(ports: Sequence[Channel], active: Callable[[], int], index: int) -> Iterator[int]:
     """Yield the bytes that a port sends for an empty message; each is read when it is sent.
 
     Args:
@@ -60,21 +38,21 @@ def after_send_buffer(ports: Sequence[Port], active: Callable[[], int], index: i
         yield ram[place] if place < len(ram) else 0
 
 
-def _ram(ports: Sequence[Port], active: int) -> bytes:
+def _ram(ports: Sequence[Channel], active: int) -> bytes:
     send = b"".join(port.sending + bytes([port.sent, 0]) for port in ports)
     receive = b"".join(port.bus.left + bytes([0, port.received]) for port in ports)
     counters = bytes(port.waited for port in ports) + bytes(port.failures for port in ports) + bytes(_COUNTERS)
     return send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
 
 
-def after_map_buffer(ports: Sequence[Port], active: int, index: int) -> bytes:
+def after_map_buffer(ports: Sequence[Channel], active: int, index: int) -> bytes:
     """Return the bytes that a port sends in its next attempt."""
     port = ports[index]
     start = LOW_SPEED.field("OutBuf", index).offset + port.tx_out
     return _io_map(ports, active)[start : start + port.tx_size].ljust(port.tx_size, b"\0")
 
 
-def _io_map(ports: Sequence[Port], active: int) -> bytes:
+def _io_map(ports: Sequence[Channel], active: int) -> bytes:
     received = b"".join(port.rx + bytes([port.rx_in, port.rx_out, port.rx_size]) for port in ports)
     sent = b"".join(port.tx + bytes([port.tx_size, port.tx_out, port.tx_spare]) for port in ports)
     states = zip(*((port.mode, port.state, port.error) for port in ports), strict=True)

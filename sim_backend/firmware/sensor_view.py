@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.input import InputModule
 
 VIEW = 3
 """Item of the main menu."""
@@ -51,13 +50,6 @@ _INCHES = 4
 _SENSOR_PORTS, _MOTOR_PORTS = 4, 3
 
 
-class Inputs(Protocol):
-    """Sets the type of an input."""
-
-    def store(self, number: int, **values: int) -> None:
-        """Store attributes of a port, as a write to the map does."""
-
-
 class SensorView:
     """The value that is shown.
 
@@ -72,7 +64,7 @@ class SensorView:
     """
 
     def __init__(self, *, modern: bool) -> None:
-        self.inputs: Inputs | None = None
+        self.inputs: InputModule | None = None
         self.chosen = self.shown = False
         self.delays = modern
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Collection, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP
 from sim_backend.firmware.vm.memory import Layout
 from sim_backend.firmware.vm.rxe import Clump, Program
+from sim_backend.firmware.vm.task import Task
 
 _WORD = 2
 _ADDRESS_MASK, _WORD_MASK = 0xFFFF_FFFF, 0xFFFF
@@ -57,22 +58,6 @@ WORDS = RecordFormat(struct.Struct("<3H"), addresses=False, tail=20, dependents=
 WITH_POINTS = ADDRESSES._replace(tail=20, compares=16, dependents=20, wake=24, number_of=28, points=30)
 
 
-class ShownTask(Protocol):
-    """A clump that the interpreter executes.
-
-    Attributes:
-        number: Number of the clump.
-        pc: Index of the word at which it continues.
-        wake_ms: Pass in which it continues if it sleeps, `NEVER` if it never slept.
-        compares: Whether it compares arrays or clusters.
-    """
-
-    number: int
-    pc: int
-    wake_ms: int
-    compares: bool
-
-
 class ClumpRecords:
     """The records of one program."""
 
@@ -99,7 +84,7 @@ class ClumpRecords:
                 self._show_points(at + record.points, NO_BREAKPOINTS)
 
     def show(
-        self, tasks: Sequence[ShownTask], sleeping: Collection[int], points: Sequence[Sequence[tuple[int, int]]]
+        self, tasks: Sequence[Task], sleeping: Collection[int], points: Sequence[Sequence[tuple[int, int]]]
     ) -> None:
         """Write where the clumps are, when they wake, and their breakpoints."""
         record = self._format

@@ -23,7 +23,7 @@ class Task:
         number: Number of the clump.
         pc: Index of the next word of code.
         end: The word from which on there is no instruction.
-        wake_ms: Pass in which a sleeping one continues.
+        wake_ms: Pass in which a sleeping one continues, `NEVER` if it never slept.
         turn: Largest number of instructions of its turn.
         compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
         misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
