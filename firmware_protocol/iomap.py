@@ -16,8 +16,7 @@ from enum import IntFlag
 from typing import Annotated
 
 from firmware_protocol.enums import OpenEnum
-from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.iomap_layout import Array, IOMap, IOMapVariable, repeated, single
+from firmware_protocol.iomap_layout import Array, IOMap, repeated, single
 from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, RunStateField, Scalar, SensorTypeField, Text
 
 
@@ -344,23 +343,3 @@ IO_MAPS = {
     for io_map in (COMMAND, OUTPUT, INPUT, BUTTON, COMM, IOCTRL, SOUND, LOADER, DISPLAY, LOW_SPEED, UI)
 }
 """All of them by module id."""
-
-
-def pixel(x: int, y: int, *, popup: bool = False) -> tuple[IOMapVariable, int]:
-    """Locate a pixel: its byte in the Display map, and its bit as a mask.
-
-    Raises:
-        LocalProtocolError: It is not on the display.
-    """
-    if not (0 <= x < DISPLAY_WIDTH and 0 <= y < DISPLAY_HEIGHT):
-        raise LocalProtocolError(f"the display has {DISPLAY_WIDTH} x {DISPLAY_HEIGHT} pixels, there is no ({x}, {y}).")
-    line = DISPLAY.field("Popup" if popup else "Normal", y // 8)
-    return IOMapVariable(line.module_id, line.offset + x, 1, _BYTE), 1 << y % 8
-
-
-def picture(lines: bytes) -> list[list[bool]]:
-    """Convert the eight lines of a framebuffer to rows of pixels."""
-    return [
-        [bool(lines[y // 8 * DISPLAY_WIDTH + x] >> y % 8 & 1) for x in range(DISPLAY_WIDTH)]
-        for y in range(len(lines) // DISPLAY_WIDTH * 8)
-    ]

@@ -30,7 +30,6 @@ from sim_backend.world.world import STEP_MS, World
 from sim_backend.world.world_file import WorldFile
 
 if TYPE_CHECKING:
-    from sim_backend.camera.geometric import Quad
     from sim_backend.camera.textures import Image
 
 __all__ = ["DEFAULT_WORLD", "LinkFaults", "SimLink", "Simulation"]
@@ -207,10 +206,6 @@ class Simulation:
     def camera_frame(self) -> Image | None:
         """Return the webcam's latest frame; see `Webcam.frame`."""
         return self.webcam.frame()
-
-    def observe(self, name: str) -> Quad | None:
-        """Return a picture's corners in the latest frame by detection without rendering; see `Webcam.observe`."""
-        return self.webcam.observe(name)
 
     def on_frame(
         self, callback: Callable[[Image, float], None], fps: float, wanted: Callable[[], bool] = lambda: True

@@ -81,11 +81,6 @@ class Webcam:
         """Number of the latest frame."""
         return int(self._now_ms() * self.fps / 1000.0)
 
-    @property
-    def time_s(self) -> float:
-        """Time of the latest frame."""
-        return self.index / self.fps
-
     def expose(self) -> None:
         """Take the next frame; it is rendered only when requested."""
         self._drop_old()

@@ -157,10 +157,6 @@ class Loader:
         data = handle.read(size)
         return (Status.OK if len(data) == size else Status.END_OF_FILE), data
 
-    def is_reading(self, number: int) -> bool:
-        """Return whether a handle is open for reading."""
-        return self._handle(number, Use.READ) is not None
-
     def write(self, number: int, data: bytes) -> tuple[Status, int]:
         """Write on; return the status and the number of bytes that fitted."""
         handle = self._handle(number, Use.WRITE)

@@ -2,23 +2,18 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from firmware_protocol.enums import RunState
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.iomap import (
     COMM,
     COMMAND,
-    DISPLAY,
     INPUT,
     IO_MAPS,
     OUTPUT,
     SOUND,
     UI,
     UiFlag,
-    picture,
-    pixel,
 )
 from firmware_protocol.system import FindNextModule, IOMapRead
 
@@ -102,7 +97,6 @@ def test_what_a_shorter_map_lacks_is_left_out():
         (lambda: OUTPUT.field("Speed").encode(200), "must be a whole number from -128 to 127"),
         (lambda: COMM.field("DeviceName").encode("x" * 16), "at most 15 characters"),
         (lambda: INPUT.field("ColorADRaw").encode([1, 2]), "offset 132"),
-        (lambda: pixel(100, 0), "100 x 64"),
     ],
 )
 def test_mistakes_are_named(attempt, message):
@@ -113,15 +107,3 @@ def test_mistakes_are_named(attempt, message):
 def test_a_reply_of_another_size_is_refused():
     with pytest.raises(RemoteProtocolError):
         UI.field("BatteryVoltage").decode(b"\0")
-
-
-@given(st.integers(0, 99), st.integers(0, 63))
-def test_a_pixel_set_in_the_framebuffer_is_the_one_seen(x, y):
-    spot, mask = pixel(x, y)
-    framebuffer = bytearray(DISPLAY.size)
-    framebuffer[spot.offset] |= mask
-
-    rows = picture(b"".join(DISPLAY.decode(bytes(framebuffer))["Normal"]))
-
-    assert [(column, row) for row in range(64) for column in range(100) if rows[row][column]] == [(x, y)]
-    assert pixel(x, y, popup=True)[0].offset == spot.offset + 800

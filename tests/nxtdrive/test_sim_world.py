@@ -16,7 +16,7 @@ def test_a_picture_stands_where_it_is_put_and_looks_at_the_robot(sim_world):
     sim_world.put("lena", x_mm=1500)
     assert sim_world.truth.pictures["lena"] == pytest.approx((1500, 1500, 180))
     assert sim_world.truth.in_view("lena")
-    assert sim_world.simulation.observe("lena")
+    assert sim_world.simulation.webcam.observe("lena")
     sim_world.put("lena", x_mm=400, y_mm=2500)
     assert sim_world.truth.pictures["lena"] == pytest.approx((400, 2500, -90))
     assert not sim_world.truth.in_view("lena")
@@ -41,7 +41,7 @@ def test_the_camera_sees_what_was_put_there(sim_world):
 
 def test_a_picture_of_ones_own_is_found_by_its_name(sim_world):
     sim_world.put_picture("my fox", PICTURES / "fox.png", x_mm=1500)
-    assert any(sim_world.simulation.observe("my fox") for _ in range(10))
+    assert any(sim_world.simulation.webcam.observe("my fox") for _ in range(10))
     assert sim_world.simulation.camera_frame() is not None
 
 

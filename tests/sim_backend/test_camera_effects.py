@@ -118,10 +118,10 @@ def test_a_bright_place_blinds_the_camera_until_it_has_adapted():
     simulation.advance(500)
     simulation.world.place_robot((1000, 1500), 0)
     simulation.advance(110)
-    assert not any(simulation.observe("lena") for _ in range(10))
+    assert not any(simulation.webcam.observe("lena") for _ in range(10))
     assert simulation.camera_frame().mean() > 230
     simulation.advance(5000)
-    assert any(simulation.observe("lena") for _ in range(10))
+    assert any(simulation.webcam.observe("lena") for _ in range(10))
     assert simulation.camera_frame().mean() < 220
 
 
@@ -150,7 +150,7 @@ def test_a_slow_shutter_smears_what_a_turn_shows():
             seen = 0
             for _ in range(80):
                 brick.sleep(0.1)
-                seen += simulation.observe("lena") is not None
+                seen += simulation.webcam.observe("lena") is not None
             return seen
 
     turning = (12, -12)
@@ -165,7 +165,7 @@ def test_some_frames_are_lost_and_the_same_ones_for_a_seed():
         for _ in range(100):
             simulation.advance(100)
             frames.append(simulation.webcam.dropped)
-            assert simulation.webcam.dropped is False or simulation.observe("lena") is None
+            assert simulation.webcam.dropped is False or simulation.webcam.observe("lena") is None
         return frames
 
     assert lost(1) == lost(1) != lost(2)

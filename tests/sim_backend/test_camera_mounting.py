@@ -41,7 +41,7 @@ def world(**camera):
 
 
 def seen(simulation, name="lena"):
-    found = (simulation.observe(name) for _ in range(20))
+    found = (simulation.webcam.observe(name) for _ in range(20))
     return next((corners for corners in found if corners is not None), None)
 
 

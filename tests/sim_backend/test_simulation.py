@@ -154,17 +154,17 @@ def test_frames_show_the_moment_they_were_taken():
 
 def test_pictures_are_observed_without_drawing_a_frame():
     simulation = Simulation("open")
-    seen = [found for _ in range(20) if (found := simulation.observe("lena"))]
+    seen = [found for _ in range(20) if (found := simulation.webcam.observe("lena"))]
     assert len(seen) > 15
     focal_px = 160 / math.tan(math.radians(30))
     for (left, top), (right, _), _, (_, bottom) in seen:
         assert (left + right) / 2 == pytest.approx(160, abs=2)
         assert focal_px * 297 / (bottom - top) == pytest.approx(2400 - 400 - 60, rel=0.15)
-    assert simulation.observe("nobody") is None
+    assert simulation.webcam.observe("nobody") is None
     drive(simulation, 40, -40)
     simulation.advance(900)
     assert simulation.truth.pose.heading_deg == pytest.approx(150, abs=60)
-    assert not any(simulation.observe("lena") for _ in range(20))
+    assert not any(simulation.webcam.observe("lena") for _ in range(20))
 
 
 def test_a_picture_from_a_file_is_observed_by_its_name(tmp_path):
@@ -172,7 +172,7 @@ def test_a_picture_from_a_file_is_observed_by_its_name(tmp_path):
     (tmp_path / "cat.png").write_bytes((PICTURES / "fox.png").read_bytes())
     (tmp_path / "cat.toml").write_text(open_world.replace('"lena"', '"cat"\nfile = "cat.png"'))
     simulation = Simulation(tmp_path / "cat.toml")
-    assert any(simulation.observe("cat") for _ in range(5))
+    assert any(simulation.webcam.observe("cat") for _ in range(5))
     assert simulation.camera_frame() is not None
 
 
@@ -182,7 +182,7 @@ def test_an_unplugged_camera_gives_no_frame():
     assert simulation.camera_frame() is not None
     simulation.advance(150)
     assert simulation.camera_frame() is None
-    assert simulation.observe("lena") is None
+    assert simulation.webcam.observe("lena") is None
     simulation.advance(50)
     assert simulation.camera_frame() is not None
 

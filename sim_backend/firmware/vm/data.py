@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
 from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder
-from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
@@ -24,7 +24,6 @@ NONE = 0xFFFF
 FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
 """First argument that is a field of a port, where there are such arguments, and where there are none."""
 
-_OUTSIDE = "outside of the memory"
 _NO_TYPE, _NO_ARRAY = 0xFF, 0xFFFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
@@ -312,16 +311,6 @@ class Data:
             OutOfMemory: It is outside of the pool.
         """
         self.writer(argument)(content)
-
-    def put_bytes(self, at: int, content: bytes | bytearray) -> None:
-        """Store bytes at a place in the pool.
-
-        Raises:
-            OutOfMemory: They are outside of the pool.
-        """
-        if at + len(content) > len(self.memory.pool):
-            raise OutOfMemory(_OUTSIDE)
-        self.memory.pool[at : at + len(content)] = content
 
     def text(self, argument: int) -> bytes:
         """Return the bytes of a text before its closing zero."""
