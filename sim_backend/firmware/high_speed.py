@@ -40,7 +40,7 @@ class HighSpeed:
         ring_out: Place in the ring of the next byte to fetch; the map can change it.
     """
 
-    def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int = _RING) -> None:
+    def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int) -> None:
         """Make the port.
 
         Args:

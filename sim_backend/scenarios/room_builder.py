@@ -29,6 +29,10 @@ HEAD_START_MM = 800.0
 """Smallest distance from the start to a target."""
 FREE_START_MM = 30.0
 """Clearance beside the robot at the start."""
+APART_MM = 1200.0
+"""Smallest distance between two targets near walls."""
+START_MARGIN_MM = 300.0
+"""Smallest distance from the middle of the robot to the room's walls at the start."""
 
 
 @dataclass
@@ -97,21 +101,21 @@ class RoomBuilder:
             **more,
         }
 
-    def hang_targets(self, apart_mm: float = 1200.0, corner_mm: float = 600.0) -> None:
-        """Add the targets near walls, at least `apart_mm` from each other."""
+    def hang_targets(self, corner_mm: float = 600.0) -> None:
+        """Add the targets near walls, at least `APART_MM` from each other."""
         for target in self.targets:
             while True:
                 at, facing = self.place_at_wall(corner_mm)
-                if all(math.dist(at, self.pictures[name]["at_mm"]) >= apart_mm for name in self.pictures):
+                if all(math.dist(at, self.pictures[name]["at_mm"]) >= APART_MM for name in self.pictures):
                     self.add_picture(target, at, facing)
                     break
 
-    def put_robot(self, far_mm: float = 1300.0, margin_mm: float = 300.0) -> None:
+    def put_robot(self, far_mm: float = 1300.0) -> None:
         """Draw the robot's start, at least `far_mm` from the targets if a hundred tries find such a place."""
         self.heading_deg = self.between(0.0, 360.0)
         targets = [picture["at_mm"] for picture in self.pictures.values()]
         for _ in range(100):
-            self.start_mm = self.place(margin_mm)
+            self.start_mm = self.place(START_MARGIN_MM)
             if all(math.dist(self.start_mm, at) >= far_mm for at in targets):
                 return
 

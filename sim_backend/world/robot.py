@@ -54,7 +54,7 @@ class RobotBody:
         contact_bearings_deg: Bearings of contacts with the body relative to its front, positive right.
     """
 
-    def __init__(self, space: pymunk.Space, robot: Robot, random: Random, carpets: Sequence[Carpet] = ()) -> None:
+    def __init__(self, space: pymunk.Space, robot: Robot, random: Random, carpets: Sequence[Carpet]) -> None:
         self._robot, self._random = robot, random
         self._carpets = tuple(reversed(carpets))
         self._ground: Robot | Carpet = robot

@@ -13,9 +13,9 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
-from sim_backend.firmware.vm.data import ERR_MEM, Data, Place
+from sim_backend.firmware.vm.data import ERR_MEM, NO_FIELDS, Data, Place
 from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
-from sim_backend.firmware.vm.rxe import Clump, Program, Type, Variable
+from sim_backend.firmware.vm.rxe import Clump, Header, Program, Type, Variable
 
 LEVELS = 4
 LAYOUT = Layout(clump=28, fire_count=13, growth=25, doubly_linked=True, types=bytes(range(256)))
@@ -31,10 +31,11 @@ def nested(length, element):
     values = struct.pack("<H", 1) + descriptors + struct.pack("<H", 1) * length
     table = [Variable(Type.ARRAY, False, 0)] * (LEVELS - 1) + [Variable(Type.UBYTE, True, 0)]
     clumps = (Clump(0, 0, 1),)
-    program = Program(tuple(table), LEVELS, values, len(values) + 2, 4, 2, len(values) - 2, 0, 1, 4, clumps, ())
+    sizes = len(values) + 2, 4, len(values), 2, len(values) - 2
+    program = Program(Header(b"", 0, 5, LEVELS, *sizes, 0, 1, 4, 1, 0), tuple(table), values, clumps, (), b"")
     memory = Memory(program, LAYOUT)
     memory.fill()
-    return Data(memory, None)
+    return Data(memory, None, NO_FIELDS, ())
 
 
 def run_program(*clumps, variables, firmware="1.29", **options):

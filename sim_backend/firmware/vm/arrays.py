@@ -253,13 +253,11 @@ def _scalars(data: Data, place: Place, replace: Callable[[bytes], bytes]) -> Ite
         yield content
 
 
-def _translator(function: Callable[[Data, tuple[int, ...]], None], *, sized: bool = False) -> Translate:
-    """Return a function for instructions; if `sized`, they have any number of arguments and begin with their size."""
+def translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
+    """Return the translation of instructions into calls with the data and the arguments."""
 
     def translate(machine: Machine, instruction: Instruction) -> Translation:
         data, arguments = machine.data, instruction.arguments
-        if sized:
-            arguments = sized_arguments(machine.program.code, instruction)
         return lambda: function(data, arguments)
 
     return translate
@@ -290,11 +288,11 @@ def _filling(machine: Machine, instruction: Instruction) -> Translation:
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x15, 3): _index_number,
     (0x16, MANY): _replace_number,
-    (0x17, 2): _translator(_size),
+    (0x17, 2): translator(_size),
     (0x18, MANY): _construction,
     (0x19, MANY): _part_of_array,
     (0x1A, 3): _filling,
-    (0x1D, 2): _translator(_flatten),
-    (0x1E, MANY): _translator(_unflatten),
+    (0x1D, 2): translator(_flatten),
+    (0x1E, MANY): translator(_unflatten),
 }
 """Opcode and number of arguments to the function that translates it."""

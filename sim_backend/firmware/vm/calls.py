@@ -30,7 +30,7 @@ class Call:
         members: Entries of the arguments in the variable table; those that a damaged program lacks read as 0.
     """
 
-    def __init__(self, machine: Machine, members: Sequence[int], types: str = "") -> None:
+    def __init__(self, machine: Machine, members: Sequence[int], types: str) -> None:
         """Take the members of a cluster for the arguments, of the types of `CALL_TYPES`."""
         self.machine, self.devices = machine, machine.devices
         self.members = [*members, *[NONE] * (MOST_ARGUMENTS - len(members))]

@@ -80,7 +80,7 @@ class Data:
         first_field: First argument that is one of them.
     """
 
-    def __init__(self, memory: Memory, fields: Fields, first_field: int = NO_FIELDS, wide: Sequence[int] = ()) -> None:
+    def __init__(self, memory: Memory, fields: Fields, first_field: int, wide: Sequence[int]) -> None:
         self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
         self.variables = memory.program.variables
         self._finders: dict[int, Finder] = {}

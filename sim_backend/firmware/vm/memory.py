@@ -103,9 +103,9 @@ class Memory:
         self.work_left = _WORK
         self.program, self.layout = program, layout
         self._growth, self.doubly_linked = layout.growth, layout.doubly_linked
-        self.descriptors = program.descriptors
-        self._head, self._tail, self._free = program.memory_head, program.memory_tail, _NONE
-        self._end = program.initial_size
+        header = program.header
+        self.descriptors, self._end = header.descriptors, header.initial_size
+        self._head, self._tail, self._free = header.memory_head, header.memory_tail, _NONE
 
     def fill(self) -> None:
         """Store the program's initial values; those of a damaged one until the damage is found.
@@ -352,7 +352,7 @@ class Memory:
 
     def compact(self) -> None:
         """Move all arrays together, in the order of the list."""
-        end = self.program.static_size
+        end = self.program.header.static_size
         for index in self._list():
             array = self.array(index)
             size = array.size

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
+from sim_backend.firmware.vm.clump_queue import NO_CLUMP
+
 _HEADER = struct.Struct("<14sBB 11H")
 _FORMAT = b"MindstormsNXT\0"
 OLDEST_MINOR, NEWEST_MAJOR = 4, 1
@@ -22,8 +24,6 @@ _VARIABLE = struct.Struct("<BBH")
 _CLUMP = struct.Struct("<BBH")
 _WORD = 2
 _ZERO_FIRST = 1
-_NO_CLUMP = 0xFF
-"""Number that stands for no clump; a program has fewer."""
 """Flag of a variable whose initial value is zero and not in the file."""
 
 
@@ -129,7 +129,25 @@ class Clump(NamedTuple):
     dependents: int = 0
 
 
-class _Header(NamedTuple):
+class Header(NamedTuple):
+    """The beginning of a file.
+
+    Attributes:
+        format: The same bytes in all programs.
+        major, minor: Version of the format.
+        variables: Number of variables in the table.
+        initial_size: Bytes of memory that are used at the start.
+        static_size: Number of bytes of scalar variables; the memory after them can move.
+        defaults_size: Number of bytes of initial values.
+        dynamic_offset: Offset in them of the initial descriptors and arrays.
+        dynamic_size: Their size.
+        memory_head: First array of the list.
+        memory_tail: Last array of the list.
+        descriptors: Offset of the array descriptors in memory.
+        clumps: Number of clumps.
+        words: Number of words of code.
+    """
+
     format: bytes
     major: int
     minor: int
@@ -151,34 +169,20 @@ class Program:
     """Content of an executable file.
 
     Attributes:
+        header: The beginning of the file.
         variables: The variable table, and the rest of the file, which the firmware also reads as entries.
-        count: Number of variables in the table.
         values: Initial values, scalars first.
-        initial_size: Bytes of memory that are used at the start.
-        static_size: Number of bytes of scalar variables; the memory after them can move.
-        dynamic_offset: Offset in `values` of the initial descriptors and arrays.
-        dynamic_size: Their size.
-        memory_head: First array of the list.
-        memory_tail: Last array of the list.
-        descriptors: Offset of the array descriptors in memory.
         clumps: All clumps.
         code: Words of code.
         content: The file.
     """
 
+    header: Header
     variables: tuple[Variable, ...]
-    count: int
     values: bytes
-    initial_size: int
-    static_size: int
-    dynamic_offset: int
-    dynamic_size: int
-    memory_head: int
-    memory_tail: int
-    descriptors: int
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
-    content: bytes = b""
+    content: bytes
 
     def check(self) -> None:
         """Check what the firmware checks after the sizes of the file's parts.
@@ -186,7 +190,7 @@ class Program:
         Raises:
             BadProgram: There are no variables, or no clump that starts.
         """
-        if not self.initial_size:
+        if not self.header.initial_size:
             raise BadProgram(Fault.NO_MEMORY, "no memory for variables")
         if all(clump.fire_count for clump in self.clumps):
             raise BadProgram(Fault.NO_START, "no clump that starts the program")
@@ -207,14 +211,14 @@ class Program:
             else:
                 yield variable.data, self.values[at : at + size].ljust(size, b"\0")
                 at += size
-        if at != self.dynamic_offset or at + self.dynamic_size != len(self.values):
+        if at != self.header.dynamic_offset or at + self.header.dynamic_size != len(self.values):
             raise BadProgram(Fault.SCALARS_SIZE, "scalars whose size is not that of the header")
-        yield self.static_size, self.values[at:]
+        yield self.header.static_size, self.values[at:]
 
     def _entries(self) -> Iterator[Variable]:
         """Return the variables that have a place of their own, which elements of arrays have not."""
         index = 0
-        while index < self.count:
+        while index < self.header.variables:
             variable = self.variables[index]
             yield variable
             try:
@@ -240,12 +244,12 @@ def parse(content: bytes, types: bytes = bytes(range(256))) -> Program:
 
 
 def _parse(content: bytes, types: bytes) -> Program:
-    header = _Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\0")))
+    header = Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\0")))
     if header.format != _FORMAT:
         raise BadProgram(Fault.FORMAT, "not a program")
     if header.minor < OLDEST_MINOR or header.major > NEWEST_MAJOR:
         raise BadProgram(Fault.FORMAT, f"format {header.major}.{header.minor} is not supported")
-    if not 0 < header.clumps < _NO_CLUMP:
+    if not 0 < header.clumps < NO_CLUMP:
         raise BadProgram(Fault.CLUMP_COUNT, "no clumps, or too many")
     if not header.words:
         raise BadProgram(Fault.NO_CODE, "no code")
@@ -263,21 +267,7 @@ def _parse(content: bytes, types: bytes) -> Program:
     if at + header.words * _WORD != len(content):
         raise BadProgram(Fault.SIZES, "the file does not have the announced size")
     code = struct.unpack_from(f"<{header.words}H", content, at)
-    return Program(
-        variables,
-        header.variables,
-        values,
-        header.initial_size,
-        header.static_size,
-        header.dynamic_offset,
-        header.dynamic_size,
-        header.memory_head,
-        header.memory_tail,
-        header.descriptors,
-        clumps,
-        code,
-        content,
-    )
+    return Program(header, variables, values, clumps, code, content)
 
 
 def following(variables: Sequence[Variable], index: int) -> int:
@@ -292,7 +282,7 @@ def following(variables: Sequence[Variable], index: int) -> int:
     return index
 
 
-def _clumps(content: bytes, at: int, header: _Header) -> tuple[tuple[Clump, ...], int]:
+def _clumps(content: bytes, at: int, header: Header) -> tuple[tuple[Clump, ...], int]:
     """Return all clumps, and the even offset of the code after the lists of dependents."""
     records = [_CLUMP.unpack_from(content, at + i * _CLUMP.size) for i in range(header.clumps)]
     lists = at + header.clumps * _CLUMP.size

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import s32
+from sim_backend.firmware.vm.arrays import translator
 from sim_backend.firmware.vm.byte_arrays import Finder
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, ProgramError
 from sim_backend.firmware.vm.dialect import Dialect
@@ -173,19 +174,12 @@ def _bytes_to_text(data: Data, arguments: tuple[int, ...]) -> None:
     data.set_bytes(target, data.bytes_of(source) + b"\0")
 
 
-def _translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
-    def translate(machine: Machine, instruction: Instruction) -> Translation:
-        return lambda: function(machine.data, instruction.arguments)
-
-    return translate
-
-
 TABLE: Mapping[tuple[int, int], Translate] = {
     (0x1F, 2): _number_to_text,
     (0x20, MANY): _text_to_number,
     (0x21, MANY): _join,
     (0x22, MANY): _part_of_text,
-    (0x23, 2): _translator(_text_to_bytes),
-    (0x24, 2): _translator(_bytes_to_text),
+    (0x23, 2): translator(_text_to_bytes),
+    (0x24, 2): translator(_bytes_to_text),
 }
 """Opcode and number of arguments to the function that translates it."""
