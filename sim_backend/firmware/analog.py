@@ -14,6 +14,9 @@ from sim_backend.firmware.cint import divide, s16
 FULL_SCALE = 1023
 """Largest value of the 10-bit converter; also the reading of an open port."""
 
+MODE_BITS, SLOPE_BITS = 0xE0, 0x1F
+"""Bits of a commanded mode: the mode itself, and the change that counts as a press."""
+
 _PRESSED_BELOW = 460
 """Normalized values above it give boolean 0."""
 

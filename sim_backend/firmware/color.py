@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Protocol, runtime_checkable
 
 from firmware_protocol.enums import SensorMode
-from sim_backend.firmware.analog import LEVEL, boolean, full_scale
+from sim_backend.firmware.analog import LEVEL, MODE_BITS, SLOPE_BITS, boolean, full_scale
 
 RED, GREEN, BLUE, BLANK = range(4)
 """The lit lamp of the sensor; blank is none."""
@@ -31,7 +31,6 @@ _NO_ANSWER = 0xFF
 
 _BACKGROUND_ZERO, _BACKGROUND_PERCENT = 71, 93
 _FACTOR_BITS = 16
-_MODE, _SLOPE = 0xE0, 0x1F
 
 
 class Color(IntEnum):
@@ -127,12 +126,12 @@ class ColorPort:
         self.normalized = tuple(
             value * factor >> _FACTOR_BITS for value, factor in zip((*lit, background(blank)), row, strict=True)
         )
-        slope, level = mode & _SLOPE, LEVEL.get(mode & _MODE)
+        slope, level = mode & SLOPE_BITS, LEVEL.get(mode & MODE_BITS)
         self.booleans = tuple(boolean(new, slope, old) for new, old in zip(self.normalized, before, strict=True))
         if level is not None:
             self.scaled = tuple(map(level, self.normalized))
         else:
-            self.scaled = self.booleans if mode & _MODE == SensorMode.BOOLEAN else (0, 0, 0, 0)
+            self.scaled = self.booleans if mode & MODE_BITS == SensorMode.BOOLEAN else (0, 0, 0, 0)
         return name_color(*self.normalized)
 
 

@@ -6,7 +6,16 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from firmware_protocol.enums import SensorMode, SensorType
-from sim_backend.firmware.analog import FULL_SCALE, LEVEL, NORMALIZE, RotationDisc, boolean, full_scale
+from sim_backend.firmware.analog import (
+    FULL_SCALE,
+    LEVEL,
+    MODE_BITS,
+    NORMALIZE,
+    SLOPE_BITS,
+    RotationDisc,
+    boolean,
+    full_scale,
+)
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.color import CALIBRATING, OFF, ColorDevice, ColorPort, background
 from sim_backend.firmware.i2c_wires import Wires
@@ -23,15 +32,13 @@ INVALID = 0x01
 COLOR_EXIT = 18
 """Type of a port whose colour sensor is being switched off: until the converter reads more than `_EXIT_RAW`."""
 
-_MODE = 0xE0
-_SLOPE = 0x1F
 _PINS = 0x03
 _COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
 _SETTLING = 20
 _SETTLING_SOUND = 300
 _SETTLING_COLOR = 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
-_COLOR = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
+COLOR_TYPES = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
 _DIGITAL = range(SensorType.LOW_SPEED, SensorType.COLOR_FULL)
 _EXIT_RAW = 50
 _LAMPS = (*range(SensorType.COLOR_FULL, SensorType.COLOR_NONE), COLOR_EXIT)
@@ -51,7 +58,7 @@ class AnalogSensor(Protocol):
         """Return the converter's value now, 0..1023."""
 
 
-_DRIVEN = (SensorType.CUSTOM, *_COLOR)
+_DRIVEN = (SensorType.CUSTOM, *COLOR_TYPES)
 """Types whose values depend on the pins or take several passes, even without a sensor."""
 
 
@@ -100,7 +107,7 @@ class InputPort:
     @property
     def counts(self) -> bool:
         """Whether the values depend on earlier readings, so that no pass may be skipped."""
-        return bool(self.mode & _SLOPE) or self.mode & _MODE in _COUNTING
+        return bool(self.mode & SLOPE_BITS) or self.mode & MODE_BITS in _COUNTING
 
     @property
     def reads_the_same(self) -> bool:
@@ -171,13 +178,13 @@ class InputPort:
     def reads_calibration(self) -> bool:
         """Whether a pass can change something in the reading of a calibration."""
         reads = self.settling or self.color.state == CALIBRATING
-        return self.awaits_calibration or bool(reads and self.type in _COLOR and self.color.device is None)
+        return self.awaits_calibration or bool(reads and self.type in COLOR_TYPES and self.color.device is None)
 
     @property
     def awaits_calibration(self) -> bool:
         """Whether the first pin is about to change while the calibration of a colour sensor is awaited."""
         color = self.color
-        awaits = self.type == COLOR_EXIT or (self.type in _COLOR and color.state == CALIBRATING)
+        awaits = self.type == COLOR_EXIT or (self.type in COLOR_TYPES and color.state == CALIBRATING)
         return awaits and color.waited < len(_CALIBRATION_CLOCK)
 
     def ask_for_calibration(self) -> None:
@@ -218,8 +225,8 @@ class InputPort:
     def _scale(self, normalized: int) -> None:
         before, pressed = self.normalized, self.boolean
         self.normalized = normalized
-        self.boolean = boolean(normalized, self.mode & _SLOPE, before)
-        mode = self.mode & _MODE
+        self.boolean = boolean(normalized, self.mode & SLOPE_BITS, before)
+        mode = self.mode & MODE_BITS
         if level := LEVEL.get(mode):
             self.scaled = level(normalized)
         elif mode == SensorMode.BOOLEAN:
@@ -285,7 +292,7 @@ class InputModule:
     def plug_in(self, port: InputPort, sensor: object) -> None:
         """Handle a changed sensor, or None; the calibration of a colour sensor is read first."""
         port.color.plug_in(sensor if isinstance(sensor, ColorDevice) else None)
-        if port.type in _COLOR:
+        if port.type in COLOR_TYPES:
             port.known_type = SensorType.NONE
         self.wake()
 
@@ -329,7 +336,7 @@ class InputModule:
                 due = now_ms + 1 if port.counts else NEVER
             elif port.type in _DIGITAL and self._version.reads_digital_raw:
                 port.raw = port.voltage
-            elif port.color.device is not None and port.type in _COLOR:
+            elif port.color.device is not None and port.type in COLOR_TYPES:
                 port.read_color(port.color.device)
             if self._version.color_sensor and (COLOR_EXIT in (port.type, port.known_type) or port.reads_calibration):
                 due = now_ms + 1
@@ -346,7 +353,7 @@ class InputModule:
                 return
             if port.type == COLOR_EXIT:
                 port.color.begin_exit()
-            if self._version.color_sensor and port.type in _COLOR:
+            if self._version.color_sensor and port.type in COLOR_TYPES:
                 port.color.begin_calibration()
                 if self._version.absent_color is not None:
                     port.scaled = self._version.absent_color
@@ -358,7 +365,7 @@ class InputModule:
                 port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
             else:
                 port.settle(passes)
-        elif lacks_color_sensor and port.type in _COLOR:
+        elif lacks_color_sensor and port.type in COLOR_TYPES:
             self._miss_color_sensor(port, passes)
         else:
             port.settle(passes)
@@ -375,7 +382,7 @@ class InputModule:
     def _settling(self, port: InputPort) -> int | None:
         """Return the number of passes with invalid values after a change of type, or None if nothing must settle."""
         new, old = port.type, port.known_type
-        if self._version.color_sensor and new in _COLOR:
+        if self._version.color_sensor and new in COLOR_TYPES:
             absent = port.color.device is None and self._version.absent_color is None
             return 1 if absent else _SETTLING_COLOR
         if self._version.settles_by_pins and self._pins(new) == self._pins(old):
@@ -386,6 +393,6 @@ class InputModule:
         """Return the pin setting of a type, or None if it leaves the pins as they are."""
         if self._version.settles_by_pins:
             return PIN_SETTINGS.get(sensor_type, LAMP_OFF)
-        if sensor_type in _COLOR:
+        if sensor_type in COLOR_TYPES:
             return COLOR_PINS
         return PIN_SETTINGS.get(sensor_type, 0 if sensor_type < COLOR_EXIT else None)

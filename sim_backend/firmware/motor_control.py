@@ -17,15 +17,14 @@ IDLE, RAMP_UP, RUNNING = int(RunState.IDLE), int(RunState.RAMP_UP), int(RunState
 RAMP_DOWN, HOLD = int(RunState.RAMP_DOWN), int(RunState.HOLD)
 MOTOR_ON, BRAKE, REGULATED = int(OutputMode.MOTOR_ON), int(OutputMode.BRAKE), int(OutputMode.REGULATED)
 SPEED, SYNC = int(RegulationMode.SPEED), int(RegulationMode.SYNC)
+POSITION = int(RegulationMode.POSITION)
+"""The bit takes precedence over the others."""
 
 PERIOD_MS = 100
 """Passes that must elapse before the next regulation, unless a command to firmware 1.32 has changed it."""
 
 NO_PERIOD = 0xFF
 """A period that never ends: the counter has eight bits."""
-
-POSITION = 4
-"""Bit of the regulation to a position; it takes precedence over the others."""
 
 _RAMP_AT_PERCENT = 80
 """Part of the distance to the limit after which a motor ramps down by option."""

@@ -17,7 +17,7 @@ from sim_backend.firmware.vm.data import Data, Place
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type
 
-_OFFSETS = 0x10000
+OFFSETS = 0x10000
 """Number of offsets in the pool; from the last one on they begin again."""
 
 _NUMBERS_PER_PART = 8
@@ -75,7 +75,7 @@ def row(data: Data, place: Place) -> Row | None:
         return None
     array = data.array(place)
     found = Row(data.memory.base + array.offset, array.length, kind)
-    if array.element != SCALARS[kind].size or array.offset + found.size > _OFFSETS:
+    if array.element != SCALARS[kind].size or array.offset + found.size > OFFSETS:
         return None
     data.memory.spend(array.length // _NUMBERS_PER_PART)
     return found

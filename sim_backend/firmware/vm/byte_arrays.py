@@ -14,13 +14,11 @@ from sim_backend.firmware.vm.memory import (
     DESCRIPTOR_SIZE,
     INDEX,
     LENGTH_AT,
+    NO_ARRAY,
     NOT_AN_OFFSET,
     Memory,
     OutOfMemory,
 )
-
-_LAST = 0xFFFF
-"""Link of the last array."""
 
 _WORD = INDEX.size
 _WORDS, _LENGTH = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD
@@ -97,9 +95,9 @@ def resizer(array: ByteArray) -> Callable[[int], int]:
             work = 1
             if count > length:
                 following = table + DESCRIPTOR_SIZE * link
-                if offset == NOT_AN_OFFSET or (link != _LAST and following + DESCRIPTOR_SIZE > len(pool)):
+                if offset == NOT_AN_OFFSET or (link != NO_ARRAY and following + DESCRIPTOR_SIZE > len(pool)):
                     return resize_anywhere(count)
-                end, work = (memory.end, 1) if link == _LAST else (index(pool, following)[0], 2)
+                end, work = (memory.end, 1) if link == NO_ARRAY else (index(pool, following)[0], 2)
                 if element * count & 0xFFFF > end - offset:
                     return resize_anywhere(count)
             memory.work_left -= work

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
 from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder
-from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array, Memory
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NO_ARRAY, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
 
@@ -24,7 +24,7 @@ NONE = 0xFFFF
 FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
 """First argument that is a field of a port, where there are such arguments, and where there are none."""
 
-_NO_TYPE, _NO_ARRAY = 0xFF, 0xFFFF
+_NO_TYPE = 0xFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
 """The entries that the firmware reads behind the table: beyond the file, and beyond the flash memory."""
@@ -136,7 +136,7 @@ class Data:
 
     def index(self, place: Place) -> int:
         """Return the number of the descriptor of an array, or what is stored where that of an array would be."""
-        return _NO_ARRAY if self.entry(place.entry) is _ERASED else self.memory.index(self.address(place))
+        return NO_ARRAY if self.entry(place.entry) is _ERASED else self.memory.index(self.address(place))
 
     def index_of(self, argument: int) -> int:
         """Return the number of the descriptor of an array variable."""

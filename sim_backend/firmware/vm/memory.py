@@ -17,10 +17,9 @@ from sim_backend.firmware.vm.numbers import SCALARS, SIGNED, Number, single
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
 
 POOL_SIZE = 32_768
-NOT_AN_OFFSET = 0xFFFF
-"""Offset of an array that never had an element."""
+NOT_AN_OFFSET = NO_ARRAY = 0xFFFF
+"""Offset of an array that never had an element, and the number that stands for no descriptor."""
 
-_NONE = 0xFFFF
 _ERASED = 0xFF
 _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
 """Parts of arrays and clusters that a pass has time for, far more than a brick's processor has; parts after which an
@@ -105,7 +104,7 @@ class Memory:
         self._growth, self.doubly_linked = layout.growth, layout.doubly_linked
         header = program.header
         self.descriptors, self._end = header.descriptors, header.initial_size
-        self._head, self._tail, self._free = header.memory_head, header.memory_tail, _NONE
+        self._head, self._tail, self._free = header.memory_head, header.memory_tail, NO_ARRAY
 
     def fill(self) -> None:
         """Store the program's initial values; those of a damaged one until the damage is found.
@@ -120,7 +119,7 @@ class Memory:
         for offset, data in self.program.initial_values():
             self.write(offset, data)
         if self.doubly_linked:
-            previous = _NONE
+            previous = NO_ARRAY
             for index in self._list():
                 self._set_back(index, previous)
                 previous = index
@@ -134,14 +133,14 @@ class Memory:
         """Return the numbers of the arrays in the order of the list; a damaged list ends after the largest length."""
         index = self._head
         for _ in range(POOL_SIZE // DESCRIPTOR.size):
-            if index == _NONE:
+            if index == NO_ARRAY:
                 return
             yield index
             index = self.array(index).link
 
     def _verify(self) -> None:
         last = count = 0
-        tail = _NONE
+        tail = NO_ARRAY
         for index in self._list():
             offset, _, _, back, _ = self.array(index)
             if self.doubly_linked and back != tail:
@@ -156,7 +155,7 @@ class Memory:
 
     def _free_count(self) -> int:
         count, index = 0, self._free
-        while index != _NONE and count <= POOL_SIZE:
+        while index != NO_ARRAY and count <= POOL_SIZE:
             count, index = count + 1, self.array(index).link
         return count
 
@@ -256,21 +255,21 @@ class Memory:
         Raises:
             OutOfMemory: There is no room for more descriptors.
         """
-        if self._free == _NONE:
+        if self._free == NO_ARRAY:
             self._grow_descriptors(self._growth)
         index = self._free
         self._free = self.array(index).link
-        if self._free != _NONE:
-            self._set_back(self._free, _NONE)
-        self.describe(index, Array(NOT_AN_OFFSET, element_size, 0, _NONE, _NONE))
+        if self._free != NO_ARRAY:
+            self._set_back(self._free, NO_ARRAY)
+        self.describe(index, Array(NOT_AN_OFFSET, element_size, 0, NO_ARRAY, NO_ARRAY))
         self._append(index)
         return index
 
     def free_array(self, index: int) -> None:
         """Free an array and its descriptor."""
         self._unlink(index)
-        self.describe(index, Array(NOT_AN_OFFSET, 0, 0, _NONE, self._free))
-        if self._free != _NONE:
+        self.describe(index, Array(NOT_AN_OFFSET, 0, 0, NO_ARRAY, self._free))
+        if self._free != NO_ARRAY:
             self._set_back(self._free, index)
         self._free = index
 
@@ -306,7 +305,7 @@ class Memory:
         """Return the bytes from an array to the next one, or to the end of what is used."""
         if array.offset == NOT_AN_OFFSET:
             return array.size
-        return (self._end if array.link == _NONE else self.array(array.link).offset) - array.offset
+        return (self._end if array.link == NO_ARRAY else self.array(array.link).offset) - array.offset
 
     def bytes_of(self, index: int) -> bytes:
         """Return the stored bytes of an array."""
@@ -331,7 +330,7 @@ class Memory:
         self.write(offset, self.read(self.descriptors, element * first))
         self.descriptors = offset
         for index in range(first, first + more):
-            back = index - 1 if index > first and self.doubly_linked else _NONE
+            back = index - 1 if index > first and self.doubly_linked else NO_ARRAY
             self.describe(
                 index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < first + more - 1 else self._free)
             )
@@ -369,10 +368,10 @@ class Memory:
         self._end = end
 
     def _append(self, index: int) -> None:
-        if self._tail != _NONE:
+        if self._tail != NO_ARRAY:
             self.describe(self._tail, self.array(self._tail)._replace(link=index))
-        self._head = index if self._tail == _NONE else self._head
-        self.describe(index, self.array(index)._replace(link=_NONE))
+        self._head = index if self._tail == NO_ARRAY else self._head
+        self.describe(index, self.array(index)._replace(link=NO_ARRAY))
         self._set_back(index, self._tail)
         self._tail = index
 
@@ -380,14 +379,14 @@ class Memory:
         array = self.array(index)
         back = array.back
         if not self.doubly_linked:
-            back = next((other for other in self._list() if self.array(other).link == index), _NONE)
+            back = next((other for other in self._list() if self.array(other).link == index), NO_ARRAY)
         if index == self._head:
             self._head = array.link
-        elif back != _NONE:
+        elif back != NO_ARRAY:
             self.describe(back, self.array(back)._replace(link=array.link))
         if index == self._tail:
             self._tail = back
-        elif array.link != _NONE:
+        elif array.link != NO_ARRAY:
             self._set_back(array.link, back)
 
     def _set_back(self, index: int, back: int) -> None:

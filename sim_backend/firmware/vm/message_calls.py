@@ -11,7 +11,6 @@ from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.memory import OutOfMemory
 
 CONNECTIONS = 4
-_NO_CONNECTION = 0xF0
 
 
 def _write(call: Call) -> None:
@@ -44,7 +43,7 @@ def _read(call: Call) -> None:
 def _connection(call: Call) -> None:
     """Ask for a Bluetooth connection: status, connection; while something is being sent, the state of that."""
     known = Status.PENDING if call.machine.sending else Status.CHANNEL_NOT_CONFIGURED
-    call.put(0, known if call.number(1) < CONNECTIONS else _NO_CONNECTION)
+    call.put(0, known if call.number(1) < CONNECTIONS else Status.BAD_INPUT_OUTPUT)
 
 
 def _send(call: Call) -> None:

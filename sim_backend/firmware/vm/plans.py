@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from sim_backend.firmware.vm.bulk import Again
+from sim_backend.firmware.vm.bulk import OFFSETS, Again
 from sim_backend.firmware.vm.data import ERR_ARG, Data, ProgramError
 from sim_backend.firmware.vm.instructions import Effect, Instruction, Ports, Translation
 from sim_backend.firmware.vm.machine import Machine
@@ -20,11 +20,9 @@ from sim_backend.firmware.vm.memory import DESCRIPTOR, DESCRIPTOR_SIZE, INDEX
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type
 
-_INDEX_SIZE, _KEY_SIZE = 2, 8
-"""Size of the number of a descriptor, and of the part that shows whether a descriptor changed: all but the link."""
+_KEY_SIZE = 8
+"""Size of the part that shows whether a descriptor changed: all but the link."""
 _NOWHERE = -1
-_OFFSETS = 0x10000
-"""Number of offsets in the pool; from the last one on they begin again."""
 
 
 class Arrays:
@@ -116,7 +114,7 @@ class Elements:
                 memory.pool, memory.base + memory.descriptors + DESCRIPTOR_SIZE * place[1]
             )
             first = self._data.entry(element).data + offset
-            if width == size and first + length * size <= _OFFSETS:
+            if width == size and first + length * size <= OFFSETS:
                 at = memory.base + first
                 self._places.name("numbers", memoryview(memory.pool)[at : at + length * size].cast(self._code))  # type: ignore[call-overload]
                 self._places.name("count", length)
@@ -166,13 +164,13 @@ def fixed(data: Data, arrays: Sequence[int]) -> bool:
     return sys.byteorder == "little" and all(
         array < len(data.variables)
         and data.kind(array) == Type.ARRAY
-        and (data.memory.base + data.entry(array).data) % _INDEX_SIZE == 0
+        and (data.memory.base + data.entry(array).data) % INDEX.size == 0
         for array in arrays
     )
 
 
 def _cell(data: Data, array: int) -> int:
-    return (data.memory.base + data.entry(array).data) // _INDEX_SIZE
+    return (data.memory.base + data.entry(array).data) // INDEX.size
 
 
 def repeatable(

@@ -14,8 +14,10 @@ from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
 from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.cint import divide, s16
+from sim_backend.firmware.input import COLOR_TYPES
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.names import NAME_LIMIT
+from sim_backend.firmware.sleep_timer import MINUTE_MS
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.vm.call_types import CALL_TYPES, ENHANCED_CALL_TYPES
 from sim_backend.firmware.vm.calls import MOST_ARGUMENTS, Call, Function
@@ -31,15 +33,11 @@ from sim_backend.firmware.vm.message_calls import CONNECTIONS
 from sim_backend.firmware.vm.message_calls import TABLE as MESSAGES
 
 _RANDOM_LIMIT = 0x7FFF
-_BUTTON_COUNT, RECORD_LIMIT = 4, 60
-_MINUTE_MS = 60_000
-_NO_PORT = 0xDF
-_NO_BUTTON = 0xF0
-_NOT_CONNECTED = 0x9500
+_BUTTON_COUNT, _RECORD_LIMIT = 4, 60
 _LOG_WRAPS = 0x10
 _LAST_CALL = 47
 """The last of LEGO's calls."""
-_COLOR_TYPES, _COLORS = range(13, 18), 4
+_COLORS = 4
 
 
 def _call(machine: Machine, instruction: Instruction) -> Translation:
@@ -98,7 +96,7 @@ def _read_button(call: Call) -> None:
     """Ask for a button: status, number, pressed, times released, whether to clear its counters of releases."""
     number = call.number(1)
     if number >= _BUTTON_COUNT:
-        for position, value in ((0, _NO_BUTTON), (2, 0), (3, 0)):
+        for position, value in ((0, Status.BAD_INPUT_OUTPUT), (2, 0), (3, 0)):
             call.put(position, value)
         return
     button = call.devices.button.buttons[number]
@@ -114,7 +112,7 @@ def _ls_write(call: Call) -> None:
     options, size, bus = call.number(1), call.number(3), call.devices.low_speed
     port, message = bus.write_port(options), call.content(2)
     if port >= len(bus.channels):
-        call.put(0, _NO_PORT)
+        call.put(0, Status.CHANNEL_INVALID)
     elif len(message) > LS_LIMIT or size > LS_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
     else:
@@ -128,7 +126,7 @@ def _ls_read(call: Call) -> None:
     port, wanted, bus = call.number(1), call.number(3), call.devices.low_speed
     if port >= len(bus.channels):
         call.put_bytes(2, b"")
-        call.put(0, _NO_PORT)
+        call.put(0, Status.CHANNEL_INVALID)
         return
     status, channel = bus.status(port), bus.channels[port]
     call.put_bytes(2, channel.fetch()[:wanted] if wanted <= channel.ready else b"")
@@ -140,7 +138,7 @@ def _ls_status(call: Call) -> None:
     port, bus = call.number(1), call.devices.low_speed
     if port >= len(bus.channels):
         call.put(2, 0)
-        call.put(0, _NO_PORT)
+        call.put(0, Status.CHANNEL_INVALID)
         return
     call.put(2, bus.channels[port].ready)
     call.put(0, bus.status(port))
@@ -175,7 +173,7 @@ def _color_sensor(call: Call) -> None:
     ports, port = call.devices.input.ports, call.number(1)
     for position in (3, 4, 5):
         call.resize(position, _COLORS)
-    if port >= len(ports) or ports[port].type not in _COLOR_TYPES:
+    if port >= len(ports) or ports[port].type not in COLOR_TYPES:
         call.put(0, Status.CHANNEL_NOT_CONFIGURED)
         raise ProgramError(Status.CHANNEL_NOT_CONFIGURED - 0x100, f"port {port} is not set up for a colour sensor")
     color = ports[port].color
@@ -226,7 +224,7 @@ def _calibrate(call: Call) -> None:
 
 def _set_sleep_time(call: Call) -> None:
     """Set the time until power-off: result (not written), ms."""
-    call.devices.ui.set_sleep_minutes(call.number(1) // _MINUTE_MS)
+    call.devices.ui.set_sleep_minutes(call.number(1) // MINUTE_MS)
 
 
 def _log_times(call: Call) -> None:
@@ -238,7 +236,7 @@ def _log_times(call: Call) -> None:
 def _log(call: Call) -> None:
     """Write a record of the data log: status, bytes."""
     record = call.content(1)
-    if len(record) > RECORD_LIMIT:
+    if len(record) > _RECORD_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
         return
     try:
@@ -254,7 +252,7 @@ def _nothing(_: Call) -> None:
 def _far_connection(call: Call) -> None:
     """Connect to a brick, as `_radio_connection`; that nothing is done is told in two bytes."""
     nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
-    call.put(0, 1 if nobody or not call.number(1) else _NOT_CONNECTED)
+    call.put(0, 1 if nobody or not call.number(1) else Status.BLUETOOTH_CONNECT_FAILED << 8)
 
 
 def _high_speed_write(call: Call) -> None:
