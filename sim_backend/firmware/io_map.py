@@ -62,9 +62,10 @@ class LiveMap:
         for offset, data in presets.items():
             self._store(offset, data)
 
-    def preset(self, offset: int, data: bytes) -> None:
-        """Set bytes as the firmware's boot does."""
-        self._bytes[offset : offset + len(data)] = data
+    def preset(self, name: str, value: object, index: int = 0) -> None:
+        """Set a variable as the firmware's boot does."""
+        spot = self.layout.field(name, index)
+        self._bytes[spot.offset : spot.offset + spot.size] = spot.encode(value)
 
     def bytes_from(self, name: str) -> memoryview:
         """Return the shared bytes of the map from a variable on; the size of the map cannot change after that."""

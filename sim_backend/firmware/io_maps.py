@@ -20,10 +20,8 @@ from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 
-_BLUECORE_VERSION, _VERSION_1 = 1142, b"\x01"
-_FREE_CONNECTIONS, _NO_HANDLE = (1028, 1075, 1122), b"\xff"
-_FORMAT = b"MindstormsNXT".ljust(16, b"\0")
-_AWAKE = b"\x01"
+_BLUECORE_VERSION = b"\1\0"
+_FREE_CONNECTIONS, _NO_HANDLE = (1, 2, 3), 0xFF
 
 
 def output_map(module: OutputModule) -> LiveMap:
@@ -170,9 +168,9 @@ def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state", HsInBuf="ring", HsInPtr="ring_in", HsOutPtr="ring_out")
     live.show(ui, UsbState="has_cable")
-    live.preset(_BLUECORE_VERSION, _VERSION_1)
+    live.preset("BluecoreVersion", _BLUECORE_VERSION)
     for connection in _FREE_CONNECTIONS:
-        live.preset(connection, _NO_HANDLE)
+        live.preset("ConnectionHandle", _NO_HANDLE, connection)
     return live
 
 
@@ -192,8 +190,8 @@ def command_map(module: CommandModule) -> LiveMap:
         SyncTime="sync_time",
         SyncTick="sync_tick",
     )
-    live.preset(0, _FORMAT)
-    live.preset(29, _AWAKE)
+    live.preset("FormatString", "MindstormsNXT")
+    live.preset("Awake", 1)
     return live
 
 
