@@ -7,7 +7,7 @@ raises.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any
 
@@ -73,7 +73,7 @@ class Explanation:
     status: Status | None = None
     fields: tuple[ExplainedField, ...] = ()
     leftover: bytes = b""
-    remarks: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
-from sim_backend.scenarios.room_builder import box_obstacle, picture_obstacle, wall_obstacle
+from sim_backend.scenarios.room_builder import obstacles
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
+from sim_backend.world.world_file import Camera
 
-CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = 60.0, 200.0
+_CAMERA = Camera()
+CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM = _CAMERA.forward_mm, _CAMERA.height_mm
 """Position of the world file's default camera."""
 
 
@@ -56,19 +58,14 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
 def survey(simulation: Simulation) -> FloorPlan:
     """Return the floor plan of this moment."""
     world, truth = simulation.world_file, simulation.truth
-    obstacles = [wall_obstacle(wall, i) for i, wall in enumerate(world.walls)]
-    boxes, pictures, people = truth.boxes, truth.pictures, truth.people
-    for box in world.boxes:
-        if box.name in boxes:
-            at = boxes[box.name]
-            obstacles.append(box_obstacle(box, (at.x_mm, at.y_mm), at.heading_deg))
-    for picture in world.pictures:
-        if picture.name in pictures:
-            at = pictures[picture.name]
-            obstacles.append(picture_obstacle(picture, (at.x_mm, at.y_mm), at.heading_deg))
-    for person in world.people:
-        if person.name in people:
-            obstacles.append(
-                Obstacle(person.name, people[person.name], radius_mm=person.radius_mm, height_mm=person.height_mm)
-            )
-    return FloorPlan(world.floor.size_mm, tuple(obstacles))
+    boxes, pictures = (
+        {name: ((at.x_mm, at.y_mm), at.heading_deg) for name, at in poses.items()}
+        for poses in (truth.boxes, truth.pictures)
+    )
+    places = truth.people
+    people = (
+        Obstacle(person.name, places[person.name], radius_mm=person.radius_mm, height_mm=person.height_mm)
+        for person in world.people
+        if person.name in places
+    )
+    return FloorPlan(world.floor.size_mm, (*obstacles(world, boxes, pictures), *people))

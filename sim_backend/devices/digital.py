@@ -69,7 +69,7 @@ class UltrasonicSensor:
         address: Its 8-bit write address.
     """
 
-    ADDRESS = 0x02
+    address = 0x02
     OFF, SINGLE_SHOT, CONTINUOUS, EVENT_CAPTURE, WARM_RESET = range(5)
     """Values of the mode register."""
 
@@ -79,7 +79,6 @@ class UltrasonicSensor:
     _MODE = 0x41
 
     def __init__(self, distance_cm: Callable[[], int | None]) -> None:
-        self.address = self.ADDRESS
         self._distance_cm = distance_cm
         self._pointer = 0
         self._mode = self.CONTINUOUS
@@ -131,16 +130,15 @@ class Compass:
         address: Its 8-bit write address.
     """
 
-    ADDRESS = 0x02
-    MEASURE, CALIBRATE = 0x00, 0x43
-    """Values of the mode register; during calibration the heading is frozen."""
+    address = 0x02
+    MEASURE = 0x00
+    """Value of the mode register; with another, such as 0x43 for calibration, the heading is frozen."""
 
     _MODE, _HEADING = 0x41, 0x42
     _CONSTANTS = b"\xfdV1.23  HiTechncCompass "
     """Version, manufacturer and type from register 0 on, eight bytes each."""
 
     def __init__(self, heading_deg: Callable[[], float]) -> None:
-        self.address = self.ADDRESS
         self._heading_deg = heading_deg
         self._device = GenericI2CDevice(self.address)
         self._device.registers[: len(self._CONSTANTS)] = self._CONSTANTS
@@ -173,14 +171,13 @@ class TemperatureSensor:
         address: Its 8-bit write address.
     """
 
-    ADDRESS = 0x98
+    address = 0x98
     TEMPERATURE, CONFIGURATION, LOW, HIGH = range(4)
     """The registers; the configuration has one byte, the others two, high byte first."""
     SHUT_DOWN, ONE_SHOT = 0x01, 0x80
     """Bits of the configuration; bits 5 and 6 choose 9 to 12 bits of resolution."""
 
     def __init__(self, temperature_c: Callable[[], float]) -> None:
-        self.address = self.ADDRESS
         self._temperature_c = temperature_c
         self._registers = {self.CONFIGURATION: b"\x00", self.LOW: b"\x4b\x00", self.HIGH: b"\x50\x00"}
         self._pointer = self.TEMPERATURE

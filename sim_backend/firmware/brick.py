@@ -105,10 +105,10 @@ class SimBrick:
         self.loader = Loader(flash, version)
         self.sound = SoundModule(clock, self.loader)
         self._screen = screen = ScreenRefresh(clock)
-        enhanced = version.dialect.enhanced_calls
-        self.display = DisplayModule(self._show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.io_control = IoControl()
         self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
+        enhanced = version.dialect.enhanced_calls
+        self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.radio = Radio(clock, name.encode("latin-1"), address)
         self.button = ButtonModule(clock, self.ui.press)
         self.command = CommandModule(
@@ -197,9 +197,6 @@ class SimBrick:
         self.display.end()
         self._watch.note_end()
         self.ui.program_ended()
-
-    def _show_status(self, shown: bool) -> None:
-        self.ui.show_status(shown)
 
     def _reset_devices(self) -> None:
         """Reset ports and motors, as at the start of a program and when the display no longer shows its end."""

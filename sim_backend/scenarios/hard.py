@@ -16,7 +16,7 @@ from .extras import NO_EXTRAS, Extras, RoomGenerator, Sight
 from .flats import Flat, generate_flat, inhabit
 from .handicaps import APART_MM
 from .realities import REALITIES
-from .room_builder import PRINT_FOUND_MM, RoomBuilder
+from .room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder
 from .rooms import ROOMS, furnished
 
 THREE = ("lena", "rilakkuma", "fox")
@@ -34,8 +34,8 @@ def mismeasure(builder: RoomBuilder) -> None:
     camera = builder.tables.setdefault("camera", {})
     camera.setdefault("hfov_deg", round(60.0 + _spread(random, MISMEASURED["hfov_deg"]), 1))
     camera.setdefault("yaw_deg", round(_spread(random, MISMEASURED["yaw_deg"]), 1))
-    for key, believed_mm, sd in (("wheel_diameter_mm", 56.0, "diameter_percent"), ("track_mm", 112.0, "track_percent")):
-        builder.robot.setdefault(key, round(believed_mm * (1.0 + _spread(random, MISMEASURED[sd]) / 100.0), 2))
+    for key, sd in (("wheel_diameter_mm", "diameter_percent"), ("track_mm", "track_percent")):
+        builder.robot.setdefault(key, round(getattr(ROBOT, key) * (1.0 + _spread(random, MISMEASURED[sd]) / 100.0), 2))
 
 
 def _spread(random: Random, sd: float) -> float:
@@ -56,7 +56,7 @@ def _everyday(random: Random) -> tuple[RoomBuilder, Extras]:
         "latency_s": round(random.uniform(0.1, 0.3), 2),
         "yaw_deg": round(_spread(random, 4.0), 1),
     }
-    builder.robot["track_mm"] = round(112.0 * (1.0 + _spread(random, 4.0) / 100.0), 2)
+    builder.robot["track_mm"] = round(ROBOT.track_mm * (1.0 + _spread(random, 4.0) / 100.0), 2)
     _walker(builder, flat)
     return builder, NO_EXTRAS
 

@@ -8,7 +8,7 @@ from random import Random
 
 from .effects import SONAR_PORT
 from .extras import NO_EXTRAS, Extras, RoomGenerator
-from .room_builder import LOW_BOX_MM, RoomBuilder
+from .room_builder import LOW_BOX_MM, ROBOT, RoomBuilder
 from .rooms import ROOMS, furnished
 
 NARROW_HFOV_DEG = 51.0
@@ -45,9 +45,9 @@ def _before(random: Random) -> tuple[RoomBuilder, Extras]:
 def _mismeasured(random: Random) -> tuple[RoomBuilder, Extras]:
     builder = furnished(random)
     builder.tables["camera"] = {"hfov_deg": NARROW_HFOV_DEG}
-    for key, believed_mm in (("wheel_diameter_mm", 56.0), ("track_mm", 112.0)):
+    for key in ("wheel_diameter_mm", "track_mm"):
         error = random.choice((-1, 1)) * random.uniform(*WRONG_PERCENT) / 100.0
-        builder.robot[key] = round(believed_mm * (1.0 + error), 2)
+        builder.robot[key] = round(getattr(ROBOT, key) * (1.0 + error), 2)
     return builder, NO_EXTRAS
 
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
+from sim_backend.world.objects import STAND_THICKNESS_MM
 from sim_backend.world.placement import misplaced
-from sim_backend.world.world_file import Box, Picture, Wall, WorldFile
+from sim_backend.world.world_file import Box, Picture, Robot, Wall, WorldFile
 
 from .floor_plan import FloorPlan, Goal, Obstacle, Point
 
-ROBOT_RADIUS_MM = 115.0
-"""Radius of the world file's default robot."""
+ROBOT = Robot(start_mm=(0.0, 0.0))
+"""The world file's default robot."""
+ROBOT_RADIUS_MM = ROBOT.radius_mm
 PRINT_MM, PRINT_FOUND_MM = (105.0, 148.0), 3200.0
 """Size of an A6 print, and the picture detector's range for it: large rooms have places from which it is not seen."""
 LOW_BOX_MM, TALL_BOX_MM = (100.0, 150.0), (350.0, 800.0)
 """Heights of boxes that stop the robot but do not block the view, and of boxes that do both."""
-STAND_MM = 10.0
-"""Thickness of a picture on its stand."""
 STAND_HEIGHT_MM = 200.0
 """Height of a picture's centre above the floor: that of the camera."""
 CLEARANCE_MM = 60.0
@@ -122,7 +122,9 @@ class RoomBuilder:
     def plan(self) -> FloorPlan:
         """Return the floor plan at the start."""
         world = self.world("")
-        return FloorPlan(world.floor.size_mm, tuple(standing(world)))
+        boxes = {box.name: (box.at_mm, box.facing_deg) for box in world.boxes if box.present}
+        pictures = {picture.name: (picture.at_mm, picture.facing_deg) for picture in world.pictures}
+        return FloorPlan(world.floor.size_mm, tuple(obstacles(world, boxes, pictures)))
 
     def solvable(self) -> bool:
         """Return whether the start is free and away from the targets, and each target is visible and can be reached."""
@@ -155,14 +157,24 @@ class RoomBuilder:
         )
 
 
-def standing(world: WorldFile) -> Iterable[Obstacle]:
-    """Yield all obstacles of a world file that are present at the start."""
-    yield from (wall_obstacle(wall, i) for i, wall in enumerate(world.walls))
-    yield from (box_obstacle(box, box.at_mm, box.facing_deg) for box in world.boxes if box.present)
-    yield from (picture_obstacle(picture, picture.at_mm, picture.facing_deg) for picture in world.pictures)
+Pose = tuple[Point, float]
+"""Middle of an object, and its facing in degrees."""
 
 
-def wall_obstacle(wall: Wall, number: int) -> Obstacle:
+def obstacles(world: WorldFile, boxes: Mapping[str, Pose], pictures: Mapping[str, Pose]) -> Iterator[Obstacle]:
+    """Yield the obstacles of a world file except for people.
+
+    Args:
+        world: The world file.
+        boxes: Where the boxes are that are present, by name.
+        pictures: Where the pictures are.
+    """
+    yield from (_wall_obstacle(wall, i) for i, wall in enumerate(world.walls))
+    yield from (_box_obstacle(box, *boxes[box.name]) for box in world.boxes if box.name in boxes)
+    yield from (_picture_obstacle(each, *pictures[each.name]) for each in world.pictures if each.name in pictures)
+
+
+def _wall_obstacle(wall: Wall, number: int) -> Obstacle:
     """Return the obstacle of an inner wall."""
     (x0, y0), (x1, y1) = wall.from_mm, wall.to_mm
     facing = math.degrees(math.atan2(y1 - y0, x1 - x0))
@@ -172,12 +184,12 @@ def wall_obstacle(wall: Wall, number: int) -> Obstacle:
     )
 
 
-def box_obstacle(box: Box, at_mm: Point, facing_deg: float) -> Obstacle:
+def _box_obstacle(box: Box, at_mm: Point, facing_deg: float) -> Obstacle:
     """Return the obstacle of a box at its current position."""
     return Obstacle(box.name, at_mm, box.size_mm, facing_deg, 0.0, box.height_mm)
 
 
-def picture_obstacle(picture: Picture, at_mm: Point, facing_deg: float) -> Obstacle:
+def _picture_obstacle(picture: Picture, at_mm: Point, facing_deg: float) -> Obstacle:
     """Return the obstacle of a picture's stand at its current position."""
     height_mm = picture.centre_height_mm + picture.size_mm[1] / 2
-    return Obstacle(picture.name, at_mm, (STAND_MM, picture.size_mm[0]), facing_deg, 0.0, height_mm)
+    return Obstacle(picture.name, at_mm, (STAND_THICKNESS_MM, picture.size_mm[0]), facing_deg, 0.0, height_mm)

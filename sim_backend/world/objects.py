@@ -50,7 +50,7 @@ class WallObject:
         (x0, y0), (x1, y1) = self._wall.from_mm, self._wall.to_mm
         length = math.hypot(x1 - x0, y1 - y0)
         middle = (x0 + x1) / 2, (y0 + y1) / 2
-        corners = _corners(middle, (length, self._wall.thickness_mm), math.atan2(y1 - y0, x1 - x0))
+        corners = corners_of(middle, (length, self._wall.thickness_mm), math.atan2(y1 - y0, x1 - x0))
         return standing_panels(corners, self.height_mm, self._wall.texture)
 
 
@@ -180,7 +180,7 @@ class BoxObject(PlacedObject):
         """Return four upright sides."""
         if not self.present:
             return []
-        corners = _corners(self.at_mm, self._box.size_mm, self._body.angle)
+        corners = corners_of(self.at_mm, self._box.size_mm, self._body.angle)
         return standing_panels(corners, self.height_mm, self._box.texture)
 
 
@@ -239,7 +239,7 @@ def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: fl
     return slide, twist
 
 
-def _corners(middle: Point, size: tuple[float, float], angle: float) -> list[Point]:
+def corners_of(middle: Point, size: tuple[float, float], angle: float) -> list[Point]:
     """Return the corners of a rectangle, `size` along and across `angle` (radians), clockwise."""
     along, across = size[0] / 2, size[1] / 2
     cos, sin = math.cos(angle), math.sin(angle)

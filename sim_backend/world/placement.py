@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from sim_backend.world.objects import STAND_THICKNESS_MM
+from sim_backend.world.objects import STAND_THICKNESS_MM, corners_of
 from sim_backend.world.sensor_tables import Patch
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
@@ -43,11 +43,8 @@ class Outline:
 
     def points(self, share: float) -> list[Point]:
         """Return its four corners, drawn in towards the middle to this share."""
-        angle = math.radians(self.facing_deg)
-        along, across = share * self.size_mm[0] / 2, share * self.size_mm[1] / 2
-        cos, sin = math.cos(angle), math.sin(angle)
-        offsets = [(along, -across), (along, across), (-along, across), (-along, -across)]
-        return [(self.at_mm[0] + a * cos - b * sin, self.at_mm[1] + a * sin + b * cos) for a, b in offsets]
+        size_mm = share * self.size_mm[0], share * self.size_mm[1]
+        return corners_of(self.at_mm, size_mm, math.radians(self.facing_deg))
 
 
 def outline_of_wall(wall: Wall, what: str) -> Outline:

@@ -129,7 +129,11 @@ class _Path(NamedTuple):
 
 
 class Compiler:
-    """Compiles the code of one program."""
+    """Compiles the code of one program.
+
+    Attributes:
+        operands: See `__init__`.
+    """
 
     def __init__(
         self,
@@ -146,7 +150,7 @@ class Compiler:
             translate: Translates one instruction.
             operands: The values of the names in translated instructions; functions are added to it.
         """
-        self._code, self._decode, self._translate, self._operands = code, decode, translate, operands
+        self._code, self._decode, self._translate, self.operands = code, decode, translate, operands
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
     def block(self, start: int, end: int) -> Block:
@@ -180,20 +184,16 @@ class Compiler:
 
     def named(self, at: int, function: Callable[[], object]) -> str:
         """Return a call of the function that carries out the instruction at a word."""
-        return f"{self._operands.function(f'at_{at}', function)}()"
-
-    def function_named(self, name: str, function: Callable[..., object]) -> str:
-        """Give a function a name; return that."""
-        return self._operands.function(name, function)
+        return f"{self.operands.function(f'at_{at}', function)}()"
 
     @property
     def written(self) -> tuple[int, int]:
         """First and last place in the pool that translated instructions may assign to, and the end of it."""
-        return self._operands.written
+        return self.operands.written
 
     def function(self, lines: list[str]) -> Run:
         """Return the function `block` of some lines."""
-        names = self._operands.names
+        names = self.operands.names
         exec(_compile("\n".join(lines)), names)  # noqa: S102 - our own translation
         function: Run = names.pop("block")
         return function
@@ -312,7 +312,7 @@ class _Tree:
         repeated = linear(statements)
         if repeated is None:
             return None
-        powers = self._compiler.function_named(f"powers_{self._start}", lru_cache(_POWERS)(repeated.powers))
+        powers = self._compiler.operands.function(f"powers_{self._start}", lru_cache(_POWERS)(repeated.powers))
         return [f"{repeated.factors} = {powers}(times)", repeated.statement]
 
     def _grows(self, path: _Path) -> bool:

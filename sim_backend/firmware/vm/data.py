@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
@@ -84,6 +84,7 @@ class Data:
         self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
         self.variables = memory.program.variables
         self._finders: dict[int, Finder] = {}
+        self._element_sizes: dict[int, int] = {}
 
     def entry(self, argument: int) -> Variable:
         """Return the entry of the variable table, or the bytes that the firmware takes for it."""
@@ -189,10 +190,6 @@ class Data:
             except IndexError:
                 break
         return found
-
-    @cached_property
-    def _element_sizes(self) -> dict[int, int]:
-        return {}
 
     def element_size(self, entry: int) -> int:
         """Return the size of an element of the type at `entry`."""

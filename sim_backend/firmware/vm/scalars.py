@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from sim_backend.firmware.cint import divide
+from sim_backend.firmware.cint import divide, s32
 from sim_backend.firmware.vm.aggregates import Binary, Unary, comparable
 from sim_backend.firmware.vm.data import rounded, truncated
 from sim_backend.firmware.vm.numbers import Number, single
@@ -101,15 +101,11 @@ def unary(opcode: int) -> Unary:
     return run
 
 
-def _signed(value: int) -> int:
-    return (value + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
-
-
 _INTEGER_UNARY: Mapping[int, Callable[[int], int]] = {
     NEG: int.__neg__,
     NOT: lambda value: int(not value),
     SQRT: lambda _: 0,
-    ABS: lambda value: abs(_signed(value)),
+    ABS: lambda value: abs(s32(value)),
 }
 _FLOAT_UNARY: Mapping[int, Callable[[float], float]] = {
     NEG: float.__neg__,
