@@ -58,8 +58,8 @@ class Loader:
         self.free_flash = flash.free
         self.over_usb = set[int]()
         self._version = version
-        self._handles = [Handle() for _ in range(_ADDRESSABLE)]
-        self.handles = self._table = self._handles[:HANDLES]
+        self._addressable = [Handle() for _ in range(_ADDRESSABLE)]
+        self.handles = self._addressable[:HANDLES]
         self._find(SETTINGS)
 
     def exists(self, name: str) -> bool:
@@ -70,27 +70,27 @@ class Loader:
         status, number, _ = self._find(name)
         if status:
             return False
-        self._handles[number].use = Use.SEARCH
+        self._addressable[number].use = Use.SEARCH
         self.close(0)
         return True
 
     def open_program(self, name: str) -> tuple[int | None, bytes]:
         """Open a program to execute it: its handle and its content; None if it fails."""
         status, number, _ = self.open_read(name, use=Use.EXECUTE)
-        file = self._handles[number].file
+        file = self._addressable[number].file
         if status or file is None:
             return None, b""
         return number, bytes(file.content)
 
     def address_of(self, number: int | None) -> int:
         """Return where the content of the file of a handle begins in the processor's memory."""
-        file = None if number is None else self._handles[number].file
+        file = None if number is None else self._addressable[number].file
         return self._version.flash_start + (file.content_at if file else 0)
 
     def linear_content(self, name: str) -> tuple[Status, bytes]:
         """Return the content of a file that was created as one block, if it can be opened."""
         status, number, _ = self.open_read(name)
-        file = self._handles[number].file
+        file = self._addressable[number].file
         if status or file is None:
             return status, b""
         self.close(number)
@@ -102,7 +102,7 @@ class Loader:
         if file is None:
             return Opened(status, number)
         if not file.size:
-            self._handles[number].use = Use.READ  # the firmware leaks it
+            self._addressable[number].use = Use.READ  # the firmware leaks it
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
         self._take(number, use, file)
@@ -179,7 +179,7 @@ class Loader:
         """Close a handle; a complete download enters the directory, an incomplete one is lost."""
         if number >= HANDLES:
             return Status.OK
-        handle = self._handles[number]
+        handle = self._addressable[number]
         if handle.use == Use.FREE:
             return Status.HANDLE_ALREADY_CLOSED
         if handle.use == Use.WRITE and handle.file is not None:
@@ -190,7 +190,7 @@ class Loader:
 
     def crop(self, number: int) -> Status:
         """Close any handle, and free the unused space of the data file that its index refers to."""
-        index = self._handles[number].index if number < HANDLES else 0
+        index = self._addressable[number].index if number < HANDLES else 0
         status = self.close(number)
         if not status and index < len(self.flash.files):
             self.flash.shrink(self.flash.files[index])
@@ -212,21 +212,21 @@ class Loader:
         uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         if self._blocked(number, uses):
             return Status.FILE_IS_BUSY
-        found = self._handles[number]
+        found = self._addressable[number]
         del self.flash.files[found.index]
         self.flash.count()
         if self._version.deletion_spares_found:
             self._shift(found.index + 1, -1)
         else:
-            for handle in self._table:  # the index of the deletion's own changes on the way
+            for handle in self.handles:  # the index of the deletion's own changes on the way
                 if (handle is found or handle.use != Use.FREE) and handle.index >= found.index:
                     handle.index = (handle.index - 1) & 0xFF
         return Status.OK
 
     def _blocked(self, number: int, uses: Collection[Use]) -> bool:
         """Return whether a handle of one of these uses refers to the directory entry that a search found."""
-        index = self._handles[number].index
-        return any(handle.use in uses and handle.index == index for handle in self._table)
+        index = self._addressable[number].index
+        return any(handle.use in uses and handle.index == index for handle in self.handles)
 
     def rename(self, name: str, new_name: str) -> Opened:
         """Rename a file, unless a handle in use refers to its directory entry; the handle is the search's."""
@@ -250,7 +250,7 @@ class Loader:
 
     def open_handle(self, name: str) -> tuple[int, bool] | None:
         """Return the number of the handle that a file of exactly this name is open by, and whether for writing."""
-        for number, handle in enumerate(self._handles):
+        for number, handle in enumerate(self._addressable):
             if handle.file is not None and handle.file.name == name and handle.use in (Use.READ, Use.WRITE):
                 return number, handle.use == Use.WRITE
         return None
@@ -259,12 +259,12 @@ class Loader:
         """Start a listing; without a match the handle is free again."""
         found = self._find(pattern)
         if not found[0]:
-            self._handles[found[1]].use = Use.SEARCH
+            self._addressable[found[1]].use = Use.SEARCH
         return found
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
         """Continue the last look-up with a handle; the firmware does not check what the handle is used for."""
-        handle, files = self._handles[number], self.flash.files
+        handle, files = self._addressable[number], self.flash.files
         index = self.flash.find(handle.matches, (handle.index + 1) & 0xFF)
         if index >= len(files):
             return Status.FILE_NOT_FOUND, number, None
@@ -293,7 +293,7 @@ class Loader:
 
     def erase(self) -> None:
         """Delete all files and close all handles."""
-        for handle in self._table:
+        for handle in self.handles:
             handle.use, handle.file = Use.FREE, None
         self.flash.erase()
         self.free_flash = self.flash.free
@@ -301,12 +301,12 @@ class Loader:
     @property
     def next_handle(self) -> int:
         """The lowest free handle, 0 if there is none."""
-        return next((number for number, handle in enumerate(self._table) if handle.use == Use.FREE), 0)
+        return next((number for number, handle in enumerate(self.handles) if handle.use == Use.FREE), 0)
 
     def _find(self, name: str) -> tuple[Status, int, File | None]:
         """Return a free handle and the first file that matches; without the file, the status says why."""
         number = self.next_handle
-        handle = self._handles[number]
+        handle = self._addressable[number]
         if handle.use != Use.FREE:
             return Status.NO_MORE_HANDLES, number, None
         if len(name) > NAME_LIMIT:
@@ -317,7 +317,7 @@ class Loader:
     @property
     def _writers(self) -> dict[int, Handle]:
         """The handles that write, by their write buffer."""
-        return {handle.slot: handle for handle in self._table if handle.use == Use.WRITE}
+        return {handle.slot: handle for handle in self.handles if handle.use == Use.WRITE}
 
     @property
     def _first_writer_status(self) -> int:
@@ -326,21 +326,21 @@ class Loader:
         return Status.END_OF_FILE_EXPECTED if first and first.overrun else Status.OK
 
     def _take(self, number: int, use: Use, file: File) -> None:
-        handle = self._handles[number]
+        handle = self._addressable[number]
         if use == Use.WRITE:
             handle.slot = min(set(range(HANDLES)) - set(self._writers))
         handle.open(use, file)
 
     def _handle(self, number: int, use: Use) -> Handle | None:
-        handle = self._handles[number] if number < HANDLES else None
+        handle = self._addressable[number] if number < HANDLES else None
         return handle if handle and handle.use == use else None
 
     def _is_being_written(self, name: str) -> bool:
         """Return whether a file is being written for whose name or pattern the firmware looked for this name."""
-        return any(handle.use == Use.WRITE and handle.name == fold(name) for handle in self._table)
+        return any(handle.use == Use.WRITE and handle.name == fold(name) for handle in self.handles)
 
     def _downloads(self) -> list[File]:
-        written = [handle.file for handle in self._table if handle.use == Use.WRITE and handle.file]
+        written = [handle.file for handle in self.handles if handle.use == Use.WRITE and handle.file]
         return [file for file in written if not file.appendable]
 
     def _refusal(self, file: File) -> Status:
@@ -366,7 +366,7 @@ class Loader:
         """Make a file the first of the directory."""
         self.flash.files.insert(0, file.seen)
         self._shift(0, 1)
-        self._handles[number].index = 0
+        self._addressable[number].index = 0
 
     def _write_header(self, file: File) -> None:
         """Write a header to the flash, over that of another file whose sectors were freed while it was open."""
@@ -379,7 +379,7 @@ class Loader:
 
     def _shift(self, start: int, step: int) -> None:
         """Adjust the indexes of used handles from `start` on to an inserted or deleted entry."""
-        for handle in self._table:
+        for handle in self.handles:
             if handle.use != Use.FREE and handle.index >= start:
                 handle.index = (handle.index + step) & 0xFF
 
