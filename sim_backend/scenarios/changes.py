@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from random import Random
 
-from .extras import NO_EXTRAS, Extras, RoomGenerator
-from .room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
-from .rooms import furnished, room
+from sim_backend.scenarios.room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.rooms import furnished, room
 
 
-def _block_transient(random: Random) -> tuple[RoomBuilder, Extras]:
+def _block_transient(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for target in builder.targets:
         person = f"visitor of {target}"
@@ -34,10 +33,10 @@ def _block_transient(random: Random) -> tuple[RoomBuilder, Extras]:
                     "stays_s": round(stays_s, 1),
                 }
             )
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _block_permanent(random: Random) -> tuple[RoomBuilder, Extras]:
+def _block_permanent(random: Random) -> RoomBuilder:
     builder = room(random, 2800.0, 3800.0)
     builder.hang_targets(corner_mm=900.0)
     builder.put_robot(far_mm=1700.0)
@@ -62,10 +61,10 @@ def _block_permanent(random: Random) -> tuple[RoomBuilder, Extras]:
                 "blocks_at_mm": radius_mm + builder.between(420, 600),
             }
         )
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _patrol(random: Random) -> tuple[RoomBuilder, Extras]:
+def _patrol(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for i in range(random.randint(2, 3)):
         beat = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
@@ -87,10 +86,10 @@ def _patrol(random: Random) -> tuple[RoomBuilder, Extras]:
                 "stays_s": (0, 8),
             }
         )
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _moved(random: Random) -> tuple[RoomBuilder, Extras]:
+def _moved(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     taken = [picture["at_mm"] for picture in builder.pictures.values()]
     for target in builder.targets:
@@ -106,7 +105,7 @@ def _moved(random: Random) -> tuple[RoomBuilder, Extras]:
                 "facing_deg": facing_deg,
             }
         )
-    return builder, NO_EXTRAS
+    return builder
 
 
 CHANGES: dict[str, RoomGenerator] = {

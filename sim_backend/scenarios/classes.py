@@ -14,14 +14,13 @@ from copy import deepcopy
 from dataclasses import replace
 from random import Random
 
-from .changes import CHANGES
-from .effects import EFFECTS, PLAIN, generate_plain
-from .extras import NO_EXTRAS, Extras, RoomGenerator
-from .handicaps import HANDICAPS
-from .hard import HARD, mismeasure
-from .realities import REALITIES
-from .room_builder import RoomBuilder
-from .rooms import ROOMS
+from sim_backend.scenarios.changes import CHANGES
+from sim_backend.scenarios.effects import EFFECTS, PLAIN, generate_plain
+from sim_backend.scenarios.handicaps import HANDICAPS
+from sim_backend.scenarios.hard import HARD, mismeasure
+from sim_backend.scenarios.realities import REALITIES
+from sim_backend.scenarios.room_builder import RoomBuilder, RoomGenerator
+from sim_backend.scenarios.rooms import ROOMS
 
 TRIES = 500
 """Largest number of rooms to generate until one has a free start and reachable targets."""
@@ -58,8 +57,8 @@ REALITY_CLASSES = (*REALITIES, *EFFECTS)
 ALL_CLASSES = tuple(dict.fromkeys((*CLASSES, *REALITY_CLASSES, *HARD_CLASSES)))
 
 
-def generate_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
-    """Generate a room of a class in which the mission can be solved, and the class's other conditions.
+def generate_room(kind: str, seed: int) -> RoomBuilder:
+    """Generate a room of a class in which the mission can be solved.
 
     Raises:
         KeyError: There is no such class.
@@ -68,26 +67,26 @@ def generate_room(kind: str, seed: int) -> tuple[RoomBuilder, Extras]:
     random, name = Random(f"{kind}-{seed}"), f"{kind}-{seed}"
     if kind not in EFFECTS:
         generate = CLASSES.get(kind) or HARD.get(kind) or REALITIES[kind]
-        builder, extras = _first_solvable(lambda: generate(random), name)
+        builder = _first_solvable(lambda: generate(random), name)
         if kind in HARD and seed % 2 and kind not in REALITIES:
             mismeasure(builder)
-        return builder, extras
+        return builder
     # the same room for all effects
     plain = Random(f"{PLAIN}-{seed}")
-    room, _ = _first_solvable(lambda: (generate_plain(plain), NO_EXTRAS), name)
+    room = _first_solvable(lambda: generate_plain(plain), name)
 
-    def switched_on() -> tuple[RoomBuilder, Extras]:
+    def switched_on() -> RoomBuilder:
         builder = replace(deepcopy(room), random=random)
         EFFECTS[kind](builder)
-        return builder, NO_EXTRAS
+        return builder
 
     return _first_solvable(switched_on, name)
 
 
-def _first_solvable(generate: Callable[[], tuple[RoomBuilder, Extras]], name: str) -> tuple[RoomBuilder, Extras]:
+def _first_solvable(generate: Callable[[], RoomBuilder], name: str) -> RoomBuilder:
     """Return the first generated room in which the mission can be solved."""
     for _ in range(TRIES):
-        builder, extras = generate()
+        builder = generate()
         if builder.solvable():
-            return builder, extras
+            return builder
     raise RuntimeError(f"no solvable room for {name} in {TRIES} tries")

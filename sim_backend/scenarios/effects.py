@@ -10,8 +10,8 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from .room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder
-from .rooms import add_boxes, furnished
+from sim_backend.scenarios.room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder
+from sim_backend.scenarios.rooms import add_boxes, furnished
 
 PLAIN = "plain"
 BUMPER_PORT, SONAR_PORT = 1, 4

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from random import Random
 from typing import Any
 
 from sim_backend.link import NO_FAULTS, LinkFaults
-
-from .room_builder import RoomBuilder
 
 TIME_LIMIT_S = 300.0
 """A mission's usual time limit; a class may have another one, the same for all profiles."""
@@ -71,9 +68,3 @@ class Extras:
     sight: Sight = field(default_factory=Sight)
     robot: Mapping[str, Any] = field(default_factory=dict)
     time_limit_s: float = TIME_LIMIT_S
-
-
-NO_EXTRAS = Extras()
-
-RoomGenerator = Callable[[Random], tuple[RoomBuilder, Extras]]
-"""Generates the room of a class, and its other conditions."""

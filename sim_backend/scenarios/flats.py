@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
-from .floor_plan import Point
-from .room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
+from sim_backend.scenarios.floor_plan import Point
+from sim_backend.scenarios.room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
 
 CORRIDOR_MM = (1000.0, 1300.0)
 ROOM_WIDTH_MM, ROOM_DEPTH_MM = (2000.0, 3000.0), (2000.0, 3000.0)

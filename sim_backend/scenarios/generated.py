@@ -8,11 +8,10 @@ from typing import Any
 
 from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
+from sim_backend.scenarios.classes import generate_room
+from sim_backend.scenarios.extras import Sight
+from sim_backend.scenarios.room_builder import PRINT_MM, RoomBuilder
 from sim_backend.world.world_file import WorldFile
-
-from .classes import generate_room
-from .extras import Extras, Sight
-from .room_builder import PRINT_MM, RoomBuilder
 
 CRUISE_MM_S = 200.0
 """The robot's cruising speed, the same for all profiles."""
@@ -48,19 +47,19 @@ def generate(kind: str, seed: int) -> GeneratedScenario:
         KeyError: There is no such class.
         RuntimeError: No solvable room was found: the class's ranges are wrong.
     """
-    builder, extras = generate_room(kind, seed)
-    title = f"{kind}-{seed}"
-    world, mission = builder.world(title), _mission(title, builder, extras)
+    builder = generate_room(kind, seed)
+    title, extras = f"{kind}-{seed}", builder.extras
+    world, mission = builder.world(title), _mission(title, builder)
     return GeneratedScenario(kind, seed, world, mission, extras.faults, extras.latency_ms, extras.sight)
 
 
-def _mission(title: str, builder: RoomBuilder, extras: Extras) -> dict[str, Any]:
+def _mission(title: str, builder: RoomBuilder) -> dict[str, Any]:
     return {
-        "mission": {"name": title, "targets": list(builder.targets), "time_limit_s": extras.time_limit_s},
+        "mission": {"name": title, "targets": list(builder.targets), "time_limit_s": builder.extras.time_limit_s},
         **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
         "target": {
             name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
             for name in builder.targets
         },
-        "robot": dict(extras.robot),
+        "robot": dict(builder.extras.robot),
     }

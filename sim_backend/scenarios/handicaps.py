@@ -8,24 +8,24 @@ from typing import Final
 
 from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
-
-from .extras import BLUETOOTH_MS, NO_EXTRAS, TIME_LIMIT_S, CameraLoss, Extras, RoomGenerator, Sight
-from .room_builder import PRINT_FOUND_MM, RoomBuilder
-from .rooms import furnished
+from sim_backend.scenarios.extras import BLUETOOTH_MS, TIME_LIMIT_S, CameraLoss, Extras, Sight
+from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.rooms import furnished
 
 COMPASS_PORT: Final = 2
 APART_MM = 700.0
 """Smallest distance from a look-alike to another picture: a sighting must belong to one or the other."""
 
 
-def _dim(random: Random) -> tuple[RoomBuilder, Extras]:
+def _dim(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
     sight = Sight(farthest_mm=PRINT_FOUND_MM * builder.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
-    return builder, Extras(sight=sight)
+    builder.extras = Extras(sight=sight)
+    return builder
 
 
-def _slip(random: Random) -> tuple[RoomBuilder, Extras]:
+def _slip(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.robot["slip"] = {
         "distance_percent": max(-15.0, min(15.0, random.gauss(0.0, 5.0))),
@@ -33,11 +33,11 @@ def _slip(random: Random) -> tuple[RoomBuilder, Extras]:
         "veer_deg_per_m": max(-20.0, min(20.0, random.gauss(0.0, 6.9))),
         "jitter_percent": random.uniform(2.0, 8.0),
     }
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _compass_distortion(random: Random) -> tuple[RoomBuilder, Extras]:
-    builder, _ = _slip(random)
+def _compass_distortion(random: Random) -> RoomBuilder:
+    builder = _slip(random)
     builder.tables["surroundings"] = {"north_deg": builder.between(0, 360)}
     builder.tables["sensors"] = [{"kind": "compass", "port": COMPASS_PORT}]
     builder.tables["magnets"] = [
@@ -48,10 +48,11 @@ def _compass_distortion(random: Random) -> tuple[RoomBuilder, Extras]:
         }
         for _ in range(random.randint(1, 3))
     ]
-    return builder, Extras(robot={"compass": COMPASS_PORT})
+    builder.extras = Extras(robot={"compass": COMPASS_PORT})
+    return builder
 
 
-def _link(random: Random) -> tuple[RoomBuilder, Extras]:
+def _link(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.robot["battery_mv"] = random.randint(5500, 7200)
     outages, now_s = [], random.expovariate(1 / 20)
@@ -59,10 +60,11 @@ def _link(random: Random) -> tuple[RoomBuilder, Extras]:
         lasts_s = random.uniform(1.0, 5.0)
         outages.append((round(now_s * 1000), round((now_s + lasts_s) * 1000)))
         now_s += lasts_s + random.expovariate(1 / 20)
-    return builder, Extras(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
+    builder.extras = Extras(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
+    return builder
 
 
-def _distractor(random: Random) -> tuple[RoomBuilder, Extras]:
+def _distractor(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
     for name in names:
@@ -70,13 +72,15 @@ def _distractor(random: Random) -> tuple[RoomBuilder, Extras]:
         while min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) < APART_MM:
             at, facing = builder.place_at_wall(corner_mm=350.0)
         builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
-    return builder, Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+    builder.extras = Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+    return builder
 
 
-def _camera_loss(random: Random) -> tuple[RoomBuilder, Extras]:
+def _camera_loss(random: Random) -> RoomBuilder:
     builder = furnished(random)
     losses = [CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0)) for target in builder.targets]
-    return builder, Extras(sight=Sight(losses=tuple(losses)))
+    builder.extras = Extras(sight=Sight(losses=tuple(losses)))
+    return builder
 
 
 HANDICAPS: dict[str, RoomGenerator] = {

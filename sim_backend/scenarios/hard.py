@@ -10,14 +10,13 @@ import math
 from random import Random
 
 from sim_backend.bundled import PICTURES
-
-from .effects import EFFECTS, SONAR_PORT
-from .extras import NO_EXTRAS, Extras, RoomGenerator, Sight
-from .flats import Flat, generate_flat, inhabit
-from .handicaps import APART_MM
-from .realities import REALITIES
-from .room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder
-from .rooms import ROOMS, furnished
+from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
+from sim_backend.scenarios.extras import Extras, Sight
+from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
+from sim_backend.scenarios.handicaps import APART_MM
+from sim_backend.scenarios.realities import REALITIES
+from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.rooms import ROOMS, furnished
 
 THREE = ("lena", "rilakkuma", "fox")
 SIX = (*THREE, "landscape", "logo", "sunset")
@@ -43,12 +42,14 @@ def _spread(random: Random, sd: float) -> float:
     return max(-2.0 * sd, min(2.0 * sd, random.gauss(0.0, sd)))
 
 
-def _flat(random: Random) -> tuple[RoomBuilder, Extras]:
+def _flat(random: Random) -> RoomBuilder:
     """Find three targets in four rooms on a corridor within four minutes: explore rooms and doors, not places."""
-    return inhabit(generate_flat(random, 4, THREE)), Extras(time_limit_s=240.0)
+    builder = inhabit(generate_flat(random, 4, THREE))
+    builder.extras = Extras(time_limit_s=240.0)
+    return builder
 
 
-def _everyday(random: Random) -> tuple[RoomBuilder, Extras]:
+def _everyday(random: Random) -> RoomBuilder:
     """Do the same in a furnished flat with a late, crooked camera, a wrong track, and a person in the corridor."""
     flat = generate_flat(random, 4, THREE)
     builder = inhabit(flat, pieces=(1, 3))
@@ -58,7 +59,7 @@ def _everyday(random: Random) -> tuple[RoomBuilder, Extras]:
     }
     builder.robot["track_mm"] = round(ROBOT.track_mm * (1.0 + _spread(random, 4.0) / 100.0), 2)
     _walker(builder, flat)
-    return builder, NO_EXTRAS
+    return builder
 
 
 def _walker(builder: RoomBuilder, flat: Flat) -> None:
@@ -80,7 +81,7 @@ def _patrol(
     )
 
 
-def _many_lookalikes(random: Random) -> tuple[RoomBuilder, Extras]:
+def _many_lookalikes(random: Random) -> RoomBuilder:
     """Tell the target from four look-alikes, each taken for it in 10 to 60 % of the frames: check before arriving."""
     builder = furnished(random, 3200.0, 4200.0)
     files = {"lookalike0": "fox", "lookalike1": "landscape", "lookalike2": "logo", "lookalike3": "sunset"}
@@ -92,27 +93,30 @@ def _many_lookalikes(random: Random) -> tuple[RoomBuilder, Extras]:
                 break
         builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
-    return builder, Extras(sight=Sight(lookalikes=names, mistake_rates=rates))
+    builder.extras = Extras(sight=Sight(lookalikes=names, mistake_rates=rates))
+    return builder
 
 
-def _hurry(random: Random) -> tuple[RoomBuilder, Extras]:
+def _hurry(random: Random) -> RoomBuilder:
     """Reach three targets in a minute: remember what was seen on the way, and take the nearest."""
     builder = furnished(random, 2600.0, 3400.0, targets=THREE)
-    return builder, Extras(time_limit_s=60.0)
+    builder.extras = Extras(time_limit_s=60.0)
+    return builder
 
 
-def _dusk(random: Random) -> tuple[RoomBuilder, Extras]:
+def _dusk(random: Random) -> RoomBuilder:
     """See at dusk, with five frames a second, each exposed for a tenth of a second, and half the range: turn slowly."""
     builder = furnished(random)
     builder.tables["camera"] = {"fps": 5, "shutter_s": 0.1}
     builder.tables["light"] = {"exposure": 0.35}
-    return builder, Extras(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
+    builder.extras = Extras(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
+    return builder
 
 
-def _doorway(random: Random) -> tuple[RoomBuilder, Extras]:
+def _doorway(random: Random) -> RoomBuilder:
     """Wait: a person stands in the only door for 5 to 45 s, and there is no way round."""
     while True:
-        builder, extras = ROOMS["narrow_door"](random)
+        builder = ROOMS["narrow_door"](random)
         wall, other = builder.walls
         x, low, high = wall["from_mm"][0], wall["to_mm"][1], other["from_mm"][1]
         half, middle = builder.between(350, 400), (low + high) / 2
@@ -132,10 +136,10 @@ def _doorway(random: Random) -> tuple[RoomBuilder, Extras]:
             "stays_s": builder.between(5, 45),
         }
     )
-    return builder, extras
+    return builder
 
 
-def _moving(random: Random) -> tuple[RoomBuilder, Extras]:
+def _moving(random: Random) -> RoomBuilder:
     """Arrive at a target that rides to and fro on a slow vehicle."""
     builder = furnished(random, 2800.0, 3800.0)
     taken = [picture["at_mm"] for picture in builder.pictures.values()]
@@ -156,45 +160,47 @@ def _moving(random: Random) -> tuple[RoomBuilder, Extras]:
         away = {"name": f"{target} rides away", "when": {"at_s": 0, "delay_s": (10, 20)}}
         back = {"name": f"{target} rides back", "when": {"after_end_of": away["name"], "delay_s": (2, 8)}}
         builder.events += [{**away, **ride, "to_mm": end}, {**back, **ride, "to_mm": (x, y)}]
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _crowd(random: Random) -> tuple[RoomBuilder, Extras]:
+def _crowd(random: Random) -> RoomBuilder:
     """Get through between four to six people who walk about."""
     builder = furnished(random, 3000.0, 4000.0)
     for i in range(random.randint(4, 6)):
         ends = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
         _patrol(builder, f"visitor{i}", *ends, pause_s=(1, 8))
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _big(random: Random) -> tuple[RoomBuilder, Extras]:
+def _big(random: Random) -> RoomBuilder:
     """Find six targets in eight to twelve rooms within ten minutes: plan a tour."""
-    return inhabit(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1)), Extras(time_limit_s=600.0)
+    builder = inhabit(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1))
+    builder.extras = Extras(time_limit_s=600.0)
+    return builder
 
 
 def _among_boxes(*effects: str, asks: str) -> RoomGenerator:
     """Return a class of cluttered rooms with effects of reality."""
 
-    def generate(random: Random) -> tuple[RoomBuilder, Extras]:
-        builder, extras = ROOMS["clutter"](random)
+    def generate(random: Random) -> RoomBuilder:
+        builder = ROOMS["clutter"](random)
         for effect in effects:
             EFFECTS[effect](builder)
-        return builder, extras
+        return builder
 
     generate.__doc__ = asks
     return generate
 
 
-def _sonar_silent(random: Random) -> tuple[RoomBuilder, Extras]:
+def _sonar_silent(random: Random) -> RoomBuilder:
     """Go on among things that swallow ultrasound, with a sonar that hears nothing from some moment on."""
-    builder, extras = _among_boxes("soft_things", asks="")(random)
+    builder = _among_boxes("soft_things", asks="")(random)
     fault = {"sensor": SONAR_PORT, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
     builder.events.append({"name": "the sonar falls silent", **fault})
-    return builder, extras
+    return builder
 
 
-def _before(random: Random) -> tuple[RoomBuilder, Extras]:
+def _before(random: Random) -> RoomBuilder:
     """Reach a print with clutter 0.26 to 0.48 m in front of it: approach from another side."""
     return REALITIES["before"](random)
 

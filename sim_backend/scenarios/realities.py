@@ -6,10 +6,9 @@ import math
 from dataclasses import replace
 from random import Random
 
-from .effects import SONAR_PORT
-from .extras import NO_EXTRAS, Extras, RoomGenerator
-from .room_builder import LOW_BOX_MM, ROBOT, RoomBuilder
-from .rooms import ROOMS, furnished
+from sim_backend.scenarios.effects import SONAR_PORT
+from sim_backend.scenarios.room_builder import LOW_BOX_MM, ROBOT, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.rooms import ROOMS, furnished
 
 NARROW_HFOV_DEG = 51.0
 """Field of view of a camera that has 60 degrees in the mission: it sees everything 17 % too near."""
@@ -19,7 +18,7 @@ SLOW_LINK_MS = 300.0
 """Round-trip time of a Bluetooth link that saves power or shares its radio. A guess."""
 
 
-def _before(random: Random) -> tuple[RoomBuilder, Extras]:
+def _before(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for name, picture in list(builder.pictures.items()):
         facing, (x, y) = math.radians(picture["facing_deg"]), picture["at_mm"]
@@ -39,25 +38,26 @@ def _before(random: Random) -> tuple[RoomBuilder, Extras]:
                     "facing_deg": builder.between(0, 90),
                 }
             )
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _mismeasured(random: Random) -> tuple[RoomBuilder, Extras]:
+def _mismeasured(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["camera"] = {"hfov_deg": NARROW_HFOV_DEG}
     for key in ("wheel_diameter_mm", "track_mm"):
         error = random.choice((-1, 1)) * random.uniform(*WRONG_PERCENT) / 100.0
         builder.robot[key] = round(getattr(ROBOT, key) * (1.0 + error), 2)
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _slow_link(random: Random) -> tuple[RoomBuilder, Extras]:
-    builder, extras = ROOMS["narrow_door"](random)
-    return builder, replace(extras, latency_ms=SLOW_LINK_MS)
+def _slow_link(random: Random) -> RoomBuilder:
+    builder = ROOMS["narrow_door"](random)
+    builder.extras = replace(builder.extras, latency_ms=SLOW_LINK_MS)
+    return builder
 
 
-def _dead_sonar(random: Random) -> tuple[RoomBuilder, Extras]:
-    builder, extras = ROOMS["clutter"](random)
+def _dead_sonar(random: Random) -> RoomBuilder:
+    builder = ROOMS["clutter"](random)
     from_the_start = random.random() < 0.5
     builder.events.append(
         {
@@ -67,7 +67,7 @@ def _dead_sonar(random: Random) -> tuple[RoomBuilder, Extras]:
             "fault": random.choice(("no_echo", "stuck", "unplugged")),
         }
     )
-    return builder, extras
+    return builder
 
 
 REALITIES: dict[str, RoomGenerator] = {

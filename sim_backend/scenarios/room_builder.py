@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
+from sim_backend.scenarios.extras import Extras
+from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle, Point
 from sim_backend.world.objects import STAND_THICKNESS_MM
 from sim_backend.world.placement import misplaced
 from sim_backend.world.world_file import Box, Picture, Robot, Wall, WorldFile
-
-from .floor_plan import FloorPlan, Goal, Obstacle, Point
 
 ROBOT = Robot(start_mm=(0.0, 0.0))
 """The world file's default robot."""
@@ -52,6 +52,7 @@ class RoomBuilder:
         events: Tables of events.
         tables: Further tables of the world file, by name.
         robot: Further entries of the robot's table.
+        extras: The scenario's conditions outside the world file.
     """
 
     random: Random
@@ -66,6 +67,7 @@ class RoomBuilder:
     events: list[dict[str, Any]] = field(default_factory=list)
     tables: dict[str, Any] = field(default_factory=dict)
     robot: dict[str, Any] = field(default_factory=dict)
+    extras: Extras = field(default_factory=Extras)
 
     def between(self, low: float, high: float) -> float:
         """Draw a uniformly distributed number, rounded to tenths to keep files readable."""
@@ -156,6 +158,9 @@ class RoomBuilder:
             }
         )
 
+
+RoomGenerator = Callable[[Random], RoomBuilder]
+"""Generates the room of a class, and its other conditions."""
 
 Pose = tuple[Point, float]
 """Middle of an object, and its facing in degrees."""

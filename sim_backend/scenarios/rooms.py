@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from .extras import NO_EXTRAS, Extras, RoomGenerator
-from .room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder
+from sim_backend.scenarios.room_builder import LOW_BOX_MM, ROBOT_RADIUS_MM, TALL_BOX_MM, RoomBuilder, RoomGenerator
 
 
 def room(
@@ -27,21 +26,21 @@ def furnished(
     return builder
 
 
-def _open(random: Random) -> tuple[RoomBuilder, Extras]:
-    return furnished(random), NO_EXTRAS
+def _open(random: Random) -> RoomBuilder:
+    return furnished(random)
 
 
-def _far(random: Random) -> tuple[RoomBuilder, Extras]:
+def _far(random: Random) -> RoomBuilder:
     builder = room(random, 4000.0, 6000.0)
     builder.hang_targets()
     builder.put_robot(far_mm=3300.0)
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _clutter(random: Random) -> tuple[RoomBuilder, Extras]:
+def _clutter(random: Random) -> RoomBuilder:
     builder = furnished(random, 2800.0, 3800.0)
     add_boxes(builder, random.randint(4, 8))
-    return builder, NO_EXTRAS
+    return builder
 
 
 def add_boxes(builder: RoomBuilder, number: int) -> None:
@@ -59,13 +58,13 @@ def add_boxes(builder: RoomBuilder, number: int) -> None:
         )
 
 
-def _absent(random: Random) -> tuple[RoomBuilder, Extras]:
+def _absent(random: Random) -> RoomBuilder:
     builder = furnished(random)
     del builder.pictures[builder.targets[0]]
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _wall_start(random: Random) -> tuple[RoomBuilder, Extras]:
+def _wall_start(random: Random) -> RoomBuilder:
     builder = furnished(random)
     (x, y), _ = builder.place_at_wall(corner_mm=400.0)
     inset = ROBOT_RADIUS_MM + 50.0
@@ -73,10 +72,10 @@ def _wall_start(random: Random) -> tuple[RoomBuilder, Extras]:
     x, y = builder.start_mm = min(max(x, inset), width - inset), min(max(y, inset), depth - inset)
     walls = {180: x, 0: width - x, 270: y, 90: depth - y}
     builder.heading_deg = min(walls, key=lambda heading: walls[heading]) + builder.between(-30, 30)
-    return builder, NO_EXTRAS
+    return builder
 
 
-def _narrow_door(random: Random) -> tuple[RoomBuilder, Extras]:
+def _narrow_door(random: Random) -> RoomBuilder:
     builder = room(random, 2600.0, 3600.0)
     width, depth = builder.size_mm = (builder.size_mm[0] + 800.0, builder.size_mm[1])
     x, middle, gap = builder.between(0.42, 0.58) * width, builder.between(600, depth - 600), builder.between(420, 550)
@@ -93,7 +92,7 @@ def _narrow_door(random: Random) -> tuple[RoomBuilder, Extras]:
     while True:
         builder.put_robot(far_mm=1000.0)
         if builder.start_mm[0] < x - 300:
-            return builder, NO_EXTRAS
+            return builder
 
 
 ROOMS: dict[str, RoomGenerator] = {

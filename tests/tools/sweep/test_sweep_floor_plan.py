@@ -76,7 +76,7 @@ def test_the_fastest_time_counts_turns_and_acceleration():
 
 @pytest.mark.parametrize("kind", ["clutter", "narrow_door", "everyday"])
 def test_what_is_reachable_is_what_has_a_path(kind):
-    builder, _ = generate_room(kind, 3)
+    builder = generate_room(kind, 3)
     plan, random = builder.plan(), Random(5)
     found = []
     for _ in range(12):
