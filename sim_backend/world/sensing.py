@@ -90,84 +90,61 @@ class UltrasonicBeam:
         return None
 
 
-def in_view(
-    space: pymunk.Space,
-    picture: PictureObject,
-    viewpoint: Viewpoint,
-    hfov_deg: float,
-    heights_mm: Mapping[pymunk.Shape, float],
-) -> bool:
-    """Return whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
+class LinesOfSight:
+    """What the robot's camera could see.
 
     Args:
         space: The physics with all obstacles.
-        picture: The picture.
-        viewpoint: Pose of the lens.
-        hfov_deg: Horizontal field of view; the middle half of the picture must be inside.
         heights_mm: Height of every shape.
+        hfov_deg: Horizontal field of view.
     """
-    if not picture.present:
+
+    def __init__(self, space: pymunk.Space, heights_mm: Mapping[pymunk.Shape, float], hfov_deg: float) -> None:
+        self._space, self._heights_mm, self._hfov_deg = space, heights_mm, hfov_deg
+
+    def in_view(self, picture: PictureObject, viewpoint: Viewpoint) -> bool:
+        """Return whether a camera could recognise a picture: present, in front, near, not too oblique and not hidden.
+
+        The middle half of the picture must be in the field of view.
+        """
+        if not picture.present:
+            return False
+        eye, middle = (viewpoint.x_mm, viewpoint.y_mm), picture.at_mm
+        if math.dist(eye, middle) > VIEW_RANGE_MM:
+            return False
+        back = _bearing_deg(middle, eye)
+        if abs(wrapped_deg(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
+            return False
+        points, centre_mm = picture.edge_points(), picture.centre_height_mm
+        return all(self.sees(point, centre_mm, picture.shapes, viewpoint) for point in points)
+
+    def sees(self, point: Point, height_mm: float, shapes: Collection[pymunk.Shape], viewpoint: Viewpoint) -> bool:
+        """Return whether a point is in a camera's view and hidden by nothing but `shapes`, the object it belongs to."""
+        return self._in_frame(point, height_mm, viewpoint) and not self._hidden(point, height_mm, shapes, viewpoint)
+
+    def _in_frame(self, point: Point, height_mm: float, viewpoint: Viewpoint) -> bool:
+        """Return whether a point is in a camera's field of view; vertically only for a tilted or rolled camera."""
+        if viewpoint.level:
+            bearing_deg = _bearing_deg((viewpoint.x_mm, viewpoint.y_mm), point) - viewpoint.heading_deg
+            return abs(wrapped_deg(bearing_deg)) <= self._hfov_deg / 2
+        right, down, depth = in_camera_frame(*point, height_mm, viewpoint)
+        reach = depth * math.tan(math.radians(self._hfov_deg / 2))
+        return abs(right) <= reach and abs(down) <= reach * FRAME_ASPECT
+
+    def _hidden(self, point: Point, height_mm: float, shapes: Collection[pymunk.Shape], viewpoint: Viewpoint) -> bool:
+        for hit in _hits(self._space, (viewpoint.x_mm, viewpoint.y_mm), point):
+            if hit.shape is None or hit.shape in shapes:
+                continue
+            sight_line_mm = viewpoint.height_mm + (height_mm - viewpoint.height_mm) * hit.alpha
+            if self._heights_mm[hit.shape] > sight_line_mm:
+                return True
         return False
-    eye, middle = (viewpoint.x_mm, viewpoint.y_mm), picture.at_mm
-    if math.dist(eye, middle) > VIEW_RANGE_MM:
-        return False
-    back = _bearing_deg(middle, eye)
-    if abs(wrapped_deg(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
-        return False
-    points, shapes, centre_mm = picture.edge_points(), picture.shapes, picture.centre_height_mm
-    return all(is_seen(space, point, centre_mm, shapes, viewpoint, hfov_deg, heights_mm) for point in points)
 
 
-def is_seen(
-    space: pymunk.Space,
-    point: tuple[float, float],
-    point_height_mm: float,
-    shapes: Collection[pymunk.Shape],
-    viewpoint: Viewpoint,
-    hfov_deg: float,
-    heights_mm: Mapping[pymunk.Shape, float],
-) -> bool:
-    """Return whether a point is in a camera's view and hidden by nothing but `shapes`, the object it belongs to."""
-    eye = (viewpoint.x_mm, viewpoint.y_mm)
-    if not _in_frame(point, point_height_mm, viewpoint, hfov_deg):
-        return False
-    return not _hidden(space, eye, viewpoint.height_mm, point, point_height_mm, shapes, heights_mm)
-
-
-def _in_frame(point: Point, height_mm: float, viewpoint: Viewpoint, hfov_deg: float) -> bool:
-    """Return whether a point is in a camera's field of view; vertically only for a tilted or rolled camera."""
-    if viewpoint.level:
-        bearing_deg = _bearing_deg((viewpoint.x_mm, viewpoint.y_mm), point) - viewpoint.heading_deg
-        return abs(wrapped_deg(bearing_deg)) <= hfov_deg / 2
-    right, down, depth = in_camera_frame(*point, height_mm, viewpoint)
-    reach = depth * math.tan(math.radians(hfov_deg / 2))
-    return abs(right) <= reach and abs(down) <= reach * FRAME_ASPECT
-
-
-def _hidden(
-    space: pymunk.Space,
-    eye: tuple[float, float],
-    eye_height_mm: float,
-    point: tuple[float, float],
-    point_height_mm: float,
-    shapes: Collection[pymunk.Shape],
-    heights_mm: Mapping[pymunk.Shape, float],
-) -> bool:
-    for hit in _hits(space, eye, point):
-        if hit.shape is None or hit.shape in shapes:
-            continue
-        sight_line_mm = eye_height_mm + (point_height_mm - eye_height_mm) * hit.alpha
-        if heights_mm[hit.shape] > sight_line_mm:
-            return True
-    return False
-
-
-def _hits(
-    space: pymunk.Space, start: tuple[float, float], end: tuple[float, float]
-) -> Iterable[pymunk.SegmentQueryInfo]:
+def _hits(space: pymunk.Space, start: Point, end: Point) -> Iterable[pymunk.SegmentQueryInfo]:
     """Return all hits between two points except the robot, nearest first."""
     return sorted(space.segment_query(start, end, 0.0, _NOT_ROBOT), key=lambda hit: hit.alpha)
 
 
-def _bearing_deg(start: tuple[float, float], end: tuple[float, float]) -> float:
+def _bearing_deg(start: Point, end: Point) -> float:
     return math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))

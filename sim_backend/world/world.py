@@ -22,7 +22,7 @@ from sim_backend.world.objects import (
 from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
-from sim_backend.world.sensing import UltrasonicBeam, in_view, is_seen
+from sim_backend.world.sensing import LinesOfSight, UltrasonicBeam
 from sim_backend.world.sensor_tables import Echo
 from sim_backend.world.surroundings import Surroundings
 from sim_backend.world.toml_types import Point
@@ -79,6 +79,7 @@ class World:
         }
         everything: list[WorldObject] = [*walls, *self._objects.values()]
         self._heights_mm = {shape: obj.height_mm for obj in everything for shape in obj.shapes}
+        self._sight = LinesOfSight(space, self._heights_mm, file.camera.hfov_deg)
         tables: tuple[Wall | Box | Person, ...] = (*file.walls, *file.boxes, *file.people)
         standing = (*walls[1:], *self.boxes.values(), *self.people.values())
         soft = (obj for table, obj in zip(tables, standing, strict=True) if table.absorbs)
@@ -167,15 +168,11 @@ class World:
 
     def in_view(self, picture: str) -> bool:
         """Return whether the robot's camera could see the picture now."""
-        camera = self.file.camera
-        return in_view(self._space, self.pictures[picture], self.viewpoint(), camera.hfov_deg, self._heights_mm)
+        return self._sight.in_view(self.pictures[picture], self.viewpoint())
 
     def sees(self, obj: BoxObject | PersonObject) -> bool:
         """Return whether the middle of a box or person is in the robot's view and not hidden."""
-        hfov_deg, viewpoint = self.file.camera.hfov_deg, self.viewpoint()
-        return obj.present and is_seen(
-            self._space, obj.at_mm, obj.height_mm / 2, obj.shapes, viewpoint, hfov_deg, self._heights_mm
-        )
+        return obj.present and self._sight.sees(obj.at_mm, obj.height_mm / 2, obj.shapes, self.viewpoint())
 
     def robot_distance_mm(self, name: str) -> float:
         """Return the distance between the centers of the robot and an object."""
