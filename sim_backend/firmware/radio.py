@@ -13,7 +13,7 @@ from typing import NamedTuple
 from sim_backend.firmware import radio_answers as answers
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, RadioState
+from sim_backend.firmware.radio_answers import NAME_AT_BOOT, NAME_SIZE, Change, Part, RadioState
 
 DEFAULT_NAME = b"NXT"
 
@@ -87,7 +87,7 @@ class Radio:
         self._is_streaming = streaming
         operation = self._operation
         if operation and streaming and self._on and not self._waited and self._unanswered(operation):
-            self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0][0] + _TIME_OUT_MS
+            self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0].at_ms + _TIME_OUT_MS
             self._is_lost = True
         elif operation and not streaming and self._busy_until_ms == inf:
             self._go_on(operation)
@@ -167,7 +167,7 @@ class Radio:
     @property
     def next_redraw_ms(self) -> float:
         """Time of the next answer that redraws the status bar."""
-        return min((at_ms for at_ms, attribute, _ in self._changes if attribute == "_redraws"), default=inf)
+        return min((change.at_ms for change in self._changes if change.part is Part.REDRAWS), default=inf)
 
     def follow(self, until_ms: int) -> bool:
         """Update the state that the user interface shows; return whether the status bar is to be redrawn."""
@@ -207,7 +207,11 @@ class Radio:
         """Change the name; at most 15 characters count."""
         self.name, self._redraws = _padded(name), True
         at_ms, woken = (4, []) if self._on else (158, answers.woken(154))
-        renamed = (at_ms, "_stored_name", self._name), (at_ms, "_answer", answers.RENAMED), (at_ms, "_redraws", True)
+        renamed = (
+            Change(at_ms, Part.STORED_NAME, self._name),
+            Change(at_ms, Part.ANSWER, answers.RENAMED),
+            Change(at_ms, Part.REDRAWS),
+        )
         self._occupy(at_ms, *woken, *renamed, late_ms=1)
 
     def switch(self, on: bool) -> bool:
@@ -218,8 +222,8 @@ class Radio:
         if on:
             self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163))
         else:
-            off = (5, "_on", False), (5, "_state", RadioState.OFF)
-            answer = ((5, "_answer", answers.SWITCHED_OFF), (5, "_redraws", True)) if self._on else ()
+            off = Change(5, Part.ON, False), Change(5, Part.STATE, RadioState.OFF)
+            answer = (Change(5, Part.ANSWER, answers.SWITCHED_OFF), Change(5, Part.REDRAWS)) if self._on else ()
             self._occupy(5 if self._on else 606, *off, *answer, answer_ms=5, late_ms=1)
         return True
 
@@ -229,7 +233,7 @@ class Radio:
         if self.seems_busy:
             return False
         duration = 3 if self._on else 3 + _STREAM_ENDS_MS
-        self._occupy(duration, (duration, "_answer", b""), answer_ms=5, late_ms=1)
+        self._occupy(duration, Change(duration, Part.ANSWER, b""), answer_ms=5, late_ms=1)
         return True
 
     def reset(self) -> None:
@@ -239,11 +243,11 @@ class Radio:
         name = _padded(DEFAULT_NAME)
         self._occupy(
             170 + wait,
-            (6, "_stored_name", name),
+            Change(6, Part.STORED_NAME, name),
             *woken,
-            (6 + wait, "_answer", answers.RESTORED),
-            (6 + wait, "_resetting", 1),
-            (7, "_state", RadioState.OFF),
+            Change(6 + wait, Part.ANSWER, answers.RESTORED),
+            Change(6 + wait, Part.RESETTING, 1),
+            Change(7, Part.STATE, RadioState.OFF),
             *self._started(160 + wait, name, on_ms=on_ms, last_ms=170 + wait, reset=True),
             answer_ms=5,
         )
@@ -252,7 +256,7 @@ class Radio:
         """Delay the effects of an operation: the radio stands still for the next passes."""
         self._settle()
         self._busy_until_ms += passes
-        self._changes = [(at_ms + passes, name, value) for at_ms, name, value in self._changes]
+        self._changes = [change._replace(at_ms=change.at_ms + passes) for change in self._changes]
         self.on_plan()
         if self._operation is not None:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
@@ -269,11 +273,11 @@ class Radio:
     def _started(self, at_ms: int, name: bytes, *, on_ms: int, last_ms: int, reset: bool = False) -> list[Change]:
         """Return the changes of a start of the radio."""
         started = answers.started(at_ms, name, self.own_address, on_ms=on_ms, last_ms=last_ms, reset=reset)
-        return [*started, (at_ms + 8, "_link_state", _STARTED), (at_ms + 9, "_link_state", _VISIBLE)]
+        return [*started, Change(at_ms + 8, Part.LINK_STATE, _STARTED), Change(at_ms + 9, Part.LINK_STATE, _VISIBLE)]
 
     def _unanswered(self, operation: _Operation) -> bool:
         """Return whether the radio has not carried out the first step, which it does not do in stream mode."""
-        return self._clock.now_ms < operation.began_ms + operation.changes[0][0]
+        return self._clock.now_ms < operation.began_ms + operation.changes[0].at_ms
 
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
@@ -288,8 +292,8 @@ class Radio:
         began_ms = operation.began_ms + shift_ms
         self._busy_until_ms = began_ms + operation.duration_ms + late_ms
         changed = [
-            (began_ms + delay + (0 if attribute == "_stored_name" else late_ms), attribute, value)
-            for delay, attribute, value in operation.changes
+            Change(began_ms + delay + (0 if part is Part.STORED_NAME else late_ms), part, value)
+            for delay, part, value in operation.changes
         ]
         self._changes = sorted(changed, key=itemgetter(0))
         self.on_plan()
@@ -297,24 +301,25 @@ class Radio:
     def _settle(self, until_ms: int | None = None) -> None:
         """Make the changes whose time has come."""
         until_ms = self._clock.now_ms if until_ms is None else until_ms
-        while self._changes and self._changes[0][0] <= until_ms:
-            _, attribute, value = self._changes.pop(0)
-            if isinstance(value, bytes):
-                self._take(attribute, value)
-            elif attribute == "_link_state":
-                self._link_state |= value
-            else:
-                setattr(self, attribute, value)
-
-    def _take(self, attribute: str, content: bytes) -> None:
-        """Take an answer, or one of the two names."""
-        if attribute == "_answer":
-            self.inbox[: len(content)] = content
-            self._answered += len(content)
-        elif attribute == "_name":
-            self._name = content[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
-        else:
-            self._stored_name = content
+        while self._changes and self._changes[0].at_ms <= until_ms:
+            match self._changes.pop(0):
+                case _, Part.ANSWER, bytes(answer):
+                    self.inbox[: len(answer)] = answer
+                    self._answered += len(answer)
+                case _, Part.NAME, bytes(name):
+                    self._name = name[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
+                case _, Part.STORED_NAME, bytes(name):
+                    self._stored_name = name
+                case _, Part.ON, on:
+                    self._on = bool(on)
+                case _, Part.STATE, int(state):
+                    self._state = state
+                case _, Part.LINK_STATE, int(bits):
+                    self._link_state |= bits
+                case _, Part.RESETTING, int(resetting):
+                    self._resetting = resetting
+                case _, Part.REDRAWS, _:
+                    self._redraws = True
 
 
 def _padded(name: bytes) -> bytes:

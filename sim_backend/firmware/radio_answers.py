@@ -1,11 +1,9 @@
-"""The radio's answers, as they enter the receive buffer, and what they change. Source: docs/firmware.md section 10.
-
-Changes are times after the command, attributes of `Radio`, and values.
-"""
+"""The radio's answers, as they enter the receive buffer, and what they change. Source: docs/firmware.md section 10."""
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import Enum, IntEnum, auto
+from typing import NamedTuple
 
 NAME_SIZE = 16
 """Bytes of the name field; at most 15 count."""
@@ -13,7 +11,35 @@ NAME_SIZE = 16
 NAME_AT_BOOT = 8
 """Characters of the radio's name that the firmware takes over when the radio starts."""
 
-Change = tuple[int, str, int | bytes]
+
+class Part(Enum):
+    """What an answer of the radio changes."""
+
+    ANSWER = auto()
+    """The receive buffer, by its content."""
+    NAME = auto()
+    STORED_NAME = auto()
+    ON = auto()
+    STATE = auto()
+    LINK_STATE = auto()
+    """By bits that are set."""
+    RESETTING = auto()
+    REDRAWS = auto()
+    """The status bar."""
+
+
+class Change(NamedTuple):
+    """A change of the radio.
+
+    Attributes:
+        at_ms: When it happens: from the command, and once it is planned, the time itself.
+        part: What changes.
+        value: What becomes of it.
+    """
+
+    at_ms: int
+    part: Part
+    value: int | bytes = True
 
 
 class RadioState(IntEnum):
@@ -48,7 +74,7 @@ def name_answer(name: bytes) -> bytes:
 
 def woken(at_ms: int) -> list[Change]:
     """Return the changes of the answer that follows the radio's power-on."""
-    return [(at_ms, "_answer", _WOKEN), (at_ms, "_redraws", True)]
+    return [Change(at_ms, Part.ANSWER, _WOKEN), Change(at_ms, Part.REDRAWS)]
 
 
 def started(at_ms: int, name: bytes, address: bytes, *, on_ms: int, last_ms: int, reset: bool) -> list[Change]:
@@ -56,15 +82,15 @@ def started(at_ms: int, name: bytes, address: bytes, *, on_ms: int, last_ms: int
     answers = {3: _answer(0x32, address + b"\0"), 4: name_answer(name), 5: _LISTED, 6: _VERSION}
     return [
         *woken(at_ms),
-        *((at_ms + delay, "_answer", answer) for delay, answer in answers.items()),
-        (at_ms + 4, "_name", name),
-        (at_ms + 4, "_redraws", True),
-        (at_ms + 6, "_redraws", True),
-        (at_ms + _ON_MS, "_answer", _RESTARTED if reset else SWITCHED_OFF),
-        (at_ms + _ON_MS, "_resetting", 0),
-        (at_ms + _ON_MS, "_on", True),
-        (at_ms + _ON_MS, "_state", RadioState.STARTING),
-        (on_ms, "_answer", _VISIBLE),
-        (on_ms, "_state", RadioState.ON),
-        (last_ms, "_answer", IS_ON),
+        *(Change(at_ms + delay, Part.ANSWER, answer) for delay, answer in answers.items()),
+        Change(at_ms + 4, Part.NAME, name),
+        Change(at_ms + 4, Part.REDRAWS),
+        Change(at_ms + 6, Part.REDRAWS),
+        Change(at_ms + _ON_MS, Part.ANSWER, _RESTARTED if reset else SWITCHED_OFF),
+        Change(at_ms + _ON_MS, Part.RESETTING, 0),
+        Change(at_ms + _ON_MS, Part.ON, True),
+        Change(at_ms + _ON_MS, Part.STATE, RadioState.STARTING),
+        Change(on_ms, Part.ANSWER, _VISIBLE),
+        Change(on_ms, Part.STATE, RadioState.ON),
+        Change(last_ms, Part.ANSWER, IS_ON),
     ]
