@@ -81,7 +81,8 @@ class FileRunner(Boot):
         self.state = int(UiState.OPENING)
         self._io_control.stays_on = False
         self._menu.interrupt()
-        self._timer_started_ms, self._next_step_ms = now_ms, now_ms + 1
+        self.sleep_timer.restart(now_ms)
+        self._next_step_ms = now_ms + 1
 
     def _run_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""
@@ -191,5 +192,5 @@ class FileRunner(Boot):
         if not key:
             return 0
         self._sound.play_own(CLICK, self.volume)
-        self._timer_started_ms = now_ms
+        self.sleep_timer.restart(now_ms)
         return key

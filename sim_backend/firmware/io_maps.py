@@ -143,13 +143,12 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         State="map_state",
         Button="button",
         RunState="run_state",
-        SleepTimeout="sleep_minutes",
         Error="error",
         OBPPointer="pointer",
         ForceOff="force_off",
         Volume="volume",
     )
-    live.bind(module, SleepTimer="sleep_timer")
+    live.bind(module.sleep_timer, SleepTimeout="limit_minutes", SleepTimer="minutes")
     live.show(module, UsbState="usb_state")
     live.bind(radio, BluetoothState="state")
     live.bind(module.battery, BatteryVoltage="millivolts", BatteryState="bars", Rechargeable="rechargeable")

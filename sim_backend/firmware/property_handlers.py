@@ -58,7 +58,7 @@ class PropertyHandlers:
     def keep_alive(self, _: direct.KeepAlive) -> HandlerResult:
         """Restart the sleep timer and return its limit."""
         self._ui.stay_awake()
-        return reply_with(direct.SleepLimit(self._ui.sleep_ms))
+        return reply_with(direct.SleepLimit(self._ui.sleep_timer.limit_ms))
 
     @handles(direct.SetProperty)
     def set_property(self, command: direct.SetProperty) -> HandlerResult:
@@ -72,7 +72,7 @@ class PropertyHandlers:
         values = {
             Property.BLUETOOTH: bytes([self._radio.state != RadioState.OFF]),
             Property.VOLUME: bytes([self._sound.volume]),
-            Property.SLEEP_TIME: self._ui.sleep_ms.to_bytes(4, "little"),
+            Property.SLEEP_TIME: self._ui.sleep_timer.limit_ms.to_bytes(4, "little"),
         }
         value = values.get(command.property)
         return _UNKNOWN if value is None else reply_with(direct.PropertyValue(value))

@@ -11,49 +11,54 @@ class SleepTimer:
     """Time since the brick was last used.
 
     Attributes:
-        sleep_minutes: Time until power-off, 0 for never.
+        limit_minutes: Time until power-off, 0 for never.
+        rests: Whether it is reset in each pass, as the brick never sleeps.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self.sleep_minutes = 0
-        self._timer_started_ms = 0
-        self._rests = False
+        self.limit_minutes = 0
+        self._started_ms = 0
+        self.rests = False
+
+    def restart(self, now_ms: int) -> None:
+        """Count from `now_ms` on."""
+        self._started_ms = now_ms
 
     @property
-    def sleep_timer(self) -> int:
+    def minutes(self) -> int:
         """Whole minutes since the timer was last reset, 8 bits."""
-        return 0 if self._rests else self._minutes & 0xFF
+        return 0 if self.rests else self._minutes & 0xFF
 
-    @sleep_timer.setter
-    def sleep_timer(self, minutes: int) -> None:
-        self._rests = False
-        self._timer_started_ms += (self._minutes - minutes) * MINUTE_MS
+    @minutes.setter
+    def minutes(self, minutes: int) -> None:
+        self.rests = False
+        self._started_ms += (self._minutes - minutes) * MINUTE_MS
 
     @property
     def _minutes(self) -> int:
-        return (self._clock.now_ms - self._timer_started_ms) // MINUTE_MS
+        return (self._clock.now_ms - self._started_ms) // MINUTE_MS
 
     def follow_request(self, now_ms: int, *, resets: bool) -> bool:
         """Reset the timer on request; return whether the next pass resets it as well since the brick never sleeps."""
-        never = not self.sleep_minutes
-        self._rests = resets and never
+        never = not self.limit_minutes
+        self.rests = resets and never
         if resets:
-            self._timer_started_ms = now_ms
+            self.restart(now_ms)
         return never
 
     @property
     def expired(self) -> bool:
         """Whether it is time to switch off; checked whenever a minute is over."""
-        over = self._clock.now_ms == self._timer_started_ms + self._minutes * MINUTE_MS
-        return 0 < self.sleep_minutes <= self.sleep_timer and over
+        over = self._clock.now_ms == self._started_ms + self._minutes * MINUTE_MS
+        return 0 < self.limit_minutes <= self.minutes and over
 
     @property
     def expires_ms(self) -> int:
         """Earliest time to switch off, if the sleep time is not 0."""
-        return self._timer_started_ms + max(self.sleep_minutes, self._minutes + 1) * MINUTE_MS
+        return self._started_ms + max(self.limit_minutes, self._minutes + 1) * MINUTE_MS
 
     @property
-    def sleep_ms(self) -> int:
+    def limit_ms(self) -> int:
         """Time until power-off in ms, 0 for never."""
-        return self.sleep_minutes * MINUTE_MS
+        return self.limit_minutes * MINUTE_MS

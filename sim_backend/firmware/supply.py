@@ -23,11 +23,12 @@ from sim_backend.firmware.sleep_timer import SleepTimer
 from sim_backend.firmware.ui_states import DrawStatus, Programs, UiState
 
 
-class Supply(SleepTimer):
+class Supply:
     """The warning of a low battery, and switching off.
 
     Attributes:
         battery: The supply.
+        sleep_timer: Decides when to switch off.
         programs: The command module; set by the brick.
         radio: The radio; set by the brick.
         draw_status: Draws the status bar; set by the brick.
@@ -46,7 +47,7 @@ class Supply(SleepTimer):
     _starting: bool
 
     def __init__(self, clock: Clock, io_control: IoControl, screen: ScreenRefresh) -> None:
-        super().__init__(clock)
+        self._clock, self.sleep_timer = clock, SleepTimer(clock)
         self._io_control, self._screen = io_control, screen
         self.battery, self.force_off = Battery(), 0
         self.flags, self.state = int(UiFlag.ENABLE_STATUS), int(UiState.WAITING)
@@ -69,7 +70,7 @@ class Supply(SleepTimer):
             self._screen.mark(marks.WARNING)
             self.draw_status(everything=False)
             self._screen.pop_up()
-        if self.expired and self._off_ms == NEVER:
+        if self.sleep_timer.expired and self._off_ms == NEVER:
             self.force_off = 1
         if self.force_off:
             if now_ms >= self._down_ms + times.DEAF_MS:

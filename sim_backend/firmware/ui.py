@@ -64,7 +64,7 @@ class UiModule(FileRunner):
 
     def _load_settings(self) -> None:
         self._stored.load()
-        self.volume, self.sleep_minutes = self._stored.volume, self._stored.sleep_minutes
+        self.volume, self.sleep_timer.limit_minutes = self._stored.volume, self._stored.sleep_minutes
 
     @property
     def usb_state(self) -> int:
@@ -122,12 +122,12 @@ class UiModule(FileRunner):
 
     def stay_awake(self) -> None:
         """Restart the sleep timer."""
-        self._timer_started_ms = self._clock.now_ms
+        self.sleep_timer.restart(self._clock.now_ms)
         self.wake_later()
 
     def set_sleep_minutes(self, minutes: int) -> None:
         """Change the time until power-off to the low 8 bits, 0 for never. The timer keeps running."""
-        self.sleep_minutes = minutes & 0xFF
+        self.sleep_timer.limit_minutes = minutes & 0xFF
         self.wake()
 
     def execute(self, name: str) -> None:
@@ -139,7 +139,7 @@ class UiModule(FileRunner):
     def press(self, buttons: int) -> None:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         if buttons:
-            self._timer_started_ms = self._clock.now_ms
+            self.sleep_timer.restart(self._clock.now_ms)
             kept = self._enter_keeps_program and buttons & _ENTER_MASK
             if buttons & _EXIT_MASK and not kept and self.programs.status == ProgramStatus.RUNNING:
                 self.programs.stop()
@@ -183,14 +183,14 @@ class UiModule(FileRunner):
         if self.battery.since_sample_ms(now_ms) == 0:
             self.battery.sample()
             self.flags |= int(UiFlag.UPDATE)
-        again = self.follow_request(now_ms, resets=bool(self.flags & UiFlag.RESET_SLEEP_TIMER))
+        again = self.sleep_timer.follow_request(now_ms, resets=bool(self.flags & UiFlag.RESET_SLEEP_TIMER))
         self.flags = self.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | again * int(UiFlag.RESET_SLEEP_TIMER)
         self.end_start()
         if self._in_menu or (self._off_ms != NEVER and not (self.runs_file or self._takes_keys)):
             self._read_keys(now_ms)
         elif self._ends_message(now_ms):
             self._sound.play_own(CLICK, self.volume)
-            self._timer_started_ms = now_ms
+            self.sleep_timer.restart(now_ms)
             self._next_step_ms = self._message_ends_ms = now_ms
         elif self._answers(now_ms):
             self._take_key()
@@ -263,7 +263,7 @@ class UiModule(FileRunner):
         if not self._answered:
             self._sound.play_own(CLICK, self.volume)
         self._answered = False
-        self._timer_started_ms = self._clock.now_ms
+        self.sleep_timer.restart(self._clock.now_ms)
         if self._shows_message:
             self._next_step_ms = self._message_ends_ms = self._clock.now_ms
         else:
@@ -348,8 +348,8 @@ class UiModule(FileRunner):
         now_ms, due = self._clock.now_ms, self._next_step_ms
         if self.radio.next_redraw_ms < due:
             due = int(self.radio.next_redraw_ms)
-        if self.sleep_minutes and self._off_ms == NEVER:
-            due = min(due, self.expires_ms)
+        if self.sleep_timer.limit_minutes and self._off_ms == NEVER:
+            due = min(due, self.sleep_timer.expires_ms)
         if self._keys.repeat_ms != NEVER and self._keys.held(self.buttons):
             due = min(due, self._keys.repeat_ms)
         if self._off_ms != NEVER and now_ms <= self._down_ms:
@@ -363,7 +363,7 @@ class UiModule(FileRunner):
             or self._finds_empty
             or self.button
             or self._answered
-            or (self.flags & UiFlag.RESET_SLEEP_TIMER and not self._rests)
+            or (self.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
             or (self._reads_keys and self._keys.changed(self.buttons))
         )
         due = now_ms + 1 if unread or (self.programs.active and not self.runs_file) else max(due, now_ms + 1)

@@ -156,7 +156,7 @@ def test_volume_and_sleep_time_can_be_set(keys, volume, minutes):
     keypad = Keypad()
     keypad.press(keys)
     ui = keypad.bench.brick.ui
-    assert (ui.volume, ui.sleep_minutes) == (volume, minutes)
+    assert (ui.volume, ui.sleep_timer.limit_minutes) == (volume, minutes)
 
 
 def test_a_key_takes_over_the_volume_of_the_menu():
@@ -218,9 +218,9 @@ def test_the_page_of_a_file_that_has_run_is_four_levels_down():
 def test_the_sleep_timer_can_be_written():
     keypad = Keypad()
     keypad.send(UI.field("SleepTimer").write(5))
-    assert keypad.bench.brick.ui.sleep_timer == 5
+    assert keypad.bench.brick.ui.sleep_timer.minutes == 5
     keypad.bench.control("!tick 60000")
-    assert keypad.bench.brick.ui.sleep_timer == 6
+    assert keypad.bench.brick.ui.sleep_timer.minutes == 6
 
 
 def test_a_brick_that_never_sleeps_resets_its_sleep_timer_in_each_pass():
@@ -228,10 +228,10 @@ def test_a_brick_that_never_sleeps_resets_its_sleep_timer_in_each_pass():
     keypad.send(UI.field("SleepTimeout").write(0))
     keypad.bench.brick.tick(125_000)
     ui = keypad.bench.brick.ui
-    assert (ui.flags, ui.sleep_timer) == (0x90, 0)
+    assert (ui.flags, ui.sleep_timer.minutes) == (0x90, 0)
     keypad.send(UI.field("SleepTimeout").write(3))
     keypad.bench.brick.tick(60_001)
-    assert (ui.flags, ui.sleep_timer) == (0x80, 1)
+    assert (ui.flags, ui.sleep_timer.minutes) == (0x80, 1)
 
 
 def test_enter_runs_the_program_of_the_page():

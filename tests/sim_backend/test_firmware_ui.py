@@ -289,7 +289,7 @@ def test_enter_starts_a_brick_again_that_switched_itself_off():
         assert ui.state == 6
     bench.control("!button 8")
     bench.control("!tick 10")
-    assert (ui.state, ui.flags, ui.sleep_minutes) == (2, 0x40, 10)
+    assert (ui.state, ui.flags, ui.sleep_timer.limit_minutes) == (2, 0x40, 10)
     assert [file.name for file in bench.brick.loader.flash.files] == ["NVConfig.sys"]
     assert bench.control("!power").startswith("power=5a display=1")
     bench.control("!tick 3700")

@@ -155,7 +155,7 @@ def _start_tick(call: Call) -> None:
 def _keep_alive(call: Call) -> None:
     """Restart the sleep timer: time until power-off in ms."""
     call.devices.ui.stay_awake()
-    call.put(0, call.devices.ui.sleep_ms)
+    call.put(0, call.devices.ui.sleep_timer.limit_ms)
 
 
 def _io_map_read(call: Call) -> None:
