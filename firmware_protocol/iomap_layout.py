@@ -52,7 +52,7 @@ class Field(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Behind the last byte of the last one."""
+        """The byte after the last byte of the last one."""
         return self.offset + (self.copies - 1) * self.stride + self.size
 
 

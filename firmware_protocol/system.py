@@ -188,7 +188,7 @@ class AppendOpened(Reply):
 
 @system(0x8C)
 class OpenAppendData(Command[AppendOpened]):
-    """Open a data file to write on behind its data."""
+    """Open a data file to continue writing after its data."""
 
     name: FileName
 

@@ -172,7 +172,7 @@ class Simulation:
             until_ms = min(stop_ms, step_ms)
             try:
                 brick.tick(until_ms - now_ms)
-            finally:  # time goes on, even if a server survives a defect of the brick
+            finally:  # time continues, even if a server survives a defect of the brick
                 self._now_ms = until_ms
             now_ms = until_ms
             if now_ms == step_ms:

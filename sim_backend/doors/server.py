@@ -104,7 +104,7 @@ class RealTimeServer:
     the brick about 5 ms.
 
     A defect of the simulated brick does not end the server: it is logged once per telegram, the telegram is not
-    answered, and the simulation goes on.
+    answered, and the simulation continues.
 
     Attributes:
         failures: How often the brick failed.
@@ -155,7 +155,7 @@ class RealTimeServer:
         self._advance()
         if self._switchboard.take():
             self._talk_until_ms = self._simulation.now_ms + TALK_MS
-        self._switchboard.hand_out()
+        self._switchboard.send_replies()
         self._film()
 
     def status(self) -> Status:

@@ -90,10 +90,10 @@ class Switchboard:
                 self._listen(session)
         for door in self._doors:
             for client in door.arrivals():
-                self._let_in(door, client)
+                self._admit(door, client)
         return self.telegrams - before
 
-    def hand_out(self) -> None:
+    def send_replies(self) -> None:
         """Send the replies that are due, and remove disconnected programs."""
         for session in self._sessions:
             try:
@@ -102,7 +102,7 @@ class Switchboard:
             except ConnectionError:
                 session.client.hang_up()
         for session in [session for session in self._sessions if _over(session)]:
-            self._see_off(session)
+            self._disconnect(session)
 
     def files(self) -> list[int]:
         """Return the file descriptors to wait on."""
@@ -113,9 +113,9 @@ class Switchboard:
     def close(self) -> None:
         """Disconnect all programs, those at the first door last; the caller closes the doors."""
         for session in sorted(self._sessions, key=lambda session: self._doors.index(session.door), reverse=True):
-            self._see_off(session)
+            self._disconnect(session)
 
-    def _let_in(self, door: Door, client: Client) -> None:
+    def _admit(self, door: Door, client: Client) -> None:
         if len(self._sessions) >= CLIENT_LIMIT and not self._make_room():
             client.hang_up()
             if not self._refusing:
@@ -137,7 +137,7 @@ class Switchboard:
         """Disconnect the oldest program that has sent nothing; returns whether there was one."""
         silent = next((session for session in self._sessions if not session.telegrams), None)
         if silent is not None:
-            self._see_off(silent)
+            self._disconnect(silent)
         return silent is not None
 
     def _listen(self, session: _Session) -> None:
@@ -150,7 +150,7 @@ class Switchboard:
         except ConnectionError:
             session.client.hang_up()
 
-    def _see_off(self, session: _Session) -> None:
+    def _disconnect(self, session: _Session) -> None:
         self._sessions.remove(session)
         self._refusing = False
         session.link.close()

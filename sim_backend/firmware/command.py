@@ -58,7 +58,7 @@ class CommandModule:
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
         breakpoints: Of each clump of the program, whether each is enabled, and its offset in words; without effect.
-        behind_pool: The bytes that repeat in the memory behind the pool of programs to be started.
+        after_pool: The bytes that repeat in the memory after the pool of programs to be started.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -94,7 +94,7 @@ class CommandModule:
         self._handle: int | None = None
         self._state = int(InterpreterState.IDLE)
         self.breakpoints: list[list[tuple[int, int]]] = []
-        self.behind_pool = b"\0"
+        self.after_pool = b"\0"
         self._pool, self._written = fresh_pool(), dict[str, int]()
         self.due_ms, self.calculates = NEVER, False
         self.status = int(ProgramStatus.IDLE)
@@ -186,7 +186,7 @@ class CommandModule:
         return _POOL_AT + self._memory.base + offset & 0xFFFF
 
     def start(self, name: bytes) -> None:
-        """Start a program in the next pass; behind the end of its name the old one stays in the field."""
+        """Start a program in the next pass; after the end of its name the old one stays in the field."""
         text = name.split(b"\0")[0] + b"\0"
         self.file_name, self.activate = (text + self.file_name[len(text) :])[:NAME_SIZE], 1
         self.wake()
@@ -267,7 +267,7 @@ class CommandModule:
         self.program_name = unpack_name(self.file_name)
         self._handle, content = self._loader.open_program(self.program_name)
         if self._handle is not None:
-            self._pool = fresh_pool(self.behind_pool)
+            self._pool = fresh_pool(self.after_pool)
         try:
             program = parse(content, self._layout.types)
             address = self._loader.address_of(self._handle)
@@ -303,7 +303,7 @@ class CommandModule:
         self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
 
     def _execute(self, now_ms: int, most: int | None = None) -> bool:
-        """Run one pass of the program, or at most some instructions; return whether it goes on."""
+        """Run one pass of the program, or at most some instructions; return whether it continues."""
         machine = self._machine
         if machine is None:
             return False

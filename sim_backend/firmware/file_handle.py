@@ -24,7 +24,7 @@ class Handle:
     Attributes:
         use: See `Use`.
         file: The open file.
-        source: The file that is read; a program's handle goes on with the last one that it was used for.
+        source: The file that is read; a program's handle continues with the last one that it was used for.
         position: Next byte of it to read.
         end: Number of its bytes that can be read.
         overrun: Whether more was written than announced.
@@ -47,7 +47,7 @@ class Handle:
         self.index = 0
 
     def open(self, use: Use, file: File) -> None:
-        """Begin to read, execute or write a file; a write goes on behind its data."""
+        """Begin to read, execute or write a file; a write continues after its data."""
         self.use, self.file, self.overrun = use, file, False
         if use != Use.EXECUTE:
             self.source, self.end = file, file.data_size

@@ -35,7 +35,7 @@ class _ClockHeldError(Exception):
 class I2CBus(Wires):
     """The bus of one port: the firmware's end of its wires.
 
-    Reading and writing are apart, as a read that was cut short may go on without a write.
+    Reading and writing are apart, as a read that was cut short may continue without a write.
     """
 
     def __init__(self, version: Version) -> None:
@@ -163,7 +163,7 @@ class I2CBus(Wires):
         self._suspend()
 
     def abandon(self) -> None:
-        """Leave the pins as they are; a transfer goes on as in `stop`."""
+        """Leave the pins as they are; a transfer continues as in `stop`."""
         if self._suspends:
             self._suspend()
 

@@ -362,7 +362,7 @@ class InputModule:
             port.ask_for_calibration()
             port.color.go_on_with_exit()
             if port.voltage > _EXIT_RAW:
-                port.type = SensorType.NONE  # which starts the exit anew: without a sensor it never ends
+                port.type = SensorType.NONE  # which starts the exit again: without a sensor it never ends
             else:
                 port.settle(passes)
         elif lacks_color_sensor and port.type in COLOR_TYPES:

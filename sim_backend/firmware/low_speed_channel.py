@@ -92,7 +92,7 @@ class Channel:
         self.state = ChannelState.INIT
 
     def reset(self) -> None:
-        """Drop the transaction and the bytes waiting; the bus goes on."""
+        """Drop the transaction and the bytes waiting; the bus continues."""
         self.state = ChannelState.IDLE
         self.tx_size = self.tx_out = self.rx_size = self.rx_in = self.rx_out = 0
 

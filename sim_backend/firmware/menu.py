@@ -129,7 +129,7 @@ class Menu:
             self._draw_list(places.PROGRAMS)
 
     def go_on_from(self, state: int) -> None:
-        """Go on from a state that was written to the map: one of a key, or one before the page is drawn."""
+        """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
         keys = {shown: key for key, shown in _STATES.items()}
         if state in keys:
             self.press(keys[UiState(state)])

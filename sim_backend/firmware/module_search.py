@@ -10,7 +10,7 @@ from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.names import NAME_SIZE, looked_for, matcher
 
 _MARK = 3
-"""Where, behind the field of the pattern, the mark of an open listing is."""
+"""Where, after the field of the pattern, the mark of an open listing is."""
 
 
 class ModuleSearch:
@@ -21,7 +21,7 @@ class ModuleSearch:
 
         Args:
             maps: The maps in the order of the listing.
-            loader: Its free flash is behind the pattern, too.
+            loader: Its free flash is after the pattern, too.
             free_flash_at: Where that is.
         """
         self._maps, self._loader, self._free_flash_at = maps, loader, free_flash_at
@@ -32,17 +32,17 @@ class ModuleSearch:
         """Open a listing and return its first module, or why there is none; then it stays open, too.
 
         The firmware copies what it looks for to a field of 20 bytes, however long it is, and over the number of the
-        module to begin with, the mark, and the free flash behind it. With ``*.*`` it copies the pattern as it is, and
+        module to begin with, the mark, and the free flash after it. With ``*.*`` it copies the pattern as it is, and
         the final zero.
         """
         if self._is_open:
             return Status.NO_MORE_HANDLES
         text, matches = pattern.encode("latin-1") + b"\0", matcher(pattern)
-        behind = (text if b"*.*" in text else looked_for(pattern).encode("latin-1").upper())[NAME_SIZE:]
-        self._found = iter([live for live in self._maps[behind[0] if behind else 0 :] if matches(live.layout.name)])
-        self._is_open = behind[_MARK : _MARK + 1] != b"\0"
+        after = (text if b"*.*" in text else looked_for(pattern).encode("latin-1").upper())[NAME_SIZE:]
+        self._found = iter([live for live in self._maps[after[0] if after else 0 :] if matches(live.layout.name)])
+        self._is_open = after[_MARK : _MARK + 1] != b"\0"
         free = bytearray(self._loader.free_flash.to_bytes(4, "little"))
-        over = behind[self._free_flash_at :][: len(free)]
+        over = after[self._free_flash_at :][: len(free)]
         free[: len(over)] = over
         self._loader.free_flash = int.from_bytes(free, "little")
         return self.following()

@@ -17,7 +17,7 @@ from sim_backend.firmware.motor_control import (
 
 
 def rest(motor: MotorControl, passes: int) -> None:
-    """Run passes at rest: only the regulation timer goes on, and an idle motor ends its brake."""
+    """Run passes at rest: only the regulation timer continues, and an idle motor ends its brake."""
     if motor.run_state == IDLE:
         motor.brake = False
     period = motor.period_ms + 1

@@ -22,7 +22,7 @@ _FIRST = 2
 _EMPTY = 0x01
 
 RUN, LEAVE, _SAVE = _ENDING = range(3)
-"""Items of the page behind the last step."""
+"""Items of the page after the last step."""
 
 _FILE = "Program.tmp"
 _HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
@@ -49,17 +49,17 @@ class ProgramSteps:
         return menu[:1] == [PROGRAM] and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
 
     def is_run(self, menu: list[int]) -> bool:
-        """Return whether a menu is the page behind the last step."""
+        """Return whether a menu is the page after the last step."""
         return menu[:1] == [PROGRAM] and len(menu) == _FIRST + len(_CHOICES)
 
     def items(self, menu: list[int]) -> int:
-        """Return the number of items of a step or of the page behind the last one, 0 of another menu."""
+        """Return the number of items of a step or of the page after the last one, 0 of another menu."""
         if self.is_run(menu):
             return len(_ENDING)
         return len(_CHOICES[len(menu) - _FIRST]) if self.is_step(menu) else 0
 
     def drawn(self, menu: list[int]) -> tuple[Marks, ...]:
-        """Return the drawing, pass by pass, of a menu that is opened: a step, or the page behind the last one."""
+        """Return the drawing, pass by pass, of a menu that is opened: a step, or the page after the last one."""
         if self.is_run(menu):
             return marks.LAST_STEP, marks.PAGE
         return marks.FIRST_STEP if len(menu) == _FIRST else marks.STEP, marks.PAGE

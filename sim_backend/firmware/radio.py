@@ -55,7 +55,7 @@ class Radio:
         own_address: Six bytes.
         address: The firmware's copy of the address.
         shown_state: The state as the user interface knows it: changes come after its turn in a pass.
-        on_plan: Called when an operation begins or goes on; set by the brick.
+        on_plan: Called when an operation begins or continues; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
     """
 
@@ -90,7 +90,7 @@ class Radio:
             self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0].at_ms + _TIME_OUT_MS
             self._is_lost = True
         elif operation and not streaming and self._busy_until_ms == inf:
-            self._go_on(operation)
+            self._continue(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
             self._hold()
 
@@ -282,8 +282,8 @@ class Radio:
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
 
-    def _go_on(self, operation: _Operation) -> None:
-        """Go on with an operation as the radio leaves stream mode."""
+    def _continue(self, operation: _Operation) -> None:
+        """Continue an operation as the radio leaves stream mode."""
         passed_ms = self._clock.now_ms - operation.began_ms
         late_ms = operation.late_ms if passed_ms >= _STREAM_ENDS_MS else 0
         self._schedule(operation, max(_STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)

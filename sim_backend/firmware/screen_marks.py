@@ -36,7 +36,7 @@ BAR = Marks(0xC, 0x10_0004)
 """The bar of a value."""
 TYPES = Marks(0xFC, 0x10FC, drop=0x100)
 FIRST_STEP, STEP, LAST_STEP = (Marks(0x4000_000E, 0x1F10_1800), Marks(0xE, 0x1F10_1800), Marks(0xE, 0x1F00_1800))
-"""The steps of a program that is made on the brick: the first, others, and the page behind the last."""
+"""The steps of a program that is made on the brick: the first, others, and the page after the last."""
 NOT_RUN = (
     Marks(0x4000_000E, 0x1F00_1800),
     Marks(0x400),

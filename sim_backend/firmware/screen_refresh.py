@@ -126,7 +126,7 @@ class ScreenRefresh:
         return now_ms + (self._pause_ms - now_ms) % _PERIOD_MS
 
     def begin(self, pause_ms: int) -> None:
-        """Begin the refresh anew, with a pause in the given pass."""
+        """Begin the refresh again, with a pause in the given pass."""
         self._pause_ms, self._frozen_ms = pause_ms, NEVER
 
     def wake(self) -> None:

@@ -208,7 +208,7 @@ class SoundModule:
                 self.tone = None
 
     def _start_tone(self, now_ms: int, rest_ms: float = 0.0) -> None:
-        """Play the tone of the map, behind the rest of a file's sample."""
+        """Play the tone of the map, after the rest of a file's sample."""
         self.tone, self.from_file = Tone(self.frequency_hz, self.duration_ms, self.volume), False
         self._play_waves(self.frequency_hz, self.duration_ms, now_ms, rest_ms)
 
@@ -228,7 +228,7 @@ class SoundModule:
         known = self._is_melody or kind >> 8 == _SOUND >> 8
         if size < 0 or (melody and not known):  # the file stays open until the next tone, stop or file
             self._end()
-            if melody:  # a melody goes on with its last buffer, from the beginning
+            if melody:  # a melody continues with its last buffer, from the beginning
                 self._is_melody = True
                 self._begin(SoundState.FILE)
             return

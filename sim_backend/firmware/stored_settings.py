@@ -53,7 +53,7 @@ class StoredSettings:
 
     @property
     def sleep_minutes(self) -> int:
-        """The sleep time-out; for other numbers the firmware reads on behind its table."""
+        """The sleep time-out; for other numbers the firmware reads past the end of its table."""
         return SLEEP_MINUTES[self.sleep] if self.sleep < len(SLEEP_MINUTES) else 0
 
     @property

@@ -96,7 +96,7 @@ class UiModule(FileRunner):
         elif ran and state == UiState.MENU:
             self._show_menu()
         elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
-            self._go_on(state)
+            self._continue_from(state)
         elif not ran and state == UiState.REPORT:
             self.begin_report()
         elif not ran and state == UiState.QUESTION:
@@ -105,8 +105,8 @@ class UiModule(FileRunner):
         elif ran:
             self._next_step_ms = NEVER
 
-    def _go_on(self, state: int) -> None:
-        """Go on from a state that was written to the map."""
+    def _continue_from(self, state: int) -> None:
+        """Continue from a state that was written to the map."""
         self._next_step_ms, self._from_menu = self._clock.now_ms + 2 * (state == UiState.RUNNING), False
         self._starting, self._run, self._file = state == UiState.START, Run.TONE, self.program_name
         self.flags |= int(UiFlag.BUSY) if state == UiState.RUNNING else 0

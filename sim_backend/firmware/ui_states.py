@@ -65,7 +65,7 @@ STARTING: dict[int, tuple[UiState, int]] = {
     UiState.MENU: (UiState.DRAWING, 1),
     UiState.DRAWING: (UiState.WAITING, 1),
 }
-"""States of a start behind the logo: the next one, and how long it lasts in ms."""
+"""States of a start after the logo: the next one, and how long it lasts in ms."""
 
 
 class Run(Enum):

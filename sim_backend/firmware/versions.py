@@ -58,7 +58,7 @@ class Version:
         flash_start: Address of the first of these.
         directory_size: Maximum number of files.
         settings: Content of the settings file.
-        free_flash_at: Where the free flash is, behind the field for a pattern of modules.
+        free_flash_at: Where the free flash is, after the field for a pattern of modules.
         pool: Layout of the memory pool of programs.
         dialect: Properties of its interpreter of programs.
         map_sizes: Sizes of the IO maps that differ from their declaration, by module.

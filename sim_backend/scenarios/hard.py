@@ -214,7 +214,7 @@ HARD: dict[str, RoomGenerator] = {
     "dusk": _dusk,
     "doorway": _doorway,
     "moving": _moving,
-    "kidnap": _among_boxes("kidnapped", asks="Notice that it was carried elsewhere, and begin anew."),
+    "kidnap": _among_boxes("kidnapped", asks="Notice that it was carried elsewhere, and begin again."),
     "wheel_slip": _among_boxes("wheel_slips", asks="Keep the map right while a wheel slips for minutes."),
     "battery": _among_boxes("weak_battery", asks="Get there with a battery that sags under load and runs down."),
     "sonar_silent": _sonar_silent,

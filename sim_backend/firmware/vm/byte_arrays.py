@@ -1,6 +1,6 @@
 """Fast functions for array variables of bytes, such as texts: their place, their length, their content.
 
-Each looks up the descriptor in the pool anew, since programs can write anywhere. Source: docs/firmware.md section 8.1.
+Each looks up the descriptor in the pool again, since programs can write anywhere. Source: docs/firmware.md section 8.1.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class Calibrations:
         self.store(name, *(_RANGE.unpack(data) if len(data) == _RANGE.size else (0, 0)))
 
     def store(self, name: bytes, low: int, high: int) -> None:
-        """Change a calibration, or append it. Behind its name it keeps the former content of the memory.
+        """Change a calibration, or append it. After its name it keeps the former content of the memory.
 
         Raises:
             OutOfMemory: The pool is full.

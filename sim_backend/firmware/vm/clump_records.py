@@ -27,18 +27,18 @@ NO_BREAKPOINTS = ((0, 0),) * 4
 
 
 class RecordFormat(NamedTuple):
-    """Places in a record; the initial fire count is in front of the fire count, the link behind it.
+    """Places in a record; the initial fire count is in front of the fire count, the link after it.
 
     Attributes:
         numbers: Format of start, last word and place in the code: addresses, or words, of which the place counts from
             the start.
         addresses: Whether they are addresses.
-        tail: The byte behind the link.
+        tail: The byte after the link.
         dependents: Address of the dependents in the file, 0 without any.
         number_of: Number of the dependents.
         wake: Tick at which it wakes, 0 after that; None without such an instruction.
         compares: Byte whose bit 0 is cleared if the clump compares arrays or clusters; None without such a byte.
-        points: Breakpoints, behind a byte without one; None if there are none.
+        points: Breakpoints, after a byte without one; None if there are none.
     """
 
     numbers: struct.Struct

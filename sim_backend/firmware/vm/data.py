@@ -27,7 +27,7 @@ FIRST_FIELD, NO_FIELDS = 0x4000, 0x10000
 _NO_TYPE = 0xFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
-"""The entries that the firmware reads behind the table: beyond the file, and beyond the flash memory."""
+"""The entries that the firmware reads past the end of the table: beyond the file, and beyond the flash memory."""
 _FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 

@@ -38,12 +38,12 @@ class Dialect(NamedTuple):
         missing: Opcodes that it lacks.
         has_fields: Whether an argument can be a field of a port.
         checks_short_forms: Whether the size of an instruction in a short form counts, and forms that do not exist add.
-        runs_past_end: Whether the instruction directly behind a clump belongs to it, too; then a clump that ends before
+        runs_past_end: Whether the instruction directly after a clump belongs to it, too; then a clump that ends before
             it begins has no end.
         keeps_offsets: Whether the Command map still shows after a program where its variables and descriptors were.
         tells_faults: Whether ProgStatus shows why a program cannot be started or ended with an error, not only that.
         decimals: Largest number of decimals of a float that becomes a text.
-        crops_files: Whether a data file that a program leaves open ends behind what was written.
+        crops_files: Whether a data file that a program leaves open ends after what was written.
         limits_volume: Whether the volume of a sound that a program plays is at most 4.
         cuts_exponents: Whether the zeros at the end of a text with an exponent are cut off as if they were decimals.
         float_remainder: Whether the remainder of floats is a float, not an integer.

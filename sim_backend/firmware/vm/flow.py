@@ -94,7 +94,7 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _finish(machine: Machine, instruction: Instruction) -> Next:
-    """End the clump and fire the given range of its dependents; the firmware does not check that there are so many."""
+    """End the clump and fire the given range of its dependents; the firmware does not check the count."""
     first, last = instruction.arguments
     content = machine.program.content
 
@@ -136,7 +136,7 @@ def _release(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:
-    """Run another clump, and continue when it returns; a clump that calls itself goes on."""
+    """Run another clump, and continue when it returns; a clump that calls itself continues."""
     clump, caller = instruction.arguments
 
     def run() -> int:

@@ -13,7 +13,7 @@ MANY = 4
 """Number of arguments beyond which the firmware does not distinguish."""
 
 _ERASED = 0xFFFF
-"""Word behind the code."""
+"""Word past the end of the code."""
 _SHORT = 0x8
 _VARIABLE_SIZE = 0xE
 _WORD = 2
@@ -123,7 +123,7 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
         IndexError: The code ends before its size.
     """
     if at >= len(code):
-        raise ProgramError(ERR_INSTR, "an instruction behind the code")
+        raise ProgramError(ERR_INSTR, "an instruction past the end of the code")
     word = code[at]
     size, flags, opcode = word >> 12, word >> 8 & 0x7, word & 0xFF
     short_form = word >> 8 & _SHORT

@@ -117,7 +117,7 @@ class Machine:
         return task.number, task.pc - self.program.clumps[task.number].start
 
     def close_files(self) -> None:
-        """Close the files that the program left open; data files end behind what was written, but not in 1.05."""
+        """Close the files that the program left open; data files end after what was written, but not in 1.05."""
         loader = self.devices.loader
         for handle in sorted(self.handles):
             (loader.crop if self.dialect.crops_files else loader.close)(handle)
@@ -332,7 +332,7 @@ class Machine:
         task.pc = clump.start
 
     def start(self, number: int, following: int) -> int:
-        """Start a clump, unless it runs or sleeps; then the turn of the current one begins anew."""
+        """Start a clump, unless it runs or sleeps; then the turn of the current one begins again."""
         if number in self.queue or number in self._sleeping:
             return following
         self.queue.append(number)
@@ -340,7 +340,7 @@ class Machine:
         return END_TURN
 
     def halt(self, number: int, following: int) -> int:
-        """End a clump that runs or sleeps; the current one goes on until the end of its turn."""
+        """End a clump that runs or sleeps; the current one continues until the end of its turn."""
         queue = self.queue if number in self.queue else self._sleeping
         if number in queue:
             queue.remove(number)

@@ -28,8 +28,8 @@ _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _OFFSET = 0xFFFF
 """Bits of an offset, and of the size of an array."""
-_BEHIND = 0xA0000
-"""Bytes of memory behind the pool: numbers of descriptors have 16 bits."""
+_AFTER_POOL = 0xA0000
+"""Bytes of memory after the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
 DESCRIPTOR_SIZE, LENGTH_AT = DESCRIPTOR.size, 4
 INDEX = struct.Struct("<H")
@@ -59,13 +59,13 @@ class Layout(NamedTuple):
     types: bytes
 
 
-def fresh_pool(behind: bytes = b"\0") -> bytearray:
-    """Return a pool as the firmware prepares it, and the memory behind it, which damaged programs reach.
+def fresh_pool(after: bytes = b"\0") -> bytearray:
+    """Return a pool as the firmware prepares it, and the memory after it, which damaged programs reach.
 
     Args:
-        behind: The bytes that repeat there.
+        after: The bytes that repeat there.
     """
-    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (behind * (_BEHIND // len(behind) + 1))[:_BEHIND])
+    return bytearray(_FILL * (POOL_SIZE // len(_FILL)) + (after * (_AFTER_POOL // len(after) + 1))[:_AFTER_POOL])
 
 
 class Array(NamedTuple):
@@ -87,7 +87,7 @@ class Memory:
     """The pool with one program in it.
 
     Attributes:
-        pool: The pool, and memory behind it.
+        pool: The pool, and memory after it.
         base: Offset of the program's variables.
         descriptors: Offset of the descriptors from `base`.
         layout: How the firmware lays it out.

@@ -18,7 +18,7 @@ SQRT, ABS = 0x36, 0x37
 
 
 def remainder(left: int, right: int) -> int:
-    """Return the rest of a division that rounds towards zero; a division by zero leaves the dividend."""
+    """Return the remainder of a division that rounds towards zero; a division by zero leaves the dividend."""
     return left - right * divide(left, right) if right else left
 
 

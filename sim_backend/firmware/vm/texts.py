@@ -107,7 +107,7 @@ def _float(text: bytes) -> float:
 
 
 def _join(machine: Machine, instruction: Instruction) -> Translation:
-    """Join texts; the entry behind that of each must be of bytes."""
+    """Join texts; the entry after that of each must be of bytes."""
     data, (target, *sources) = machine.data, sized_arguments(machine.program.code, instruction)
     if any(data.kind(source + 1) != Type.UBYTE for source in sources):
 

@@ -174,7 +174,7 @@ def answers(command: Sequence[str], lines: Sequence[str]) -> list[str] | None:
 def simulated(version: str, lines: Sequence[str], behind: bytes = b"\0") -> list[str]:
     """Return the answers of a simulated brick; `behind` is repeated in the memory behind its pool."""
     brick = SimBrick(firmware=version)
-    brick.command.behind_pool = behind
+    brick.command.after_pool = behind
     bench = Bench(brick)
     return [bench.answer(line) for line in lines]
 
