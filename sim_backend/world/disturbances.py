@@ -25,10 +25,9 @@ class Disturbances:
         faults: How the sensors fail now, by input port.
     """
 
-    # by the sensor, wheel or robot that each event disturbs, of which a later event takes the place of an earlier one
-
     robot: RobotBody
     faults: dict[int, Fault] = field(default_factory=dict)
+    # by what an event disturbs, so that a later one takes the place of an earlier one
     _running: dict[_Part, tuple[Event, int | None]] = field(default_factory=dict)
 
     def begin(self, event: Event, stays_ms: int | None, now_ms: int) -> None:
