@@ -16,10 +16,9 @@ import threading
 from collections.abc import Callable
 
 from behaviors.angles import wrapped_deg
-from firmware_protocol.errors import BrickError
 from nxtdrive.link.protocol import RequestLink
 from nxtdrive.motion.odometry import NOWHERE, Odometry, Trip
-from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
+from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
 from nxtdrive.sensors import Compass
 
 TURN_LOSS = 0.25
@@ -109,7 +108,7 @@ class CompassCorrection:
         self._read_wheels = read_wheels
         self._filter = CompassFilter()
         self._asking = threading.Lock()
-        self._failures = 0
+        self._left_out = False
 
     def update(self) -> None:
         """Correct the heading, unless the wheels have not turned since the last correction.
@@ -119,18 +118,18 @@ class CompassCorrection:
         Raises:
             BrickError: The compass does not answer and never has. One that fails later is ignored; see also
                 `SensorHealth.listener`.
+            SensorTimeout: The same.
         """
         rests = self._filter.aligned and self._odometry.trip == NOWHERE
-        if rests or self._failures >= FAILURES or not self._asking.acquire(blocking=False):
+        if rests or self._left_out or not self._asking.acquire(blocking=False):
             return
         try:
             self.health.ask(self._ask, None)
-            self._failures = 0
-        except BrickError as error:
+        except SENSOR_ERRORS as error:
             if not self._filter.aligned:
                 raise
-            self._failures += 1
-            if self._failures == FAILURES:
+            self._left_out = self.health.failing
+            if self._left_out:
                 log.warning("the compass does not answer any more; the heading comes from the wheels: %s", error)
         finally:
             self._asking.release()

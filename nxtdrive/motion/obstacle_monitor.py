@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
 from nxtdrive.link.protocol import RequestLink
-from nxtdrive.motion.sensor_health import FAILURES, SensorHealth
+from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
@@ -83,7 +83,6 @@ class ObstacleMonitor:
         self._echo: Echo | None = None
         self._asked: Echo | None = None
         self._bumper_turn = False
-        self._failures = 0
         self.sonar_health = SensorHealth("sonar", link)
         self.bumper_health = SensorHealth("bumper", link)
         self.uses_sonar = True
@@ -135,6 +134,7 @@ class ObstacleMonitor:
 
         Raises:
             BrickError: The sonar no longer answers; see `SensorHealth.listener`.
+            SensorTimeout: The same.
         """
         if not self._settings.enabled:
             return None
@@ -160,14 +160,16 @@ class ObstacleMonitor:
             if self._asked is not None:
                 there, distance_mm = self._sonar.poll()
                 if there:
-                    self._echo, self._failures = Echo(distance_mm, self._asked.time_s, self._asked.pose), 0
+                    self._echo = Echo(distance_mm, self._asked.time_s, self._asked.pose)
+                    self.sonar_health.worked()
                 elif self._link.now() - self._asked.time_s < self._forgotten_s:
                     return
             self._sonar.start()
             self._asked = Echo(None, self._link.now(), pose)
-        except BrickError as error:
-            self._asked, self._failures = None, self._failures + 1
-            if self._failures >= FAILURES and not self.sonar_health.lose(error):
+        except SENSOR_ERRORS as error:
+            self._asked = None
+            self.sonar_health.failed(error)
+            if self.sonar_health.failing and self.sonar_health.listener is None:
                 raise
 
     @property

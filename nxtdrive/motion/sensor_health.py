@@ -12,6 +12,8 @@ from nxtdrive.sensors.port import SensorTimeout
 
 T = TypeVar("T")
 
+SENSOR_ERRORS = (BrickError, SensorTimeout)
+"""Errors of a sensor at a brick that answers."""
 FAILURES = 3
 """A sensor that fails this often in a row is left out."""
 RETRY_S = 10.0
@@ -55,26 +57,33 @@ class SensorHealth:
             return unknown
         try:
             answer = question()
-        except (BrickError, SensorTimeout) as error:
+        except SENSOR_ERRORS as error:
+            self.failed(error)
             if self.listener is None:
                 raise
-            self._failures += 1
-            if self._failures >= FAILURES:
-                self.lose(error)
             return unknown
+        self.worked()
+        return answer
+
+    @property
+    def failing(self) -> bool:
+        """Whether the sensor has failed as often in a row as `FAILURES`."""
+        return self._failures >= FAILURES
+
+    def failed(self, error: NXTError) -> None:
+        """Count a failure; with a listener, leave the sensor out for now if it is `failing`."""
+        self._failures += 1
+        if self.listener is None or not self.failing:
+            return
+        self._retry_s = self._link.now() + RETRY_S
+        if not self.lost:
+            self.lost = True
+            self.listener(self._name, str(error))
+
+    def worked(self) -> None:
+        """Forget the failures, and use the sensor again if it was left out."""
         self._failures = 0
         if self.lost:
             self.lost = False
             if self.listener is not None:
                 self.listener(self._name, "")
-        return answer
-
-    def lose(self, error: NXTError) -> bool:
-        """Leave the sensor out for now; False, and nothing changes, without a listener."""
-        if self.listener is None:
-            return False
-        self._retry_s = self._link.now() + RETRY_S
-        if not self.lost:
-            self.lost = True
-            self.listener(self._name, str(error))
-        return True

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from lockstep import Lockstep, LockstepTransport
 
+from firmware_protocol.status import Status
 from nxtdrive.brick import Brick
 from nxtdrive.transports import pairing
 from nxtdrive.transports.base import WallClock
@@ -48,6 +49,12 @@ class Lab:
     def output(self, port):
         """The firmware's view of a motor."""
         return self.simulation.brick.output.outputs["ABC".index(port)].control
+
+    def hang_bus(self):
+        """Let every I2C transaction that begins from now on last for ever."""
+        bus = self.simulation.brick.low_speed
+        bus.status = lambda port: Status.PENDING
+        bus.write = lambda port, data, rx_size, options=0: True
 
     def attach(self, port, plant):
         """Plug something into a motor port (a letter) or a sensor port (a number)."""

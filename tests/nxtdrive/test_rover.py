@@ -414,6 +414,16 @@ def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
     assert rover.straight(1000).stop is StopReason.OBSTACLE
 
 
+def test_a_program_that_listens_goes_on_when_the_bus_of_the_sonar_hangs(lab):
+    room = lab()
+    rover, heard = Rover(room.brick.link), []
+    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    assert rover.straight(100).done
+    room.simulation.at(room.simulation.now_ms + 1500, room.hang_bus)
+    assert rover.straight(1500).done
+    assert heard == [("sonar", True)]
+
+
 def test_sensors_reset_by_a_program_are_set_up_again(lab):
     room = lab(BOX_AHEAD)
     rover = Rover(room.brick.link)

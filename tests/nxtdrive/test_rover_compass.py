@@ -244,6 +244,15 @@ def test_a_compass_that_falls_out_leaves_the_wheels(lab, caplog):
     assert [record.levelname for record in caplog.records] == ["WARNING"]
 
 
+def test_a_compass_whose_bus_hangs_leaves_the_wheels(lab, caplog):
+    room = lab(COMPASS)
+    rover = equipped(room)
+    rover.turn(90)
+    room.hang_bus()
+    assert all(rover.turn(90).done for _ in range(5))
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+
+
 def test_one_missed_answer_is_not_a_loss(lab):
     room = lab(slip(turn_percent=8) + COMPASS)
     rover = equipped(room)
