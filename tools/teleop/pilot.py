@@ -93,6 +93,7 @@ class Pilot:
 
         Raises:
             LinkError: The link is lost; the robot stops by itself.
+            BrickError: A sensor does not answer.
         """
         begun = self._brick.now()
         speed, turn = self._controls.wanted(begun)

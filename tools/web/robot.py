@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from behaviors.mission import Mission
 from behaviors.profiles.registry import raised_by_profile
-from firmware_protocol.errors import LinkError, NXTError
+from firmware_protocol.errors import BrickError, LinkError, NXTError, RemoteProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.assembly import OpenRobot, open_robot
 from nxtdrive.mission.body import build_rover
@@ -273,7 +273,7 @@ class Robot:
                     brick.tone(*BEEP)
                 self._show(pilot.step())
                 room.show()
-            except LinkError as error:
+            except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)
         if not self._closing.is_set():

@@ -131,6 +131,22 @@ def test_the_mistakes_of_a_mission_are_reported(tmp_path):
         assert "nosuch.png" in _until(page, lambda each: each["type"] == "refused")["text"]
 
 
+def test_a_sensor_that_does_not_answer_is_named_and_tried_again(tmp_path):
+    server = _server(tmp_path)
+    built = read_mission_file(None)
+    wrong = built.model_copy(update={"robot": built.robot.model_copy(update={"ultrasonic": 3})})  # it is on 4
+    server.robot.rebuild(wrong)
+    server.robot.open()
+    try:
+        with _client(server).websocket_connect("/ws") as page:
+            assert "cable" in _until(page, lambda each: each["type"] == "link" and each["lost"])["lost"]
+            server.robot.rebuild(built)
+            assert _until(page, lambda each: each["type"] == "state")["range_mm"] is not None
+        assert server.robot.alive
+    finally:
+        server.robot.close()
+
+
 def test_there_is_a_limit_to_the_number_of_pages(tmp_path):
     server = _server(tmp_path)
     client = _client(server)

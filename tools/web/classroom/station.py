@@ -32,7 +32,7 @@ class StationHub(Hub):
     Attributes:
         doing: What the robot is doing.
         battery_mv: Its battery; None before it was read.
-        lost: Why the brick cannot be reached, or empty.
+        lost: Why the brick cannot be reached or one of its sensors not read, or empty.
         running: Name of the running mission, or empty.
         waits: Whether the mission waits for a person; the time of a simulated robot stands still then.
         last: Result of the last mission, or None.
@@ -237,7 +237,7 @@ class Station:
             "brick": "stand-in" if self.stands_in else self.entry.address.scheme,
             "open": self.is_open,
             "trouble": hub.lost if self.is_open and hub.lost else self.trouble,
-            "doing": ("connection lost" if hub.lost else hub.doing) if self.is_open else "",
+            "doing": ("cannot be driven" if hub.lost else hub.doing) if self.is_open else "",
             "battery_mv": hub.battery_mv if self.is_open else None,
             "stopped": self.stopped,
             "lags": self._lags(),
