@@ -15,7 +15,6 @@ from textual.message import Message
 from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 
-from firmware_protocol.errors import NXTError
 from firmware_protocol.printable import printable
 
 from .controls import STEP_PERCENT, Controls, Direction
@@ -58,7 +57,7 @@ class Teleop(App[None]):
         stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
-        failure: Why it ended by itself, or None.
+        failure: The error, or the defect, that ended it, or None.
     """
 
     TITLE = "nxtdrive teleop"
@@ -105,7 +104,7 @@ class Teleop(App[None]):
     ) -> None:
         super().__init__()
         self.sub_title = printable(name)
-        self.failure: NXTError | None = None
+        self.failure: Exception | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
         self._picture, self._camera = picture, camera
@@ -233,9 +232,10 @@ class Teleop(App[None]):
             while not (self._leaving.is_set() or self._stopped()):
                 self._view = self._pilot.step()
             self._pilot.stop()
-        except NXTError as error:
+        except Exception as error:  # noqa: BLE001 - it ends the program, which raises it
             self.failure = error
-        self.post_message(self.Ended())
+        finally:
+            self.post_message(self.Ended())
 
 
 def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool = False) -> str:

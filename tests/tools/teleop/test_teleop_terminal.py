@@ -158,6 +158,19 @@ def test_a_lost_link_ends_it_with_the_reason(teleop):
     assert app.failure is not None
 
 
+@pytest.mark.slow
+def test_a_defect_of_the_pilot_ends_it_too(teleop, monkeypatch):
+    _, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+        monkeypatch.setattr(Pilot, "step", lambda self: 1 / 0)
+        await _until(pilot, lambda: not app.is_running)
+
+    _play(app, play)
+    assert isinstance(app.failure, ZeroDivisionError)
+
+
 def test_without_a_terminal_it_says_so(capsys):
     assert main(["teleop"]) == USAGE
     assert "terminal" in capsys.readouterr().err
