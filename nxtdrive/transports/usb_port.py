@@ -100,10 +100,14 @@ class UsbTransport(WallClock):
             raise AddressError(f"{address}: a brick's id has 12 hex digits, e.g. usb://0016530A1B2C.")
         with _translated(str(address)):
             device = _find(wanted, backend or _fresh_backend())
-            device.set_configuration()
-            _claim(device)
-            _discard_stale(device)
-            return cls(device, f"usb://{_serial_number(device)}", backend)
+            with contextlib.ExitStack() as stack:
+                stack.callback(_release, device)
+                device.set_configuration()
+                _claim(device)
+                _discard_stale(device)
+                transport = cls(device, f"usb://{_serial_number(device)}", backend)
+                stack.pop_all()
+            return transport
 
     @classmethod
     def discover(cls, backend: IBackend | None = None) -> list[str]:
@@ -160,13 +164,9 @@ class UsbTransport(WallClock):
 
     def close(self) -> None:
         """Release the brick."""
-        import usb.core
-        import usb.util
-
         if self._device is not None:
             device, self._device = self._device, None
-            with contextlib.suppress(usb.core.USBError):
-                usb.util.dispose_resources(device)
+            _release(device)
 
     def reopen(self, timeout_s: float) -> Self:
         """Open the same brick again, found by its id through a fresh libusb context."""
@@ -260,6 +260,14 @@ def _claim(device: Device) -> None:
     import usb.util
 
     usb.util.claim_interface(device, 0)
+
+
+def _release(device: Device) -> None:
+    import usb.core
+    import usb.util
+
+    with contextlib.suppress(usb.core.USBError):
+        usb.util.dispose_resources(device)
 
 
 def _discard_stale(device: Device) -> None:

@@ -106,6 +106,15 @@ def test_what_a_dead_program_left_unread_is_not_an_answer(usb_bus):
     transport.close()
 
 
+def test_a_brick_that_fails_once_it_is_claimed_is_released(usb_bus):
+    bus = usb_bus()
+    bus.failures["bulk_read"] = errno.EIO
+    with pytest.raises(LinkLost):  # keeps the traceback, and so the device
+        open_usb(bus)
+    assert not bus.claimed
+    assert bus.opened == 0
+
+
 def test_a_halted_endpoint_recovers(usb_bus):
     bus = usb_bus()
     transport = open_usb(bus)
