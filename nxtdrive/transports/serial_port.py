@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
-from typing import TYPE_CHECKING, Self
+from typing import Self
+
+import serial
 
 from firmware_protocol.errors import (
     AddressError,
@@ -22,9 +24,6 @@ from firmware_protocol.errors import (
 from nxtdrive.host.access import device_remedy
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
-
-if TYPE_CHECKING:
-    import serial
 
 
 class SerialTransport(StreamTransport):
@@ -44,8 +43,6 @@ class SerialTransport(StreamTransport):
             LinkBusy: Another program has it open.
             PermissionDenied: This user may not open it.
         """
-        import serial
-
         address.read_options({})
         if not address.target:
             raise AddressError(f"{address} names no port.", remedy="Write serial:///dev/rfcomm0 or serial://COM5.")
@@ -56,8 +53,6 @@ class SerialTransport(StreamTransport):
         return cls(str(address), port)
 
     def _read(self, timeout_s: float) -> bytes:
-        import serial
-
         try:
             self._port.timeout = timeout_s
             return bytes(self._port.read(self._port.in_waiting or 1))
@@ -73,8 +68,6 @@ class SerialTransport(StreamTransport):
         return self._read(0.0) if arrived else b""
 
     def _write(self, data: bytes) -> None:
-        import serial
-
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:

@@ -14,6 +14,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Self
 
+import usb.core
+import usb.util
+from usb.backend import libusb1
+
 from firmware_protocol.errors import (
     AddressError,
     BrickNotFound,
@@ -28,6 +32,7 @@ from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.host.access import usb_remedy
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.usb_context import UsbContext
 
 if TYPE_CHECKING:
     from usb.backend import IBackend
@@ -46,8 +51,8 @@ LOOK_MS = 1
 STALE_PACKETS = 8
 """Upper bound of the replies that can be left over from a program that died."""
 
-_UNREADABLE = (ValueError, NotImplementedError)
-"""Exceptions of pyusb, besides its own error, for texts of a device that cannot be opened."""
+_UNREADABLE = (ValueError, NotImplementedError, usb.core.USBError)
+"""Exceptions of pyusb for texts of a device that cannot be opened."""
 
 _PLUG_IN = "Plug the brick in and switch it on, then wait a few seconds."
 _HOLDERS = (
@@ -103,7 +108,7 @@ class UsbTransport(WallClock):
             with contextlib.ExitStack() as stack:
                 stack.callback(_release, device)
                 device.set_configuration()
-                _claim(device)
+                usb.util.claim_interface(device, 0)
                 _discard_stale(device)
                 transport = cls(device, f"usb://{_serial_number(device)}", backend)
                 stack.pop_all()
@@ -121,8 +126,6 @@ class UsbTransport(WallClock):
             raise LocalProtocolError(
                 f"a telegram over USB has at most {USB_TELEGRAM_LIMIT} bytes, not {len(telegram)}."
             )
-        import usb.core
-
         device = self._opened()
         with _translated(self.address):
             try:
@@ -148,8 +151,6 @@ class UsbTransport(WallClock):
         return bool(self._found)
 
     def _read(self, timeout_ms: int) -> bytes | None:
-        import usb.core
-
         device = self._opened()
         with _translated(self.address):
             try:
@@ -179,15 +180,11 @@ class UsbTransport(WallClock):
 
 
 def _fresh_backend() -> IBackend:
-    from usb.backend import libusb1
-
     backend = libusb1.get_backend(find_library=_libusb)
     if backend is None:
         raise _no_libusb()
     if not isinstance(backend, libusb1._LibUSB):  # replaced by another bus, e.g. that of `nxtdrive sim exec`
         return backend
-    from nxtdrive.transports.usb_context import UsbContext
-
     return UsbContext(libusb1._lib)
 
 
@@ -201,8 +198,6 @@ def _libusb(name: str) -> str | None:
 
 
 def _bricks(backend: IBackend) -> list[Any]:
-    import usb.core
-
     return list(usb.core.find(find_all=True, idVendor=VENDOR, idProduct=PRODUCT, backend=backend))
 
 
@@ -212,7 +207,6 @@ def lego_devices(backend: IBackend | None = None) -> list[tuple[int, int, str]]:
     Raises:
         BrickNotFound: There is no libusb to search with.
     """
-    import usb.core
 
     def match(device: Device) -> bool:
         return device.idVendor == VENDOR or (device.idVendor, device.idProduct) == SAMBA
@@ -224,11 +218,9 @@ def lego_devices(backend: IBackend | None = None) -> list[tuple[int, int, str]]:
 
 def _product_name(device: Device) -> str:
     """Return the name that a device gives itself; an NXT has none, and others may not be readable."""
-    import usb.core
-
     try:
         return device.product or ""
-    except (*_UNREADABLE, usb.core.USBError):
+    except _UNREADABLE:
         return ""
 
 
@@ -248,32 +240,19 @@ def _find(wanted: str, backend: IBackend) -> Device:
 
 def _serial_number(device: Device) -> str:
     """Return the brick's id, or an empty string if this user may not read it."""
-    import usb.core
-
     try:
         return str(device.serial_number).upper()
-    except (*_UNREADABLE, usb.core.USBError):
+    except _UNREADABLE:
         return ""
 
 
-def _claim(device: Device) -> None:
-    import usb.util
-
-    usb.util.claim_interface(device, 0)
-
-
 def _release(device: Device) -> None:
-    import usb.core
-    import usb.util
-
     with contextlib.suppress(usb.core.USBError):
         usb.util.dispose_resources(device)
 
 
 def _discard_stale(device: Device) -> None:
     """Discard replies left over from a program that died."""
-    import usb.core
-
     for _ in range(STALE_PACKETS):
         try:
             device.read(ENDPOINT_IN, USB_TELEGRAM_LIMIT, 1)
@@ -296,8 +275,6 @@ def _not_allowed() -> PermissionDenied:
 @contextlib.contextmanager
 def _translated(address: str) -> Iterator[None]:
     """Translate exceptions of pyusb to the driver's own."""
-    import usb.core
-
     try:
         yield
     except usb.core.NoBackendError as error:
