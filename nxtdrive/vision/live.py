@@ -10,8 +10,7 @@ from __future__ import annotations
 import atexit
 import threading
 from collections.abc import Callable
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import cv2
 
@@ -84,14 +83,6 @@ class LiveCamera:
             self.close()
             raise
         self._size: tuple[int, int] = (first.image.shape[1], first.image.shape[0])
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def size(self) -> tuple[int, int]:
