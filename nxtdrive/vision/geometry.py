@@ -92,11 +92,6 @@ class Pinhole:
             )
         return cls(width, width / 2 / math.tan(math.radians(hfov_deg) / 2), mounting)
 
-    @property
-    def hfov_deg(self) -> float:
-        """Horizontal field of view, degrees."""
-        return 2 * math.degrees(math.atan(self.width / 2 / self.focal_px))
-
     def resized(self, width: int, height: int | None = None) -> Pinhole:
         """Return the same camera with frames `width` pixels wide and `height` high; by default of the same shape."""
         aspect = self.aspect if height is None else height / width
@@ -164,22 +159,6 @@ class Pinhole:
         down, ahead = down * math.cos(tilt) - math.sin(tilt), down * math.sin(tilt) + math.cos(tilt)
         ahead = np.maximum(ahead, LEAST_AHEAD)
         return centre_u + self.focal_px * right / ahead, centre_v + self.focal_px * down / ahead
-
-
-def focal_from(height_px: float, height_mm: float = A4_HEIGHT_MM, distance_mm: float = 1000.0) -> float:
-    """Compute the focal length in pixels from one measurement.
-
-    Args:
-        height_px: Apparent height of the sheet in a frame, in pixels.
-        height_mm: Real height of the sheet.
-        distance_mm: Measured from the camera to the sheet, which stands upright in the middle of the frame.
-
-    Raises:
-        ValueError: one of them is not positive.
-    """
-    if min(height_px, height_mm, distance_mm) <= 0:
-        raise ValueError(f"all must be positive: {height_px} px, {height_mm} mm, {distance_mm} mm")
-    return height_px * distance_mm / height_mm
 
 
 def _axis(detection: Detection) -> tuple[float, float]:
