@@ -28,16 +28,14 @@ class _Pending:
 
 
 class CameraFolder:
-    """Writes pictures at a limited rate; holds one of them in memory.
+    """Writes at most `VIDEO_FPS` pictures for each second of mission time; holds one of them in memory.
 
     Args:
         path: The folder to make, at the first picture.
-        fps: Most pictures kept for each second of mission time.
     """
 
-    def __init__(self, path: Path, fps: int = VIDEO_FPS) -> None:
+    def __init__(self, path: Path) -> None:
         self._path = path
-        self._fps = fps
         self._pending: _Pending | None = None
         self._count = 0
 
@@ -52,7 +50,7 @@ class CameraFolder:
         Raises:
             OSError: A file cannot be written.
         """
-        slot = slot_of(time_s, self._fps)
+        slot = slot_of(time_s, VIDEO_FPS)
         pending = self._pending
         if pending is not None and slot > pending.slot:
             self._write(pending)
@@ -76,7 +74,7 @@ class CameraFolder:
         if not self._count:
             self._path.mkdir(exist_ok=True)
             height, width = pending.image.shape[:2]
-            self._write_line(Header(version=1, width=width, height=height, fps=self._fps), "wb")
+            self._write_line(Header(version=1, width=width, height=height, fps=VIDEO_FPS), "wb")
         self._count += 1
         name = f"{self._count:06d}.jpg"
         write_file(self._path / name, jpeg(pending.image))

@@ -116,22 +116,22 @@ def _kind(record: Record) -> str:
     return "seen" if seen else known.get(str(record.data.get("to")), "other")
 
 
-def numbering(events: Sequence[MapEvent], most: int = MOST) -> Numbering:
+def numbering(events: Sequence[MapEvent]) -> Numbering:
     """Choose which events get numbers.
 
-    Up to `most` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
+    Up to `MOST` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
     still too many, the first of each kind comes first, then the second of each, and so on. Ties go to arrivals,
     targets left and outages, then to the earliest.
     """
-    groups = [EventGroup([event]) for event in events] if len(events) <= most else _grouped(events)
+    groups = [EventGroup([event]) for event in events] if len(events) <= MOST else _grouped(events)
     seen: Counter[tuple[str, ...]] = Counter()
     ranked = []
     for group in groups:
         ranked.append((seen[group.first.same], not group.first.important, group.first.time_s, group))
         seen[group.first.same] += 1
     ranked.sort(key=lambda each: each[:3])
-    chosen = sorted((each[3] for each in ranked[:most]), key=lambda group: group.first.time_s)
-    left = (event for each in ranked[most:] for event in each[3].events)
+    chosen = sorted((each[3] for each in ranked[:MOST]), key=lambda group: group.first.time_s)
+    left = (event for each in ranked[MOST:] for event in each[3].events)
     return Numbering(tuple(chosen), tuple(_counted(left)))
 
 

@@ -94,9 +94,9 @@ def find_sheet(image: Image) -> Seen:
     return Seen(np.array(on_sheet).reshape(-1, 2), np.array(in_frame).reshape(-1, 2))
 
 
-def draw_sheet(dpi: int = DPI) -> Pictures.Image:
+def draw_sheet() -> Pictures.Image:
     """Return the picture of the sheet, grey."""
-    per_mm = dpi / MM_PER_INCH
+    per_mm = DPI / MM_PER_INCH
     width, height = (round(each * per_mm) for each in SHEET_MM)
     sheet = Pictures.new("L", (width, height), 255)
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
@@ -123,11 +123,7 @@ def sheet_bytes(suffix: str) -> bytes:
             f"the sheet cannot be written as {suffix or 'a file without a suffix'}.", remedy="Use .pdf or .png."
         )
     file = io.BytesIO()
-    sheet = draw_sheet()
-    if kind == "PDF":
-        sheet.save(file, kind, resolution=DPI)
-    else:
-        sheet.save(file, kind, dpi=(DPI, DPI))
+    draw_sheet().save(file, kind, dpi=(DPI, DPI))
     return file.getvalue()
 
 

@@ -29,6 +29,9 @@ LEAST_LIT = 0.6
 BLUR_PX = 0.6
 """Standard deviation of the blur of the template: a lens blurs the frame, and steps reach farther on soft edges."""
 
+BORDER_PX = 8
+"""Width of the copied edge around each image of a canvas: samples beside an image do not show its neighbour."""
+
 STEP_LIMIT = 0.25
 """A step moves, stretches or turns by at most this share of the picture."""
 
@@ -62,17 +65,17 @@ class Canvas:
         return np.asarray(gray, np.float32), None if lit is None else np.asarray(lit, np.float32)
 
 
-def canvas_of(levels: Sequence[tuple[cv2.typing.MatLike, cv2.typing.MatLike | None, float]], border: int = 8) -> Canvas:
+def canvas_of(levels: Sequence[tuple[cv2.typing.MatLike, cv2.typing.MatLike | None, float]]) -> Canvas:
     """Put gray images below each other, given with their `lit` and their scales."""
-    width = max(gray.shape[1] for gray, _, _ in levels) + 2 * border
+    width = max(gray.shape[1] for gray, _, _ in levels) + 2 * BORDER_PX
 
     def stacked(images: Iterable[cv2.typing.MatLike]) -> NDArray[np.float32]:
-        edges = ((border, border, border, width - image.shape[1] - border) for image in images)
+        edges = ((BORDER_PX, BORDER_PX, BORDER_PX, width - image.shape[1] - BORDER_PX) for image in images)
         rows = [cv2.copyMakeBorder(i, *e, cv2.BORDER_REPLICATE) for i, e in zip(images, edges, strict=True)]
         return np.vstack(rows).astype(np.float32)
 
-    heights = [gray.shape[0] + 2 * border for gray, _, _ in levels]
-    origins = np.array([(border, sum(heights[:number]) + border) for number in range(len(levels))], np.float64)
+    heights = [gray.shape[0] + 2 * BORDER_PX for gray, _, _ in levels]
+    origins = np.array([(BORDER_PX, sum(heights[:number]) + BORDER_PX) for number in range(len(levels))], np.float64)
     lit = [each for _, each, _ in levels if each is not None]
     scales = np.array([scale for _, _, scale in levels])
     return Canvas(stacked([gray for gray, _, _ in levels]), stacked(lit) if lit else None, origins, scales)

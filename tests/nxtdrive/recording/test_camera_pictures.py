@@ -29,7 +29,7 @@ def _image(value=0):
 
 def _kept(folder, frames):
     """Keep frames of time, value and look; returns what is read back."""
-    camera = CameraFolder(folder / "camera", fps=5)
+    camera = CameraFolder(folder / "camera")
     for time_s, value, look in frames:
         camera.add(_image(value), time_s, look)
     camera.close()
