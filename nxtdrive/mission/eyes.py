@@ -73,9 +73,7 @@ def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
     """Return eyes for the targets of a mission."""
     from nxtdrive.vision.eyes import CameraEyes
 
-    return CameraEyes(
-        camera, build_detectors(mission), pinhole(camera.size, mission.camera), latency_s=mission.camera.latency_s
-    )
+    return CameraEyes(camera, build_detectors(mission), pinhole(camera.size, mission.camera), mission.camera.latency_s)
 
 
 def pinhole(size: tuple[int, int], camera: CameraTable) -> Pinhole:

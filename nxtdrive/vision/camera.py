@@ -64,12 +64,12 @@ class FrameSource(Protocol):
 
     Attributes:
         fps: Frames per second.
-        hfov_deg: Horizontal field of view, degrees.
+        size: Width and height of its frames in pixels.
         detector_s: Computing time of the detectors per frame.
     """
 
     fps: float
-    hfov_deg: float
+    size: tuple[int, int]
     detector_s: float
 
     def frame(self) -> Image | None:
@@ -93,19 +93,17 @@ class SimulatedCamera:
     Args:
         source: The simulation's side of the camera.
         clock: The simulation's time.
-        size: Width and height of its frames.
     """
 
-    def __init__(self, source: FrameSource, clock: Clock, size: tuple[int, int] = (320, 240)) -> None:
+    def __init__(self, source: FrameSource, clock: Clock) -> None:
         self._source = source
         self._clock = clock
-        self._size = size
         self._given = -1
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the frames in pixels."""
-        return self._size
+        return self._source.size
 
     def read(self, timeout_s: float) -> Frame:
         """Return the latest frame, or the next one if that was returned before; see `Camera.read`."""

@@ -28,8 +28,6 @@ GLANCE_TIMEOUT_S = 0.5
 OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
 
-MakeConfirmation = Callable[[], Confirmation]
-
 
 class NoPicture(CameraError, CameraLost):
     """No frame came in time."""
@@ -50,28 +48,22 @@ class CameraEyes:
     Args:
         camera: Source of the frames; the caller closes it.
         targets: Detector and size of each target, by name.
-        pinhole: The camera's geometry; by default that of a common webcam.
-        timeout_s: Longest wait of a look for a frame.
+        pinhole: The camera's geometry.
         latency_s: Time from the exposure of a frame to its arrival; sightings have the time of exposure.
-        confirmation: Makes the confirmation rule of one target.
     """
 
     def __init__(
         self,
         camera: Camera,
         targets: Mapping[str, TargetDetector],
-        pinhole: Pinhole | None = None,
-        *,
-        timeout_s: float = READ_TIMEOUT_S,
+        pinhole: Pinhole,
         latency_s: float = 0.0,
-        confirmation: MakeConfirmation = Confirmation,
     ) -> None:
         self._camera = camera
         self._targets = dict(targets)
-        self._pinhole = pinhole or Pinhole.from_hfov(640)
-        self._timeout_s = timeout_s
+        self._pinhole = pinhole
         self._latency_s = latency_s
-        self._confirmations = {name: confirmation() for name in targets}
+        self._confirmations = {name: Confirmation() for name in targets}
         self._shapes = {name: Shape() for name in targets}
         self._floor = FreeFloorDetector()
         self._frame: Frame | None = None
@@ -83,16 +75,16 @@ class CameraEyes:
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
-        return self._look_for([target], self._timeout_s).seen.get(target)
+        return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: no frame came within `GLANCE_TIMEOUT_S`, or the shorter time these eyes wait.
+            NoPicture: no frame came within `GLANCE_TIMEOUT_S`.
             ConfigError: there is no target of one of the names.
         """
-        return self._look_for(targets, min(GLANCE_TIMEOUT_S, self._timeout_s))
+        return self._look_for(targets, GLANCE_TIMEOUT_S)
 
     def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
@@ -183,9 +175,8 @@ class GeometricEyes:
         sensor: Computes a detector's results.
         clock: A look waits on it for the next frame, as a camera would.
         heights_mm: Real height of each target, by name.
-        pinhole: The camera's geometry according to the mission; by default that of a common webcam.
+        pinhole: The camera's geometry according to the mission.
         latency_s: Time from the exposure of a frame to its arrival, according to the mission.
-        confirmation: Makes the rule by which one target is confirmed.
     """
 
     def __init__(
@@ -193,17 +184,14 @@ class GeometricEyes:
         sensor: GeometricSensor,
         clock: Clock,
         heights_mm: Mapping[str, float],
-        pinhole: Pinhole | None = None,
+        pinhole: Pinhole,
         latency_s: float = 0.0,
-        *,
-        confirmation: MakeConfirmation = Confirmation,
     ) -> None:
         self._sensor = sensor
         self._latency_s = latency_s
         self._clock = clock
         self._heights_mm = dict(heights_mm)
-        self._pinhole = pinhole or Pinhole.from_hfov(sensor.size[0])
-        self._make = confirmation
+        self._pinhole = pinhole
         self._given = -1
         self._knows_floor = False
         self._confirmations: dict[str, Confirmation] = {}
@@ -242,7 +230,7 @@ class GeometricEyes:
         if quad is not None:
             found = Detection(box_of(quad), 1.0, quad)
             located.append(_sighting(target, found, self._pinhole, self._heights_mm[target], time_s))
-        return self._confirmations.setdefault(target, self._make()).update(time_s, located)
+        return self._confirmations.setdefault(target, Confirmation()).update(time_s, located)
 
     def _await_frame(self) -> None:
         """Wait as a camera does: for the latest frame, or the next one if that was used before or never arrives."""

@@ -100,7 +100,7 @@ def simulated_camera(frames: Any, clock: Clock, address: str) -> SimulatedCamera
             f"{address} has no simulated camera.",
             remedy="Choose a camera: --camera 0 is the first webcam; `nxtdrive sim serve` prints its camera's URL.",
         )
-    return SimulatedCamera(frames, clock, frames.size)
+    return SimulatedCamera(frames, clock)
 
 
 def read_image(path: Path) -> Image:

@@ -26,20 +26,18 @@ class PictureDetector:
 
     Args:
         pictures: BGR photographs of the same target, each cropped to the target, seen from the front.
-        use_features: Try features, too; without them detection takes a third less time and misses pictures that are
-            turned by more than 20 degrees or partly covered.
 
     Raises:
         ConfigError: There is no picture, or one is too small or without contrast.
     """
 
-    def __init__(self, pictures: Sequence[Image], *, use_features: bool = True) -> None:
+    def __init__(self, pictures: Sequence[Image]) -> None:
         if not pictures:
             raise ConfigError("The picture detector needs at least one picture.", remedy="Give it a file.")
         for picture in pictures:
             check_picture(picture)
         self._correlation = [CorrelationMatcher(picture) for picture in pictures]
-        self._features = [FeatureMatcher(picture) for picture in pictures] if use_features else []
+        self._features = [FeatureMatcher(picture) for picture in pictures]
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all places where the picture is found, best first."""
@@ -52,7 +50,7 @@ class PictureDetector:
         matched = iter(match_all(matchers, pyramid(image), sharers=len(detectors)))
         found = [[one for _ in detector._correlation for one in next(matched)] for detector in detectors]
         # Features take a third of the time of a look, so they wait until correlation failed.
-        missed = [number for number, detector in enumerate(detectors) if not found[number] and detector._features]
+        missed = [number for number in range(len(detectors)) if not found[number]]
         if missed:
             seen = keypoints(image)
             for number in missed:

@@ -25,7 +25,7 @@ class MillisecondClock:
 class CountingSource:
     """Shows the number of the frame as its brightness."""
 
-    hfov_deg = 60.0
+    size = (320, 240)
     detector_s = 0.0
 
     def __init__(self, clock, fps, unplugged=()):

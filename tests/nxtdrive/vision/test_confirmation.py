@@ -55,27 +55,13 @@ def test_a_sighting_elsewhere_must_be_confirmed_anew():
 
 
 def test_after_its_memory_it_must_be_confirmed_anew():
-    confirmation = Confirmation(memory_s=1.0)
+    confirmation = Confirmation()
     run(confirmation, [[seen()], [seen()]])
-    assert confirmation.track(1.0) is not None
-    assert confirmation.track(1.2) is None
-    assert confirmation.update(1.2, [seen()]) is None
+    assert confirmation.track(2.0) is not None
+    assert confirmation.track(2.2) is None
+    assert confirmation.update(2.2, [seen()]) is None
 
 
 def test_it_follows_a_target_that_moves_slowly():
     frames = [[seen(5 * i, 2000 - 100 * i)] for i in range(12)]
     assert run(Confirmation(), frames) == [None, *(5 * i for i in range(1, 12))]
-
-
-def test_needed_one_believes_at_once():
-    assert run(Confirmation(needed=1), [[seen(7)]]) == [7]
-
-
-def test_three_of_five():
-    confirmation = Confirmation(needed=3, window=5)
-    assert run(confirmation, [[seen()], [], [seen()], [], [seen()]]) == [None, None, None, None, 0]
-
-
-def test_more_needed_than_the_window_holds_is_refused():
-    with pytest.raises(ValueError, match=r"window of 3"):
-        Confirmation(needed=4, window=3)

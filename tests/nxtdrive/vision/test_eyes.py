@@ -6,7 +6,6 @@ import pytest
 from behaviors.ports import CameraLost, Eyes, Sighting
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
-from nxtdrive.vision.confirmation import Confirmation
 from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
@@ -77,8 +76,9 @@ def test_a_target_that_jumps_is_found_in_its_new_place(look_at, scene):
 
 
 def test_targets_are_kept_apart(look_at, scene):
-    eyes = look_at([scene.render(1000)] * 4, confirmation=lambda: Confirmation(needed=1))
-    assert [eyes.look(name) is not None for name in ("astronaut", "cat", "astronaut", "cat")] == [True, False] * 2
+    eyes = look_at([scene.render(1000)] * 4)
+    looks = [eyes.look(name) is not None for name in ("astronaut", "cat", "astronaut", "cat")]
+    assert looks == [False, False, True, False]
 
 
 def test_observers_see_every_look(look_at, scene):
@@ -109,15 +109,15 @@ def test_an_unknown_target_is_refused(look_at, scene):
 def test_a_camera_without_frames_is_reported(targets, clock):
     class Unplugged:
         fps = 10.0
-        hfov_deg = 60.0
+        size = (320, 240)
         detector_s = 0.0
 
         def frame(self):
             return None
 
-    eyes = CameraEyes(SimulatedCamera(Unplugged(), clock), targets, PINHOLE, timeout_s=0.5)
+    eyes = CameraEyes(SimulatedCamera(Unplugged(), clock), targets, PINHOLE)
     with pytest.raises(CameraError, match=r"no frame for 0.5 s"):
-        eyes.look("cat")
+        eyes.glance(["cat"])
     assert clock.now() == pytest.approx(0.5)
 
 
@@ -140,7 +140,7 @@ class Sensor:
 
 
 def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
-    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0})
+    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0}, PINHOLE)
     sightings = [eyes.look("cat") for _ in range(7)]
     assert [sighting is not None for sighting in sightings] == [False] * 4 + [True] * 2 + [False]
     assert clock.now() == pytest.approx(0.6)
@@ -170,14 +170,14 @@ def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock)
 
 def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
     with pytest.raises(ConfigError, match=r"no target 'dog'.*There are: cat"):
-        GeometricEyes(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}).look("dog")
+        GeometricEyes(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}, PINHOLE).look("dog")
 
 
 def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
     sensor = Sensor(clock, 0.0, 10.0)
     sensor.unplugged = True
     with pytest.raises(CameraLost):
-        GeometricEyes(sensor, clock, {"lena": 297.0}).glance(["lena"])
+        GeometricEyes(sensor, clock, {"lena": 297.0}, PINHOLE).glance(["lena"])
 
 
 class Place:

@@ -6,6 +6,8 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.color import ColorDetector
+from nxtdrive.vision.detectors.correlation import CorrelationMatcher
+from nxtdrive.vision.detectors.frame_pyramid import pyramid
 from nxtdrive.vision.detectors.picture import PictureDetector
 from nxtdrive.vision.detectors.shared_frame import detect_each
 from nxtdrive.vision.focus import detect_near
@@ -62,14 +64,18 @@ def test_features_find_a_picture_that_hangs_askew(detector, scene, roll_deg):
 def test_features_find_a_picture_that_is_partly_covered(detector, scene):
     frame = scene.render(600)
     frame[:, 165:] = (40, 90, 30)
-    assert not detector_without_features(scene.picture).detect(frame)
+    assert not DetectorWithoutFeatures(scene.picture).detect(frame)
     bearing_deg, depth_mm = locate(detector, frame)
     assert bearing_deg == pytest.approx(0, abs=0.3)
     assert depth_mm == pytest.approx(600, rel=0.03)
 
 
-def detector_without_features(picture):
-    return PictureDetector([picture], use_features=False)
+class DetectorWithoutFeatures:
+    def __init__(self, picture):
+        self._matcher = CorrelationMatcher(picture)
+
+    def detect(self, image):
+        return self._matcher.match(pyramid(image))
 
 
 @pytest.mark.parametrize("roll_deg", [-15, -10, -5, 5, 10, 15])
@@ -115,7 +121,7 @@ def test_it_bears_glare_on_a_fifth_of_the_print(detector, scene, place, distance
 def test_pictures_of_few_details_are_found_with_three_times_the_light(make_scene, distractors, name, distance_mm):
     picture = cv2.imread(str(PICTURES / f"{name}.png"))
     frame = make_scene(picture, distractors["brick"]).render(distance_mm, 2).astype(np.float32) * 3
-    _, depth_mm = locate(detector_without_features(picture), frame.clip(0, 255).astype(np.uint8))
+    _, depth_mm = locate(DetectorWithoutFeatures(picture), frame.clip(0, 255).astype(np.uint8))
     assert depth_mm == pytest.approx(distance_mm, rel=0.08)
 
 
@@ -126,7 +132,7 @@ def test_drawings_are_found_with_glare_on_a_fifth_of_them(make_scene, distractor
     height = PINHOLE.focal_px * 297 / distance_mm
     radius = height * (0.2 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
     cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
-    _, depth_mm = locate(detector_without_features(picture), cv2.GaussianBlur(frame, (0, 0), 0.7))
+    _, depth_mm = locate(DetectorWithoutFeatures(picture), cv2.GaussianBlur(frame, (0, 0), 0.7))
     assert depth_mm == pytest.approx(distance_mm, rel=0.1)
 
 
@@ -141,13 +147,13 @@ def test_a_reflection_is_left_out_in_a_dim_frame_that_shows_it_blurred(make_scen
     radius = height * (0.1 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
     cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
     blurred = cv2.GaussianBlur(frame, (0, 0), 1.2)
-    _, depth_mm = locate(detector_without_features(picture), blurred.astype(np.uint8))
+    _, depth_mm = locate(DetectorWithoutFeatures(picture), blurred.astype(np.uint8))
     assert depth_mm == pytest.approx(distance_mm, rel=0.1)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_picture_that_reaches_out_of_the_frame_is_found(detector, scene, side):
-    bearing_deg, depth_mm = locate(detector_without_features(scene.picture), scene.render(900, side * 27))
+    bearing_deg, depth_mm = locate(DetectorWithoutFeatures(scene.picture), scene.render(900, side * 27))
     assert depth_mm == pytest.approx(900, rel=0.1)
     assert bearing_deg == pytest.approx(side * 27, abs=1.5)
 
@@ -161,7 +167,7 @@ def test_it_finds_nothing_in_other_pictures_in_any_light(detector, distractors):
 
 
 def test_without_features_it_needs_the_whole_picture_upright(astronaut, scene):
-    detector = detector_without_features(astronaut)
+    detector = DetectorWithoutFeatures(astronaut)
     assert detector.detect(scene.render(700))
     assert not detector.detect(scene.render(700, roll_deg=45))
 
@@ -252,7 +258,7 @@ def test_detectors_that_share_a_frame_find_what_each_finds_alone(scene, astronau
     detectors = {
         "astronaut": PictureDetector([astronaut]),
         "cat": PictureDetector([distractors["chelsea"]]),
-        "both": PictureDetector([distractors["chelsea"], astronaut], use_features=False),
+        "both": PictureDetector([distractors["chelsea"], astronaut]),
         "red": ColorDetector("red"),
     }
     together = detect_each(detectors, frame)

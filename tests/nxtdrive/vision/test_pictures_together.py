@@ -71,7 +71,7 @@ def test_three_pictures_are_found_as_each_alone(twelve):
 def test_several_photographs_of_a_target_are_found_beside_other_targets(twelve, scene, astronaut, distractors):
     frame = scene.render(1200, 5)
     detectors = {
-        "both": PictureDetector([distractors["chelsea"], astronaut], use_features=False),
+        "both": PictureDetector([distractors["chelsea"], astronaut]),
         "lena": twelve["lena"],
         "red": ColorDetector("red"),
         "astronaut": twelve["astronaut"],
