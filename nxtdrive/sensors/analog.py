@@ -28,10 +28,7 @@ class Touch(Sensor, Measuring[bool]):
         """Whether the button is down."""
         return self.values().scaled == 1
 
-    @property
-    def value(self) -> bool:
-        """The same as `pressed`."""
-        return self.pressed
+    value = pressed
 
     def wait_for_press(self, timeout_s: float = math.inf) -> bool:
         """Wait until the button is pressed; if it is down already, it has to be released first.
@@ -63,10 +60,7 @@ class Percentage(Sensor, Measuring[float]):
         # the firmware's own percentage is rounded; the value behind it is ten times as fine
         return self.values().normalized * 100 / FULL_SCALE
 
-    @property
-    def value(self) -> float:
-        """The same as `percent`."""
-        return self.percent
+    value = percent
 
 
 class Light(Percentage):
@@ -124,7 +118,4 @@ class RcxTemperature(Sensor, Measuring[float]):
         """Temperature in steps of 0.1 °C, -20..70."""
         return self.values().scaled / 10
 
-    @property
-    def value(self) -> float:
-        """The same as `celsius`."""
-        return self.celsius
+    value = celsius

@@ -51,10 +51,7 @@ class ColorSensor(Sensor, Measuring[Color]):
         self._become(SensorType.COLOR_FULL)
         return Color(self.values().scaled)
 
-    @property
-    def value(self) -> Color:
-        """The same as `color`."""
-        return self.color
+    value = color
 
     @property
     def rgb(self) -> tuple[int, int, int]:

@@ -21,10 +21,7 @@ class Compass(I2CSensor, Measuring[int]):
         halves, odd = self.read(self._HEADING, 2)
         return 2 * halves + odd
 
-    @property
-    def value(self) -> int:
-        """The same as `heading_deg`."""
-        return self.heading_deg
+    value = heading_deg
 
 
 class Temperature(I2CSensor, Measuring[float]):
@@ -47,7 +44,4 @@ class Temperature(I2CSensor, Measuring[float]):
         """Temperature in steps of 0.0625 °C, -55..127."""
         return int.from_bytes(self.read(self._TEMPERATURE, 2), "big", signed=True) / 256
 
-    @property
-    def value(self) -> float:
-        """The same as `celsius`."""
-        return self.celsius
+    value = celsius

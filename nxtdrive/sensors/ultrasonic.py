@@ -53,10 +53,7 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
             self._last, self._asked = Reading(distance_mm, begun_s), False
         return distance_mm
 
-    @property
-    def value(self) -> float | None:
-        """The same as `distance_mm`."""
-        return self.distance_mm
+    value = distance_mm
 
     def snapshot(self) -> tuple[float, ...]:
         """Measure up to eight echoes of a single ping; returns their distances in millimetres, nearest first.
