@@ -11,7 +11,7 @@ from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.transports import reopen_transport
-from nxtdrive.transports.base import Transport
+from nxtdrive.transports.base import Transport, closed
 
 R = TypeVar("R", bound=Reply)
 
@@ -179,8 +179,7 @@ class Reconnector:
             self._core.acknowledge()
             self.reopen()
         else:
-            closed = LinkLost(f"{self._link.transport.address} is closed.", remedy="Open the brick again.")
-            self.await_reconnect(closed, timeout_s)
+            self.await_reconnect(closed(self._link.transport.address), timeout_s)
 
     def reopen(self) -> None:
         """Reopen the link: same address, same brick, input ports in the same modes. The core has begun the attempt.
@@ -197,7 +196,7 @@ class Reconnector:
             with self._lock.exclusive():
                 if core.state is LinkState.CLOSED:
                     transport.close()
-                    raise LinkLost(f"{transport.address} is closed.", remedy="Open the brick again.")
+                    raise closed(transport.address)
                 link.use(transport)
                 core.dialogue.reset()
                 core.timers.clear()

@@ -9,6 +9,8 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+from firmware_protocol.errors import LinkLost
+
 SURPLUS_LIMIT = 64
 """Most telegrams discarded at once; a peer that sends more never stops."""
 
@@ -69,6 +71,11 @@ class Transport(Protocol):
     def sleep(self, duration_s: float) -> None:
         """Let `duration_s` pass; return at once if it is not positive."""
         ...
+
+
+def closed(address: str) -> LinkLost:
+    """Make the error of a transport that is used after it was closed."""
+    return LinkLost(f"{address} is closed.", remedy="Open the brick again.")
 
 
 def drain(transport: Transport) -> int:

@@ -12,11 +12,11 @@ from collections import deque
 from typing import Self
 
 from firmware_protocol.catalog import command_of
-from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, RemoteProtocolError
+from firmware_protocol.errors import LinkError, LinkTimeout, RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import NO_REPLY, REPLY_HEADER, Kind
 from nxtdrive.transports.address import Address
-from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.base import WallClock, closed
 from nxtdrive.transports.sockets import Connection
 from nxtdrive.transports.stream import SEND_TIMEOUT_S
 from nxtdrive.transports.tcp import connect
@@ -118,7 +118,7 @@ class NxtServerTransport(WallClock):
 
     def _check_open(self) -> None:
         if not self._open:
-            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+            raise closed(self.address)
 
 
 def split_replies(data: bytes) -> list[bytes]:

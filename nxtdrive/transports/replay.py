@@ -17,6 +17,7 @@ from firmware_protocol import errors
 from firmware_protocol.errors import AddressError, LinkError, LinkLost, NXTError, RemoteProtocolError
 from firmware_protocol.explain import explain
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.base import closed
 from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, read_trace
 
 EARLY_S = 0.001
@@ -142,7 +143,7 @@ class ReplayTransport:
 
     def _check_open(self) -> None:
         if not self._open:
-            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+            raise closed(self.address)
 
     def _different(self, telegram: bytes, expected: Entry | None) -> NXTError:
         if expected is None:

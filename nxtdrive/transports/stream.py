@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from firmware_protocol.errors import LinkLost, RemoteProtocolError
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
-from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.base import WallClock, closed
 
 SEND_TIMEOUT_S = 1.0
 """Longest time to send a telegram; a longer silence of the brick's radio means that the link is lost."""
@@ -88,7 +88,7 @@ class StreamTransport(WallClock):
 
     def _check_open(self) -> None:
         if not self._open:
-            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+            raise closed(self.address)
 
     @abstractmethod
     def _read(self, timeout_s: float) -> bytes:

@@ -31,7 +31,7 @@ from firmware_protocol.errors import (
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.host.access import usb_remedy
 from nxtdrive.transports.address import Address
-from nxtdrive.transports.base import WallClock
+from nxtdrive.transports.base import WallClock, closed
 from nxtdrive.transports.usb_context import UsbContext
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ class UsbTransport(WallClock):
 
     def _opened(self) -> Device:
         if self._device is None:
-            raise LinkLost(f"{self.address} is closed.", remedy="Open the brick again.")
+            raise closed(self.address)
         return self._device
 
 
