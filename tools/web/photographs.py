@@ -15,18 +15,16 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import parse_toml
+from nxtdrive.vision.detection import Box, Image, overlap
 from nxtdrive.vision.detectors.picture import PictureDetector
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from nxtdrive.vision.detection import Image
-
 KEPT = 20
 """Pictures that boxes can still be drawn on."""
 LEAST_OVERLAP = 0.5
 """The detector must find the box again where it was drawn: intersection over union."""
-Box = tuple[int, int, int, int]
 BOM = "\ufeff"
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -125,7 +123,7 @@ def cut_out(image: Image, box: Box) -> Image:
         found = PictureDetector([picture]).detect(image)
     except ConfigError as error:
         raise ValueError(str(error)) from None
-    if not any(_overlap(box, detection.box) >= LEAST_OVERLAP for detection in found):
+    if not any(overlap(box, detection.box) >= LEAST_OVERLAP for detection in found):
         raise ValueError(
             "The detector does not find this box again in the same picture. Draw it around something flat with a "
             "pattern, seen from the front, without the background."
@@ -169,11 +167,3 @@ def _with_name(text: str, name: str, table: str) -> str:
 
 def _png(image: Image) -> bytes:
     return bytes(cv2.imencode(".png", image)[1].tobytes())
-
-
-def _overlap(one: Box, other: Box) -> float:
-    """Return the intersection of two boxes over their union."""
-    wide = min(one[0] + one[2], other[0] + other[2]) - max(one[0], other[0])
-    high = min(one[1] + one[3], other[1] + other[3]) - max(one[1], other[1])
-    shared = max(0, wide) * max(0, high)
-    return shared / (one[2] * one[3] + other[2] * other[3] - shared)
