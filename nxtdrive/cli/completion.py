@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import COMMANDS, DONE, make_parser
 from nxtdrive.cli.output import write_text
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 
 DESCRIPTION = """\
 Print a script with which a shell completes commands, actions, options, and the names
@@ -29,13 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script; returns the exit code."""
-    from importlib.util import find_spec
-
-    if find_spec("shtab") is None:
-        raise ConfigError(
-            "making the script needs a package that is not installed.",
-            remedy=f"Install it: {install_extra('completion')}",
-        )
+    require("completion", "shtab", what="making the script")
     import shtab
 
     parser = make_parser(COMMANDS)

@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.web import add_port_argument, add_server_arguments, require_extra
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
@@ -50,13 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until the assistant disconnects; return the exit code."""
-    from importlib.util import find_spec
-
-    if find_spec("mcp") is None:
-        raise ConfigError(
-            "the assistant's protocol needs a package that is not installed.",
-            remedy=f"Install it: {install_extra('mcp')}",
-        )
+    require("mcp", "mcp", what="the assistant's protocol")
     from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.mcp.assistant import Assistant
     from nxtdrive.tools.mcp.mission_status import MissionStatusHub

@@ -12,6 +12,7 @@ from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.host.environment import require
 from nxtdrive.signals import until_signal
 
 if TYPE_CHECKING:
@@ -105,15 +106,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _check() -> None:
     """Check what can be checked before the program takes over the screen."""
-    from importlib.util import find_spec
-
-    from nxtdrive.host.environment import install_extra
-
-    if find_spec("textual") is None:
-        raise ConfigError(
-            "teleop needs textual, which is not installed.",
-            remedy=f"Install it: {install_extra('tui')}",
-        )
+    require("tui", "textual", what="teleop")
     if not all(stream and stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):
         raise ConfigError(
             "teleop needs a terminal to draw on and to read keys from.",

@@ -16,7 +16,7 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
@@ -81,12 +81,7 @@ def require_extra() -> None:
     Raises:
         ConfigError: They are not.
     """
-    from importlib.util import find_spec
-
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets", "segno", "tomlkit")):
-        raise ConfigError(
-            "the page needs packages that are not installed.", remedy=f"Install them: {install_extra('web')}"
-        )
+    require("web", "starlette", "uvicorn", "websockets", "segno", "tomlkit", what="the page")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shlex
 import sys
 from importlib.machinery import PathFinder
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
+
+from firmware_protocol.errors import ConfigError
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -19,6 +22,24 @@ def install_extra(extra: str) -> str:
     except PackageNotFoundError:  # run in a checkout without installation; the name may be another's elsewhere
         return pip_command("install", f"{CHECKOUT}[{extra}]")
     return pip_command("install", f"nxtdrive[{extra}]")
+
+
+def require(extra: str, *packages: str, what: str) -> None:
+    """Check that the packages of an extra are installed.
+
+    Args:
+        extra: Such as ``tui``.
+        packages: Names by which they are imported.
+        what: What needs them, for the message.
+
+    Raises:
+        ConfigError: One is missing.
+    """
+    if any(importlib.util.find_spec(name) is None for name in packages):
+        raise ConfigError(
+            f"{what} needs the extra nxtdrive[{extra}], which is not installed.",
+            remedy=f"Install it: {install_extra(extra)}",
+        )
 
 
 def pip_command(*words: str) -> str:

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.journal import Kind, Record
-from firmware_protocol.errors import ConfigError
 from input_files.plain import InputFileError, is_number, read_bytes
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 
@@ -77,12 +76,9 @@ def write_mcap(
         ConfigError: The library is not installed.
         OSError: It cannot be written.
     """
-    try:
-        from mcap.writer import Writer
-    except ImportError:
-        raise ConfigError(
-            "an MCAP file needs a package that is not installed.", remedy=f"Install it: {install_extra('mcap')}"
-        ) from None
+    require("mcap", "mcap", what="an MCAP file")
+    from mcap.writer import Writer
+
     recorded = sorted((each for record in records for each in _of_record(record)), key=lambda each: each.time_s)
     logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines]
     seen = (each for picture in camera.pictures for each in _of_picture(camera, picture)) if camera else ()

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.host.environment import install_extra
+from firmware_protocol.errors import ConfigError
+from nxtdrive.host.environment import install_extra, require
 
 ROOT = Path(__file__).parents[2]
 PRINT = "from nxtdrive.host.environment import pip_command; print(pip_command('debug'))"
@@ -44,3 +45,9 @@ def test_a_remedy_is_printed_without_a_warning_of_setuptools(monkeypatch):
     """Its hook warns when pip is looked for after distutils was imported; warnings are errors here."""
     monkeypatch.setitem(sys.modules, "distutils", types.ModuleType("distutils"))
     assert install_extra("tui")
+
+
+def test_a_missing_package_is_named_by_its_extra():
+    require("tui", "json", what="teleop")
+    with pytest.raises(ConfigError, match=r"^teleop needs the extra nxtdrive\[tui\], .*: .*nxtdrive\[tui\]"):
+        require("tui", "json", "nosuchpackage", what="teleop")

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 import nxtdrive
 from firmware_protocol.errors import AddressError, ConfigError
 from input_files.plain import whole_number
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 
 from .runner import WorkersDied
 
@@ -186,11 +186,9 @@ def _difference(what: object, expected: Installed) -> str:
 
 
 def _connect(address: str) -> Any:  # noqa: ANN401 - a distributed.Client
-    try:
-        from distributed import Client
-    except ImportError as error:
-        install = install_extra("cluster")
-        raise ConfigError("a cluster needs Dask.", remedy=f"Install it: {install}") from error
+    require("cluster", "distributed", what="a cluster")
+    from distributed import Client
+
     if not logging.getLogger().isEnabledFor(logging.DEBUG):
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # we report each error ourselves, once

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
-from nxtdrive.host.environment import install_extra
+from nxtdrive.host.environment import require
 from sim_backend.scenarios.extras import TIME_LIMIT_S
 
 from .performance import Line
@@ -41,8 +40,7 @@ def check_plotting() -> None:
     Raises:
         ConfigError: matplotlib is not installed.
     """
-    if find_spec("matplotlib") is None:
-        raise ConfigError("plots need matplotlib.", remedy=f"Install it: {install_extra('plot')}")
+    require("plot", "matplotlib", what="a plot")
 
 
 def write_plot(lines: Sequence[Line], path: Path) -> None:

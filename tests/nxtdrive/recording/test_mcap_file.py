@@ -146,7 +146,7 @@ def test_a_picture_that_is_gone_is_left_out(run, tmp_path):
 
 
 def test_without_the_package_a_sentence_says_how_to_install_it(run, tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    monkeypatch.setitem(sys.modules, "mcap", None)
     assert main(["export", str(run), "--mcap", str(tmp_path / "run.mcap")]) == USAGE
     assert "[mcap]" in capsys.readouterr().err
 
