@@ -25,7 +25,7 @@ class Recovery:
         name: Its name in the journal.
         label: A short imperative, for the status line and the map.
         describe: Says what a choice of it does, with the choice's numbers.
-        color: Of its path and its mark on the map: blue, green, red, each 0..255.
+        color: Of its path and its mark on the map: red, green, blue, each 0..255.
         marker: Shape of its mark on the map, one of `nxtdrive.drawing.sheet.MARKERS`.
         dash: Its path on the map: lengths of strokes and gaps in turn, pixels; none for a solid line.
         fits: The cause of a failure for which it is the right choice, as `nxtdrive.tools.sweep.causes` names them;
@@ -104,7 +104,7 @@ WAIT = Recovery(
     "wait",
     label="wait",
     describe=lambda choice: f"wait up to {choice.wait_s:.1f} s",
-    color=(0, 140, 220),
+    color=(220, 140, 0),
     marker="square",
     dash=(3, 5),
     fits="blocked_short",
@@ -113,7 +113,7 @@ DETOUR = Recovery(
     "detour",
     label="go round",
     describe=lambda choice: "go round" + (f", to {place_words(choice.route[-1])}" if choice.route else ""),
-    color=(0, 80, 200),
+    color=(200, 80, 0),
     marker="diamond",
     dash=(16, 5, 3, 5),
     fits="blocked_long",
@@ -122,7 +122,7 @@ MOVE_TO = Recovery(
     "move_to",
     label="look elsewhere",
     describe=_describe_move,
-    color=(180, 60, 150),
+    color=(150, 60, 180),
     marker="triangle_up",
     dash=(12, 7),
     fits="elsewhere",
@@ -131,7 +131,7 @@ RESCAN = Recovery(
     "rescan",
     label="look again",
     describe=lambda _: "look again from here",
-    color=(160, 160, 40),
+    color=(40, 160, 160),
     marker="cross",
     dash=(6, 5),
     fits="missed",
@@ -140,7 +140,7 @@ CHANGE_TARGET = Recovery(
     "change_target",
     label="leave it",
     describe=lambda choice: "leave this target" + (f" and go for {choice.instead}" if choice.instead else ""),
-    color=(40, 40, 200),
+    color=(200, 40, 40),
     marker="triangle_down",
     leads_to=("left", "gave_up"),
 )

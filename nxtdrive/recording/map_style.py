@@ -71,14 +71,14 @@ def path_style(state: str) -> LineStyle:
     """Return how the path in a state is drawn."""
     recovery = recovery_in(state)
     if recovery:
-        return LineStyle(f"path: {recovery.label}", _rgb(recovery.color), 3.5, recovery.dash)
+        return LineStyle(f"path: {recovery.label}", recovery.color, 3.5, recovery.dash)
     return PATHS.get("arrive" if state == "verify" else state, OTHER_PATH)
 
 
 def mark_style(event: MapEvent) -> MarkStyle:
     """Return how an event is marked."""
     if event.recovery:
-        return MarkStyle(f"failed, then: {event.recovery.label}", _rgb(event.recovery.color), event.recovery.marker)
+        return MarkStyle(f"failed, then: {event.recovery.label}", event.recovery.color, event.recovery.marker)
     return MARKS.get(event.kind, OTHER_MARK)
 
 
@@ -90,9 +90,4 @@ def target_color(number: int) -> Color:
 def pale(color: Color) -> Color:
     """Return a colour mixed with white."""
     red, green, blue = ((part + 2 * 255) // 3 for part in color)
-    return red, green, blue
-
-
-def _rgb(color: Color) -> Color:
-    blue, green, red = color
     return red, green, blue

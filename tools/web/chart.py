@@ -21,4 +21,4 @@ def chart() -> dict[str, object]:
 
 def recoveries() -> dict[str, dict[str, object]]:
     """Return label and colour (red, green, blue) of each recovery, by name."""
-    return {each.name: {"label": each.label, "rgb": list(each.color[::-1])} for each in RECOVERIES.values()}
+    return {each.name: {"label": each.label, "rgb": list(each.color)} for each in RECOVERIES.values()}

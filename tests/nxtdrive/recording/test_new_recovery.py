@@ -85,7 +85,7 @@ def test_the_map_has_its_mark_and_its_colour():
     records = [RECORDS[0], Record(2.0, Kind.TRANSITION, "select", "lena", failed), *RECORDS[1:]]
     assert {"failed, then: drive back", "path: drive back"} <= {key.text for key in map_page(records).keys}
     drawn = np.asarray(draw_map(records))
-    assert np.any(np.all(drawn == np.array(BACK_UP.color[::-1], np.uint8), axis=2))
+    assert np.any(np.all(drawn == np.array(BACK_UP.color, np.uint8), axis=2))
 
 
 def test_an_explanation_puts_it_into_words():
