@@ -1,9 +1,10 @@
 import cv2
 import pytest
 
+from behaviors.detector_names import BUILT_IN_DETECTORS
 from firmware_protocol.errors import ConfigError
 from nxtdrive.tools.dev.onnx_models import red_model
-from nxtdrive.vision.detectors import DETECTORS, make_detector
+from nxtdrive.vision.detectors import make_detector
 
 
 @pytest.mark.parametrize(
@@ -29,7 +30,7 @@ def test_each_kind_is_made_and_finds_nothing_in_the_dark(spec, tmp_path, astrona
 
 
 def test_every_kind_is_tried_above():
-    assert set(DETECTORS) == {"picture", "haar", "marker", "qr", "color", "onnx"}
+    assert set(BUILT_IN_DETECTORS) == {"picture", "haar", "marker", "qr", "color", "onnx"}
 
 
 def test_the_height_is_the_targets():
