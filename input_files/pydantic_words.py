@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 LONGEST_EXAMPLE = 60
 """A longer text is no readable example."""
@@ -36,6 +37,16 @@ WORDS = {
     "missing": "is missing",
 }
 """By pydantic's name of the kind of mistake, with its context to be filled in."""
+
+
+def first_mistake(mistakes: Sequence[Mapping[str, Any]]) -> str:
+    """Return where the first of pydantic's `mistakes` is, such as ``a.b``, and its message.
+
+    Args:
+        mistakes: As pydantic's ``ValidationError.errors()`` returns them; one without a place has only its message.
+    """
+    where = ".".join(map(str, mistakes[0]["loc"]))
+    return f"{where}: {mistakes[0]['msg']}" if where else str(mistakes[0]["msg"])
 
 
 def words(kind: str, context: Mapping[str, object], message: str, value: object = None) -> str:

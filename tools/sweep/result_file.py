@@ -15,6 +15,7 @@ from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
+from input_files.pydantic_words import first_mistake
 from nxtdrive.recording.predictions import Prediction
 
 from .causes import Judgement
@@ -97,8 +98,7 @@ def _line(path: Path, number: int, text: bytes) -> Line:
         model = _Checked if line.get("ending") == Ending.BROKEN else _CheckedMission
         model.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
-        raise _foreign(path, number, f": {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        raise _foreign(path, number, f": {first_mistake(error.errors())}") from None
     except ValueError:
         raise _foreign(path, number) from None
     return line

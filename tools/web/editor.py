@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
+from input_files.pydantic_words import first_mistake
 from nxtdrive.cli.mission_template import template
 
 from .missions import Conflict, Missions
@@ -137,5 +138,4 @@ async def _body(request: Request, kind: type[B]) -> B:
     try:
         return kind.model_validate_json(content)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        raise Refused(f"{'.'.join(map(str, first['loc']))}: {first['msg']}", 422) from None
+        raise Refused(first_mistake(error.errors()), 422) from None

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from behaviors.robot_description import ColorName
+from input_files.pydantic_words import first_mistake
 
 from ..calibrate import SHEET_HEIGHT_MM
 
@@ -213,9 +214,7 @@ def read(adapter: TypeAdapter[M], text: str | bytes) -> M:
     try:
         return adapter.validate_json(text)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise ValueError(f"{where}: {first['msg']}" if where else str(first["msg"])) from None
+        raise ValueError(first_mistake(error.errors())) from None
 
 
 def schema() -> dict[str, object]:

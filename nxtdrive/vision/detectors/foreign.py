@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from behaviors.ports import Cut
 from firmware_protocol.errors import ConfigError, NXTError
+from input_files.pydantic_words import first_mistake
 from nxtdrive.vision.detection import Described, Detection, Detector, Image, Quad
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
@@ -101,9 +102,9 @@ class ForeignDetector:
         try:
             found = _FOUND.validate_python(places, from_attributes=True)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-            where = ".".join(map(str, first["loc"]))
-            raise ConfigError(f"{self._name} returns no detections ({where}: {first['msg']}).", remedy=REMEDY) from None
+            raise ConfigError(
+                f"{self._name} returns no detections ({first_mistake(error.errors())}).", remedy=REMEDY
+            ) from None
         return [Detection(each.box, each.score, each.quad, each.cut, each.bound) for each in found]
 
 
