@@ -20,6 +20,7 @@ from nxtdrive.recording.map_events import MapEvent, Numbering, numbering
 from nxtdrive.recording.map_painter import MapPainter, middle, on_page
 from nxtdrive.recording.map_scene import START, Line, MapScene, gather
 from nxtdrive.recording.map_style import mark_style, target_color
+from nxtdrive.recording.run_reader import start_of
 
 AXES = Axes("to the right of the start, m", "ahead of the start, m", up=True)
 MARGIN_MM, SMALLEST_MM = 250.0, 1600.0
@@ -65,7 +66,7 @@ def map_page(
     camera = mission.camera if mission else CameraTable()
     at_start = set(room)
     painter = MapPainter(scene, shown, camera, room, [line for line in room_at_end if line not in at_start])
-    begun = next((record for record in records if record.kind is Kind.START), None)
+    begun = start_of(records)
     return Page(
         title=str(begun.data.get("mission", "")) if begun else "A mission that did not begin",
         subtitle="; ".join(_result(records, mission)),

@@ -19,6 +19,7 @@ from behaviors.journal import Kind, Record
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
+from nxtdrive.recording.map_scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 
 if TYPE_CHECKING:
@@ -118,11 +119,8 @@ def _of_record(record: Record) -> Iterator[Message]:
     """Yield the messages of a record; values of an unknown form are left out."""
     now_s, data = record.time_s, record.data
     yield Message(now_s, "/state", {"state": record.state, "target": record.target})
-    pose = data.get("pose")
-    numbers = [each for each in pose if is_number(each)] if isinstance(pose, list) else []
-    if len(numbers) == 3:
-        x_mm, y_mm, heading_deg = numbers
-        place = _pose(x_mm / 1000, -y_mm / 1000, -math.radians(heading_deg))
+    if pose := pose_of(record):
+        place = _pose(pose.x_mm / 1000, -pose.y_mm / 1000, -math.radians(pose.heading_deg))
         yield Message(now_s, "/pose", {"frame_id": MAP, "pose": place})
         frames = {"parent_frame_id": MAP, "child_frame_id": ROBOT}
         moved = {"translation": place["position"], "rotation": place["orientation"]}

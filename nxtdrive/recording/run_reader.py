@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from codecs import BOM_UTF8
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,13 +35,13 @@ class PastRun:
     @property
     def name(self) -> str:
         """The mission's name, or an empty string."""
-        begun = next((record for record in self.records if record.kind is Kind.START), None)
+        begun = start_of(self.records)
         return str(begun.data.get("mission", "")) if begun else ""
 
     @property
     def format(self) -> int:
         """The format of the journal; 1 where it does not say."""
-        begun = next((record for record in self.records if record.kind is Kind.START), None)
+        begun = start_of(self.records)
         number = begun.data.get("format", 1) if begun else 1
         return number if isinstance(number, int) else 1
 
@@ -48,6 +49,11 @@ class PastRun:
     def end(self) -> Record | None:
         """The journal's last record; None if the run was killed or is in progress."""
         return next((record for record in reversed(self.records) if record.kind is Kind.END), None)
+
+
+def start_of(records: Sequence[Record]) -> Record | None:
+    """Return the record of the mission's start; None if it did not begin."""
+    return next((record for record in records if record.kind is Kind.START), None)
 
 
 def read_run(path: Path) -> PastRun:
