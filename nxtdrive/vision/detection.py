@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,12 @@ def box_of(quad: Quad) -> Box:
     return left, top, round(max(us)) - left, round(max(vs)) - top
 
 
+def quad_of(corners: NDArray[Any]) -> Quad:
+    """Return corners, (4, 2), the columns u and v in pixels, as a quad."""
+    a, b, c, d = ((float(u), float(v)) for u, v in corners)
+    return a, b, c, d
+
+
 def overlap(a: Box, b: Box) -> float:
     """Return the intersection over union of two boxes, 0..1."""
     width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
@@ -91,3 +97,12 @@ def overlap(a: Box, b: Box) -> float:
         return 0.0
     shared = width * height
     return shared / (a[2] * a[3] + b[2] * b[3] - shared)
+
+
+def distinct(detections: list[Detection]) -> list[Detection]:
+    """Return the best of every group of overlapping detections, best first."""
+    kept: list[Detection] = []
+    for detection in sorted(detections, key=lambda d: -d.score):
+        if all(overlap(detection.box, other.box) < 0.3 for other in kept):
+            kept.append(detection)
+    return kept

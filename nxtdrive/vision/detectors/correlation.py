@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of, overlap
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of, distinct, quad_of
 from nxtdrive.vision.detectors.alignment import Aligner, Places, Poses, align
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
@@ -195,15 +195,6 @@ class _Part:
         return self._sizes[height]
 
 
-def distinct(detections: list[Detection]) -> list[Detection]:
-    """Return the best of every group of overlapping detections, best first."""
-    kept: list[Detection] = []
-    for detection in sorted(detections, key=lambda d: -d.score):
-        if all(overlap(detection.box, other.box) < 0.3 for other in kept):
-            kept.append(detection)
-    return kept
-
-
 def _plausible(pose: Poses, ratio: float) -> bool:
     """Return whether a pose can be the upright picture, seen by a camera rolled by up to some 20 degrees."""
     (ax, bx, _), (ay, by, _) = pose
@@ -219,5 +210,4 @@ def _quad(pose: Poses, part: float) -> Quad:
     """Return the corners of the whole picture, of which the pose may show only the core."""
     half = 0.5 / part
     corners = np.array([(-half, half, half, -half), (-half, -half, half, half), (1, 1, 1, 1)])
-    a, b, c, d = ((float(u), float(v)) for u, v in (pose @ corners).T)
-    return a, b, c, d
+    return quad_of((pose @ corners).T)

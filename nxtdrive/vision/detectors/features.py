@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+from nxtdrive.vision.detection import Detection, Image, box_of, quad_of
 from nxtdrive.vision.detectors.scaling import at_height
 
 WORK_WIDTH = 240
@@ -81,7 +81,7 @@ class FeatureMatcher:
         score = self._resemblance(image, corners)
         if score < SURE:
             return []
-        quad = _quad(corners)
+        quad = quad_of(corners)
         return [Detection(box_of(quad), min(1.0, score), quad)]
 
     def _pairs(self, seen: Keypoints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -136,8 +136,3 @@ def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:
     if min(left, right) < MIN_HEIGHT_PX or max(left, right) > 2 * min(left, right):
         return False
     return bool(0.3 * ratio < (top + bottom) / (left + right) < 1.4 * ratio and max(top, bottom) < 2 * min(top, bottom))
-
-
-def _quad(corners: NDArray[np.float32]) -> Quad:
-    a, b, c, d = ((float(u), float(v)) for u, v in corners)
-    return a, b, c, d

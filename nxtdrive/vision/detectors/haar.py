@@ -10,8 +10,7 @@ import cv2
 from firmware_protocol.errors import ConfigError
 from input_files.plain import MEGABYTE, at_home
 from nxtdrive.host.environment import pip_command
-from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.correlation import distinct
+from nxtdrive.vision.detection import Detection, Image, distinct
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.detectors.trial import run_trial
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import cv2
+import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of, quad_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 DEFAULT_FAMILY = "aruco_4x4_50"
@@ -56,5 +57,4 @@ def from_spec(spec: DetectorSpec) -> MarkerDetector:
 
 def _quad(corners: cv2.typing.MatLike) -> Quad:
     """Convert OpenCV's corners, whose origin is the centre of the first pixel, to the image's corner as origin."""
-    a, b, c, d = ((float(u) + 0.5, float(v) + 0.5) for u, v in corners)
-    return a, b, c, d
+    return quad_of(np.asarray(corners, np.float64) + 0.5)

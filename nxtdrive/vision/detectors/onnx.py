@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.correlation import distinct
+from nxtdrive.vision.detection import Detection, Image, distinct
 from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess
 from nxtdrive.vision.detectors.onnx_labels import number_of
 from nxtdrive.vision.detectors.onnx_layouts import Places

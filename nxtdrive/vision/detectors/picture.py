@@ -8,8 +8,8 @@ from pathlib import Path
 import cv2
 
 from firmware_protocol.errors import CameraError, ConfigError
-from nxtdrive.vision.detection import Detection, Image
-from nxtdrive.vision.detectors.correlation import CorrelationMatcher, distinct, match_all
+from nxtdrive.vision.detection import Detection, Image, distinct
+from nxtdrive.vision.detectors.correlation import CorrelationMatcher, match_all
 from nxtdrive.vision.detectors.features import FeatureMatcher, keypoints
 from nxtdrive.vision.detectors.frame_pyramid import pyramid
 from nxtdrive.vision.detectors.spec import DetectorSpec

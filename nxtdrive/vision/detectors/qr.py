@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.vision.detection import Detection, Image, Quad, box_of
+from nxtdrive.vision.detection import Detection, Image, Quad, box_of, quad_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 READ_WIDTH, MOST_ZOOM = 640, 2.0
@@ -59,5 +59,4 @@ def from_spec(spec: DetectorSpec) -> QrDetector:
 def _quad(corners: cv2.typing.MatLike) -> Quad:
     """Return the corners with the one first that is at the top left in the frame: a sheet may hang turned."""
     start = int(np.argmin(corners.sum(axis=1)))
-    a, b, c, d = ((float(u), float(v)) for u, v in np.roll(corners, -start, axis=0))
-    return a, b, c, d
+    return quad_of(np.roll(corners, -start, axis=0))
