@@ -12,6 +12,8 @@ T = TypeVar("T")
 
 MotorPort = Literal["A", "B", "C"]
 SensorPort = Literal[1, 2, 3, 4]
+MOTOR_PORTS: tuple[MotorPort, ...] = ("A", "B", "C")
+SENSOR_PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 
 _OUTPUTS = {"A": OutputPort.A, "B": OutputPort.B, "C": OutputPort.C}
 _INPUTS = {1: InputPort.IN_1, 2: InputPort.IN_2, 3: InputPort.IN_3, 4: InputPort.IN_4}

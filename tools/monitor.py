@@ -11,13 +11,10 @@ from firmware_protocol.direct import GetInputValues, GetOutputState, InputValues
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, SensorMode, SensorType
 from firmware_protocol.errors import BrickError, LinkError, RemoteProtocolError
 from nxtdrive.brick import Brick
-from nxtdrive.ports import SensorPort
+from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, SensorPort, output_port
 from nxtdrive.sensors import Measuring, identify
 from nxtdrive.sensors.kinds import KINDS, in_words, kind_of, make_sensor, plain
 from nxtdrive.sensors.port import SensorTimeout
-
-SENSOR_PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
-MOTOR_PORTS = (OutputPort.A, OutputPort.B, OutputPort.C)
 
 DIGITAL = "I2C sensor (digital)"
 TYPES = {
@@ -236,7 +233,7 @@ def look(
         time_s=round(brick.now(), 3),
         battery_mv=round(brick.battery_v * 1000),
         latency_ms=round(brick.link.latency_s * 1000, 1),
-        motors=tuple(_motor(brick, port) for port in MOTOR_PORTS),
+        motors=tuple(_motor(brick, output_port(port)) for port in MOTOR_PORTS),
         sensors=tuple(_sensor(brick, port, sensors.get(port), digital.get(port)) for port in SENSOR_PORTS),
     )
 

@@ -68,7 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Show snapshots until Ctrl-C, or one with --once."""
     from nxtdrive.brick import open_brick
-    from nxtdrive.tools.monitor import SENSOR_PORTS, recognize, watch
+    from nxtdrive.ports import SENSOR_PORTS
+    from nxtdrive.tools.monitor import recognize, watch
 
     going_on = not args.once
     with (

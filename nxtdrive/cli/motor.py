@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.ports import MOTOR_PORTS
 
 if TYPE_CHECKING:
     from behaviors.ports import StopReason
@@ -25,8 +26,6 @@ EXAMPLES = """\
   nxtdrive motor turn C -90 --speed 200 --json
   nxtdrive motor stop --nxt usb://"""
 
-PORTS = ("A", "B", "C")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``run``, ``turn`` and ``stop`` with their arguments."""
@@ -35,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     speed = number("speed", float, -FASTEST_DEG_S, FASTEST_DEG_S)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     run_ = add_action(actions, "run", "turn for a time", on_brick(_run))
-    run_.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
+    run_.add_argument("port", metavar="PORT", type=str.upper, choices=MOTOR_PORTS, help="A, B or C")
     how = run_.add_mutually_exclusive_group()
     how.add_argument("--speed", metavar="DEG_S", type=speed, default=360.0, help="degrees per second (default: 360)")
     how.add_argument(
@@ -48,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seconds", metavar="S", type=number("seconds", float, 0, 3600), default=2.0, help="for how long (default: 2)"
     )
     turn = add_action(actions, "turn", "turn by an angle", on_brick(_turn))
-    turn.add_argument("port", metavar="PORT", type=str.upper, choices=PORTS, help="A, B or C")
+    turn.add_argument("port", metavar="PORT", type=str.upper, choices=MOTOR_PORTS, help="A, B or C")
     turn.add_argument(
         "angle",
         metavar="DEGREES",
@@ -90,7 +89,7 @@ def _turn(args: argparse.Namespace, brick: Brick) -> int:
 def _stop(args: argparse.Namespace, brick: Brick) -> int:
     from nxtdrive.ports import output_port
 
-    ports: list[MotorPort] = args.ports or list(PORTS)
+    ports: list[MotorPort] = args.ports or list(MOTOR_PORTS)
     for port in ports:
         brick.motor(port).brake()
         brick.link.mark_driven(output_port(port))

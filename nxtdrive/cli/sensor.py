@@ -14,6 +14,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
 from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.ports import SENSOR_PORTS
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -34,8 +35,6 @@ EXAMPLES = """\
   nxtdrive sensor identify
   nxtdrive sensor registers 4 0x10 8"""
 
-PORTS: tuple[SensorPort, ...] = (1, 2, 3, 4)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions and their arguments."""
@@ -51,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_brick_arguments(action)
         add_json_argument(action)
     for action in (read, watch):
-        action.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
+        action.add_argument("port", metavar="PORT", type=int, choices=SENSOR_PORTS, help="1 to 4")
         action.add_argument(
             "kind", metavar="KIND", nargs="?", help="what is plugged in; digital sensors identify themselves"
         )
@@ -64,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_csv_argument(watch)
     watch.add_argument("--count", metavar="N", type=number("count", int, 1, math.inf), help="stop after N values")
-    registers.add_argument("port", metavar="PORT", type=int, choices=PORTS, help="1 to 4")
+    registers.add_argument("port", metavar="PORT", type=int, choices=SENSOR_PORTS, help="1 to 4")
     registers.add_argument("register", metavar="REGISTER", type=byte, help="the first register, such as 0x42")
     registers.add_argument(
         "size",
@@ -129,7 +128,7 @@ def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> N
 def _identify(args: argparse.Namespace, brick: Brick) -> None:
     from nxtdrive.sensors import identify
 
-    found = {port: identify(brick.link, port) for port in PORTS}
+    found = {port: identify(brick.link, port) for port in SENSOR_PORTS}
     if args.json:
         write_json({port: asdict(who) if who else None for port, who in found.items()}, indent=2)
         return

@@ -9,7 +9,7 @@ from firmware_protocol.direct import GetInputValues, KeepAlive
 from firmware_protocol.enums import InputPort
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
-from nxtdrive.ports import MotorPort, SensorPort
+from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, MotorPort, SensorPort
 from nxtdrive.sensors import identify
 
 from .finding import Finding, ok, problem, warning
@@ -31,9 +31,6 @@ LITTLE_FLASH = 8_000
 WIGGLE_POWER, WIGGLE_S, SETTLE_S = 50, 0.35, 0.25
 TURNED_DEG = 20
 """A motor that is plugged in and free turns several times as far; a few degrees are play."""
-
-MOTORS: tuple[MotorPort, ...] = ("A", "B", "C")
-SENSORS: tuple[SensorPort, ...] = (1, 2, 3, 4)
 
 
 def examine(brick: Brick) -> Iterator[Finding]:
@@ -94,9 +91,9 @@ def wiggle(brick: Brick, mission: Mission) -> Iterator[Finding]:
         mission: Describes the robot: a part that is missing is a problem.
     """
     robot = mission.robot
-    for motor in MOTORS:
+    for motor in MOTOR_PORTS:
         yield _motor(brick, motor, needed=motor in (robot.left, robot.right))
-    for port in SENSORS:
+    for port in SENSOR_PORTS:
         if port == robot.touch:
             yield _touch(brick, port)
         else:
