@@ -11,9 +11,8 @@ from typing import Any
 
 from firmware_protocol.status import Status
 from firmware_protocol.system import FindFirst, OpenAppendData, OpenRead, OpenWrite, OpenWriteData, OpenWriteLinear
-from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command, Kind
+from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, REQUEST_HEADER, Command, Kind
 
-_HEADER = 2
 _HANDLE = "handle"
 _OPENING = (OpenRead, OpenWrite, OpenWriteLinear, OpenWriteData, OpenAppendData, FindFirst)
 _FILL, _ALSO = "!fill", "!also"
@@ -60,7 +59,7 @@ class Handles:
 def _handle_in_request(request: bytes) -> int | None:
     command = _command(request)
     span = command.layout.spans.get(_HANDLE) if command else None
-    place = None if span is None else _HEADER + span[0]
+    place = None if span is None else REQUEST_HEADER + span[0]
     return place if place is not None and place < len(request) else None
 
 
@@ -73,6 +72,6 @@ def _handle_in_reply(request: bytes) -> int | None:
 
 
 def _command(request: bytes) -> type[Command[Any]] | None:
-    if len(request) < _HEADER or request[0] & ~NO_REPLY != Kind.SYSTEM:
+    if len(request) < REQUEST_HEADER or request[0] & ~NO_REPLY != Kind.SYSTEM:
         return None
     return COMMANDS.get((Kind.SYSTEM, request[1]))
