@@ -28,9 +28,14 @@ def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
     return i, j
 
 
+def unclipped_index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the indices of the cells at places along one axis, as if the grid had no end."""
+    return np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2
+
+
 def index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
-    return np.clip(np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2, 0, CELLS - 1)
+    return np.clip(unclipped_index(value_mm), 0, CELLS - 1)
 
 
 def around(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Mask, cell, centre_mm
+from behaviors.adaptive.grid_cells import CELL_MM, Mask, cell, centre_mm, unclipped_index
 from behaviors.adaptive.occupancy_grid import Grid, OccupancyGrid
 from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point
@@ -83,8 +83,7 @@ class PathPlanner:
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
-        i = np.floor(points[:, 0] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[0].start
-        j = np.floor(points[:, 1] / CELL_MM).astype(np.int64) + CELLS // 2 - self._window[1].start
+        i, j = (unclipped_index(each) - part.start for each, part in zip(points.T, self._window, strict=True))
         inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
         seconds = np.full(len(points), np.inf)
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
@@ -97,7 +96,7 @@ class PathPlanner:
             length_mm = math.dist(one, other)
             share = np.linspace(0.0, 1.0, 2 + int(2 * length_mm / CELL_MM))
             i, j = (
-                np.floor((a + share * (b - a)) / CELL_MM).astype(np.int64) + CELLS // 2 - part.start
+                unclipped_index(a + share * (b - a)) - part.start
                 for a, b, part in zip(one, other, self._window, strict=True)
             )
             rows, columns = self._cost.shape
