@@ -11,13 +11,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, cast
+from typing import Any
 
 from behaviors.chart import MISSION_STATES, MissionChart
 from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Evidence, as_recorded
 from behaviors.failures import Failure
-from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record, plain
+from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
@@ -163,8 +163,7 @@ class Executive:
 
     def note(self, kind: Kind, **data: object) -> None:
         """Pass a record with the current time, state and target on to the observers."""
-        values = cast("Mapping[str, Any]", plain(data))
-        self._observers(Record(round(self.now(), 3), kind, self._chart.mission_state, self._queue.target, values))
+        self._observers(Record.of(self.now(), kind, self._chart.mission_state, self._queue.target, data))
 
     def after_transition(self, event: str | None, source: Any, target: Any, fact: Fact | None = None) -> None:  # noqa: ANN401 - the chart library's states
         """Journal a transition; called by the chart."""

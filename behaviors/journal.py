@@ -56,6 +56,11 @@ class Record:
     target: str
     data: Mapping[str, Value] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, time_s: float, kind: Kind, state: str, target: str, data: Mapping[str, object]) -> Self:
+        """Return a record of a time not yet rounded, and of data that `plain` converts."""
+        return cls(round(time_s, 3), kind, state, target, {key: plain(value) for key, value in data.items()})
+
     def to_json(self) -> str:
         """Return one line of ``journal.jsonl``, without its end."""
         return json.dumps(self.values(), ensure_ascii=False)

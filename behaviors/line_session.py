@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import REPLIES, Ending, Executive, Report
-from behaviors.journal import Kind, Observer, Record, plain
+from behaviors.journal import Kind, Observer, Record
 from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
@@ -318,5 +318,5 @@ class Session:
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 
     def _note(self, kind: Kind, **data: object) -> None:
-        values = cast("Mapping[str, Any]", plain(data))
-        self._observers(Record(round(self._clock.now() - self._start_s, 3), kind, self._state, self._target, values))
+        now_s = self._clock.now() - self._start_s
+        self._observers(Record.of(now_s, kind, self._state, self._target, data))

@@ -7,13 +7,11 @@ executive of its own: it uses the same ports and skills and writes the same jour
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Report
-from behaviors.journal import JOURNAL_FORMAT, Kind, Record, plain
+from behaviors.journal import JOURNAL_FORMAT, Kind, Record
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
@@ -75,8 +73,7 @@ class Baseline(ABC):
 
     def note(self, kind: Kind, **data: object) -> None:
         """Pass a record with the current time, state and target on to the observers."""
-        values = cast("Mapping[str, Any]", plain(data))
-        self._observers(Record(round(self.now(), 3), kind, self._state, self.queue.target, values))
+        self._observers(Record.of(self.now(), kind, self._state, self.queue.target, data))
 
     def enter(self, state: str, event: Event | None = None, reason: Reason | None = None) -> None:
         """Enter another state, named as in the mission's chart."""
