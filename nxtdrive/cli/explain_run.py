@@ -12,7 +12,6 @@ from nxtdrive.cli.output import write_json
 
 if TYPE_CHECKING:
     from behaviors.operator import OperatorChoice
-    from behaviors.recoveries import Choice
     from nxtdrive.recording.decisions import Decision, Replay
     from nxtdrive.recording.explanation import Explanation
 
@@ -101,16 +100,12 @@ def _plain_candidate(candidate: OperatorChoice, decision: Decision) -> dict[str,
 
     weighed, chosen = candidate.weighed, decision.choice
     return {
-        **_plain_choice(candidate.choice),
+        **candidate.choice.record(),
         **(weighed.record() if weighed else dict.fromkeys(("seconds", "chance", "expected_s"))),
         "chosen": chosen is not None and same(candidate.choice, chosen),
     }
 
 
 def _plain_replay(replay: Replay) -> dict[str, Any]:
-    choice = _plain_choice(replay.choice) if replay.choice else None
+    choice = replay.choice.record() if replay.choice else None
     return {"choice": choice, "differs": replay.differs, "why_not": replay.why_not}
-
-
-def _plain_choice(choice: Choice) -> dict[str, Any]:
-    return choice.record()

@@ -79,13 +79,13 @@ def run(args: argparse.Namespace) -> int:
             port=args.port,
             host=args.host,
             stopped=stopped,
-            say=_say,
+            say=print_line,
             passing=brick.sleep if in_step else None,
         )
         stack.enter_context(closing(server))
         _say_where(server.address, brick.link.transport.address, robot.source, mission)
         server.run()
-    _say("ended; motors off")
+    print_line("ended; motors off")
     return DONE
 
 
@@ -94,9 +94,9 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
 
     if not is_loopback(served[0]):
         complain(f"warning: anyone who can reach {served[0]} can drive this robot.")
-    _say("serving {}:{}".format(*served))
-    _say(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
-    _say("Ctrl-C ends it.")
+    print_line("serving {}:{}".format(*served))
+    print_line(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
+    print_line("Ctrl-C ends it.")
 
 
 def _say_reply(record: Record) -> None:
@@ -106,7 +106,7 @@ def _say_reply(record: Record) -> None:
     if record.kind is Kind.REPLY and "argument" in data:  # a mission's own replies have none
         asked = f"{data['verb']} {data['argument']}".rstrip()
         value = "a line of JSON" if isinstance(data["value"], str) else data["value"]
-        _say(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}")
+        print_line(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}")
         if data["error"]:
             complain(data["error"])
 
@@ -114,7 +114,3 @@ def _say_reply(record: Record) -> None:
 def _say_sensor(sensor: str, error: str) -> None:
     said = f"continuing without {sensor}: {error}" if error else f"the {sensor} answers again"
     complain(said)
-
-
-def _say(line: str) -> None:
-    print_line(line)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 import cv2
 import numpy as np
 
+from behaviors.angles import wrapped_deg
 from behaviors.robot_description import ColorName, ColorTable, RobotFile
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.color import HUES, ColorDetector, usual_shade
@@ -93,8 +94,8 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
             "apart).",
             remedy="Put a sheet of one strong colour there, in good light, and see that it fills the middle.",
         )
-    name = color or min(HUES, key=lambda each: _apart_deg(hue_deg, 2.0 * HUES[each]))
-    if _apart_deg(hue_deg, 2.0 * HUES[name]) > FARTHEST_DEG:
+    name = color or min(HUES, key=lambda each: abs(wrapped_deg(hue_deg - 2.0 * HUES[each])))
+    if abs(wrapped_deg(hue_deg - 2.0 * HUES[name])) > FARTHEST_DEG:
         raise CalibrationRefused(
             f"what is in the middle of the picture is not {name}: its hue is {hue_deg:.0f} degrees, and that of {name} "
             f"is {2 * HUES[name]}.",
@@ -138,7 +139,3 @@ def _holds(detection: Detection, u: float, v: float) -> bool:
 
 def _area(detection: Detection) -> float:
     return float(detection.box[2] * detection.box[3])
-
-
-def _apart_deg(one: float, other: float) -> float:
-    return abs((one - other + 180) % 360 - 180)

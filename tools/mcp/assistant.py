@@ -150,7 +150,7 @@ class Assistant:
         if begin is not None and any(self.robot.controls.wanted(self.robot.time_s)):
             raise ValueError("A person is driving the robot by hand. Try again later.")
         motion = ShortMotion(begin)
-        self.robot.start_motion(motion)
+        self.robot.start(motion)
         return motion
 
     def _question(self) -> Mapping[str, Any]:

@@ -27,8 +27,9 @@ from starlette.websockets import WebSocket
 from firmware_protocol.errors import ConfigError
 from nxtdrive.signals import handling
 
+from ..calibrate.sheet import sheet_bytes
 from .access import SESSION, Pin, PinGate, SameSite
-from .calibration import Calibrations, sheet
+from .calibration import Calibrations
 from .chart import chart, recoveries
 from .connections import BACKLOG, BoundedHTTP, without_traceback
 from .driver_arbiter import DriverArbiter
@@ -150,7 +151,7 @@ class Server:
         ]
 
     def _sheet(self, _request: Request) -> Response:
-        return Response(sheet(), media_type="application/pdf")
+        return Response(sheet_bytes(".pdf"), media_type="application/pdf")
 
     def _list_runs(self, _request: Request) -> Response:
         return as_json(self.runs.listed())
@@ -246,7 +247,7 @@ class Server:
             raise ValueError("Here the robot cannot be calibrated. Start `nxtdrive web` for it alone.")
         match message:
             case StartCalibration():
-                return partial(calibrations.start, message, partial(robot.start_calibration, endings=robot.endings))
+                return partial(calibrations.start, message, partial(robot.start, endings=robot.endings))
             case AnswerCalibration(question=question, value=value):
                 calibrations.answer(question, value)
             case SaveCalibration():

@@ -19,7 +19,6 @@ from nxtdrive.mission.files import read_robot_file
 from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import Outcome, calibrate
-from ..calibrate.sheet import sheet_bytes
 from ..calibrate.verdict import write_robot_file
 from .mission_run import CHECK_INTERVAL_S
 
@@ -201,8 +200,3 @@ class Calibrations:
 def _found(outcome: Outcome) -> dict[str, Any]:
     values = [asdict(line) for line in outcome.lines]
     return {"values": values, "misfit_px": outcome.misfit_px, "views": outcome.views, "remark": outcome.remark}
-
-
-def sheet() -> bytes:
-    """Return the marker sheet as PDF."""
-    return sheet_bytes(".pdf")

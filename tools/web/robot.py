@@ -137,25 +137,14 @@ class Robot:
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self._start(ShownMission(mission, self._hub, confirm=confirm, file=file), endings)
+        self.start(ShownMission(mission, self._hub, confirm=confirm, file=file), endings)
 
-    def start_calibration(self, calibration: ShownCalibration, endings: int | None = None) -> None:
-        """Calibrate the robot, unless it is busy or stopped, or it was ended since `endings`; any thread.
-
-        Raises:
-            ValueError: It cannot start now; the text says why.
-        """
-        self._start(calibration, endings)
-
-    def start_motion(self, motion: ShortMotion) -> None:
-        """Drive a short motion, or read the sensors, unless the robot is busy or stopped; any thread.
+    def start(self, task: Task, endings: int | None = None) -> None:
+        """Begin a task, unless the robot is busy, was ended since `endings`, or is stopped and would drive; any thread.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self._start(motion)
-
-    def _start(self, task: Task, endings: int | None = None) -> None:
         with self._starting:
             if endings not in (None, self.endings):
                 raise ValueError("It was ended before it began.")
