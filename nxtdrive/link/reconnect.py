@@ -23,7 +23,7 @@ PROBE_S = 2.0
 
 
 class LosableLink(Protocol):
-    """The interface of a link for reopening; see `nxtdrive.link.link.Link`."""
+    """What reopening needs of `nxtdrive.link.link.Link`, which imports this module."""
 
     transport: Transport
     timeout_s: float

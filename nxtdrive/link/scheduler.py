@@ -54,13 +54,13 @@ class Motion(Generic[R]):
     """
 
     def __init__(
-        self, scheduler: MotionScheduler, ports: frozenset[OutputPort], steps: Steps[R], transport: Transport
+        self, scheduler: MotionScheduler, link: SchedulingLink, ports: frozenset[OutputPort], steps: Steps[R]
     ) -> None:
         self.ports = ports
-        self.transport = transport
+        self.transport = link.transport
         self.due = math.inf
         self.ended = threading.Event()
-        self._scheduler = scheduler
+        self._scheduler, self._link = scheduler, link
         self._steps = steps
         self._outcome: R | None = None
         self._error: BaseException | None = None
@@ -81,13 +81,13 @@ class Motion(Generic[R]):
         """
         try:
             while not self.done:
-                self._scheduler.wait(self)
+                self._link.wait_for(self)
         except BaseException:
             self.cancel()
             raise
         if self._error is not None:
             if isinstance(self._error, LinkLost):
-                self._scheduler.acknowledge()
+                self._link.acknowledge()
             raise self._error
         return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
 
@@ -119,7 +119,7 @@ class Motion(Generic[R]):
 
 
 class SchedulingLink(Protocol):
-    """The interface of a link for the scheduler.
+    """What the scheduler needs of `nxtdrive.link.link.Link`, which imports this module.
 
     Attributes:
         transport: The transport in use; replaced on reconnection.
@@ -184,7 +184,7 @@ class MotionScheduler:
             NXTError: The error that ended it in its first step. If that was the loss of the link, this waits first
                 until the link is open again, as a request does.
         """
-        motion = Motion(self, frozenset(ports), steps, self._link.transport)
+        motion = Motion(self, self._link, frozenset(ports), steps)
         with self._lock:
             self.claim(motion.ports)
             self._motions.append(motion)
@@ -233,14 +233,6 @@ class MotionScheduler:
         with self._lock:
             for motion in [motion for motion in self._motions if motion is not self._current]:
                 self.end(motion, Cancelled())
-
-    def wait(self, motion: Motion[Any]) -> None:
-        """Wait until a motion may have advanced."""
-        self._link.wait_for(motion)
-
-    def acknowledge(self) -> None:
-        """Record that the loss of the link was reported to the program by a motion."""
-        self._link.acknowledge()
 
     def _run_until(self, now: float) -> None:
         for motion in sorted((motion for motion in self._motions if motion.due <= now), key=lambda motion: motion.due):
