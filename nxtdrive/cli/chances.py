@@ -100,9 +100,7 @@ def _show(found: Iterable[Prediction]) -> None:
     groups: dict[str, list[Prediction]] = {}
     for each in found:
         groups.setdefault(each.choice, []).append(each)
-    table = Table()
-    for column in ("choice", "number", "chance", "succeeded"):
-        table.add_column(column)
+    table = Table("choice", "number", "chance", "succeeded")
     for choice, group in sorted(groups.items()):
         chance, true = (
             sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)

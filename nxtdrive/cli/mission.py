@@ -99,16 +99,10 @@ def _show(args: argparse.Namespace) -> int:
         write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
     write_text(_described(mission))
-    write_text("\nStates\n")
-    write_text(state_table())
-    write_text("\nEvents\n")
-    write_text(event_table())
-    write_text("\nTransitions\n")
-    write_text(transition_table())
-    write_text("\nRecoveries\n")
-    write_text(recovery_table())
-    write_text("\nDiagram (Mermaid)\n")
-    write_text(mermaid())
+    tables = {"States": state_table, "Events": event_table, "Transitions": transition_table}
+    for title, table in {**tables, "Recoveries": recovery_table, "Diagram (Mermaid)": mermaid}.items():
+        write_text(f"\n{title}\n")
+        write_text(table())
     return DONE
 
 

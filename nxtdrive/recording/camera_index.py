@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
+import cv2
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -111,8 +112,6 @@ class CameraPictures:
 
     def drawn(self, picture: Picture, caption: str = "") -> Image | None:
         """Return a picture with boxes and caption in the size of the header; None if it cannot be read."""
-        import cv2
-
         try:
             image = read_picture(self.folder / picture.file)
         except InputFileError:

@@ -9,14 +9,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
-import numpy as np
-import numpy.typing as npt
 
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_index import CameraPictures, Picture
-
-Image = npt.NDArray[np.uint8]
+from nxtdrive.vision.detection import Image
 
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""

@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from importlib.metadata import distributions
 from pathlib import Path
 
@@ -115,11 +116,8 @@ def webcam(source: str) -> Finding:
     from nxtdrive.vision.sources import open_camera
 
     try:
-        camera = open_camera(source, clock=WallClock())
-        try:
+        with closing(open_camera(source, clock=WallClock())) as camera:
             height, width = camera.read(FRAME_TIMEOUT_S).image.shape[:2]
-        finally:
-            camera.close()
     except CameraError as error:
         return warning("camera", error.args[0], error.remedy)
     return ok("camera", f"camera {source} gives pictures of {width}x{height}")
