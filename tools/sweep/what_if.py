@@ -129,7 +129,7 @@ class Branch:
 
 
 @dataclass(slots=True)
-class Decision:
+class DecisionPoint:
     """A decision that a mission came to.
 
     Attributes:
@@ -160,7 +160,7 @@ class Rollout:
 
     limit_s: float
     targets: tuple[str, ...]
-    decisions: list[Decision] = field(default_factory=list)
+    decisions: list[DecisionPoint] = field(default_factory=list)
     reached: dict[str, float] = field(default_factory=dict)
 
     def cost_s(self, number: int) -> float:
@@ -175,7 +175,7 @@ def play(
     source: Source,
     decision: int = -1,
     enter: Callable[[], Branch] = Branch,
-    tell: Callable[[Decision], None] = lambda _: None,
+    tell: Callable[[DecisionPoint], None] = lambda _: None,
 ) -> Rollout:
     """Play a mission to its end.
 
@@ -205,7 +205,7 @@ def _decide(
     """Choose as the profile does, but for one decision."""
     number, evidence = len(rollout.decisions), asked.evidence
     words = tuple(each.choice.words() for each in asked.candidates)
-    rollout.decisions.append(Decision(evidence.target, evidence.reason.value, words))
+    rollout.decisions.append(DecisionPoint(evidence.target, evidence.reason.value, words))
     if number != decision:
         return asked.proposed
     branch = enter()
@@ -214,7 +214,7 @@ def _decide(
     return asked.candidates[branch.candidate].choice
 
 
-def _note(rollout: Rollout, simulation: Any, tell: Callable[[Decision], None], record: Record) -> None:  # noqa: ANN401 - as the transport gives it
+def _note(rollout: Rollout, simulation: Any, tell: Callable[[DecisionPoint], None], record: Record) -> None:  # noqa: ANN401 - as the transport gives it
     if record.kind is Kind.CHOICE:
         made = rollout.decisions[-1]
         made.time_s, made.chose = record.time_s, str(record.data["choice"])

@@ -19,7 +19,15 @@ from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
 from nxtdrive.tools.sweep.regret import over_missions, regret
-from nxtdrive.tools.sweep.what_if import Branch, Decision, GeneratedMission, Rollout, branch_costs, play, read_recorded
+from nxtdrive.tools.sweep.what_if import (
+    Branch,
+    DecisionPoint,
+    GeneratedMission,
+    Rollout,
+    branch_costs,
+    play,
+    read_recorded,
+)
 from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
 from sim_backend.simulation import Simulation
 
@@ -117,9 +125,9 @@ def test_one_decision_of_several_runs_is_refused(capsys):
 
 
 def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
-    rollout = Rollout(100.0, ("a", "b", "c"), [Decision("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
+    rollout = Rollout(100.0, ("a", "b", "c"), [DecisionPoint("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
     assert rollout.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
-    assert Rollout(100.0, ("b",), [Decision("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
+    assert Rollout(100.0, ("b",), [DecisionPoint("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
 
 
 def test_chance_that_is_seeded_anew_differs_from_then_on():
