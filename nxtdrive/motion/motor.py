@@ -151,9 +151,9 @@ class Motor:
         pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
         stall_s = settings.stall_s or STALL_S
-        travel = PositionMove(self._link, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
+        move = PositionMove(self._link, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
         self._velocity = None
-        return self._finish(travel.steps(angle_deg), then, wait)
+        return self._finish(move.steps(angle_deg), then, wait)
 
     @overload
     def run_target(
@@ -251,8 +251,8 @@ class Motor:
         return self._motion
 
     def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
-        move = self._begin(self._resting(steps, then))
-        return move.join() if wait else move
+        motion = self._begin(self._resting(steps, then))
+        return motion.join() if wait else motion
 
     def _resting(self, steps: Steps[StopReason], then: Then) -> Steps[StopReason]:
         stop = yield from steps

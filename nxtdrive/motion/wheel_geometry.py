@@ -37,7 +37,7 @@ class WheelGeometry:
     """Two driven wheels.
 
     Attributes:
-        mm_per_deg: Way of each wheel per degree, forward positive.
+        mm_per_deg: Distance each wheel rolls per degree, millimetres, forward positive.
         signs: 1 for each wheel that positive power drives forward, -1 for one that it drives backwards.
         track_mm: Distance between the wheels that fits how far the robot turns.
     """

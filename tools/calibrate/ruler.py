@@ -41,7 +41,7 @@ def by_ruler(
         CalibrationRefused: They differ too much.
     """
     longer, turned_more = driven[1] / driven[0], turned[1] / turned[0]
-    for name, share in (("way", longer), ("turn", turned_more)):
+    for name, share in (("distance", longer), ("turn", turned_more)):
         if abs(share - 1) > MOST_OFF:
             raise CalibrationRefused(
                 f"the {name} you measured is {share:.0%} of what the wheels counted.",
