@@ -69,9 +69,7 @@ class LiveRun:
         """End the mission; any thread."""
         self._shown.end()
 
-    def stop_mission(self) -> None:
-        """End the mission; any thread."""
-        self._shown.end()
+    stop_mission = stop  # clients cannot drive here, so no stop has to last until it is released
 
     def pause_mission(self) -> None:
         """Let the robot stand until `resume_mission`; any thread."""
