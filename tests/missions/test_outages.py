@@ -149,6 +149,9 @@ class _Repeating:
         answer = self._sonar.read(size)
         return bytes([self._distance_cm] * size) if self._register in UltrasonicSensor.DISTANCES else answer
 
+    def give_back(self, count):
+        self._sonar.give_back(count)
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("distance_cm", [5, 20])
