@@ -6,7 +6,7 @@ from random import Random
 
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.button import ButtonModule
-from sim_backend.firmware.comm import BluetoothComm, Comm
+from sim_backend.firmware.comm import BluetoothComm, UsbComm
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.file_handlers import FileHandlers
@@ -19,7 +19,7 @@ from sim_backend.firmware.input import AnalogSensor, InputModule
 from sim_backend.firmware.input_handlers import InputHandlers
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.limits import USB, Channel
+from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
@@ -131,7 +131,7 @@ class SimBrick:
         handlers = self._handlers(version, channel, comm_map)
         self.radio.inbox = comm_map.bytes_from("BtInBuf")
         self.radio.show_boot()
-        self.comm = Comm(handlers, channel, USB, version, comm_map.bytes_from("UsbInBuf"))
+        self.comm = UsbComm(handlers, channel, version, comm_map.bytes_from("UsbInBuf"))
         self.bluetooth = BluetoothComm(handlers, channel, version, self.radio.inbox)
 
     def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:

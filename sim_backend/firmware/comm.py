@@ -16,7 +16,7 @@ from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
 from sim_backend.firmware.handler_result import HandlerResult, Handlers
-from sim_backend.firmware.limits import BLUETOOTH, Channel, Limits
+from sim_backend.firmware.limits import BLUETOOTH, USB, Channel, Limits
 from sim_backend.firmware.versions import Version
 
 _WRITE_SIZE = 3
@@ -27,6 +27,9 @@ _READ_OVERHEAD = 3
 
 _POINTERS = 4
 """Bytes between a receive buffer and the send buffer: pointers, the first of which has the length over Bluetooth."""
+
+_WAITING = 1
+"""Place of the number of bytes that wait to be sent, in the pointers behind the send buffer."""
 
 _ERROR = 0x80
 """Bit of the status byte that marks a failure."""
@@ -129,6 +132,24 @@ class Comm:
             return bytes((Kind.REPLY, opcode, Status.UNKNOWN_OPCODE))
         stale = bytes(self.outbox[2 : length + 2])  # zeros follow the buffer
         return bytes((Kind.REPLY, opcode)) + stale.ljust(length, b"\0")
+
+
+class UsbComm(Comm):
+    """The USB link, which first sends the bytes of its send buffer that wait according to its map."""
+
+    def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
+        super().__init__(handlers, channel, USB, version, buffers)
+        self._start = USB.buffer + _POINTERS
+        self._waiting_at = self._start + USB.buffer + _WAITING
+
+    def receive(self, telegram: bytes) -> bytes | None:
+        """Handle one telegram; bytes beyond the buffer are cut off."""
+        waiting = self._buffers[self._waiting_at]
+        if not waiting:
+            return super().receive(telegram)
+        sent = bytes(self._buffers[self._start :][:waiting]).ljust(waiting, b"\0")
+        self._buffers[self._waiting_at] = 0
+        return sent + (super().receive(telegram) or b"")
 
 
 class BluetoothComm(Comm):

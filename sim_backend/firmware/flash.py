@@ -15,6 +15,11 @@ _ALIGNMENT = 4
 SETTINGS = "NVConfig.sys"
 """File that the firmware creates at its first boot."""
 
+SETTING_BITS, VOLUME_SHIFT = 7, 4
+"""In the one byte of the settings of 1.05 the sleep time-out has the lowest bits, the volume some above."""
+_LOUDEST, _LONGEST = 4, 5
+"""The greatest of each that it accepts."""
+
 
 def free_bytes(sectors: int) -> int:
     """Free flash that the firmware reports for `sectors` free sectors.
@@ -48,6 +53,14 @@ def _header(sectors: int) -> int:
 
 def _rounded(header: int) -> int:
     return -(-header // _ALIGNMENT) * _ALIGNMENT
+
+
+def _is_kept(content: bytes, settings: bytes) -> bool:
+    """Return whether the firmware keeps a settings file: newer versions look at its format, 1.05 at its values."""
+    if not content or len(settings) > 1:
+        return content[:1] == settings[:1]
+    volume, sleep = content[0] >> VOLUME_SHIFT & SETTING_BITS, content[0] & SETTING_BITS
+    return volume <= _LOUDEST and sleep <= _LONGEST
 
 
 @dataclass(eq=False)
@@ -175,7 +188,7 @@ class Flash:
         if number < len(self.files):
             file = self.files[number]
             content = bytes(file.content[: file.data_size])
-            if content[:1] == settings[:1] or (content and size == 1):
+            if _is_kept(content, settings):
                 return content[:size].ljust(size, b"\0")
             del self.files[number]
             self.count()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim_backend.firmware.flash import SETTINGS
+from sim_backend.firmware.flash import SETTING_BITS, SETTINGS, VOLUME_SHIFT
 from sim_backend.firmware.loader import Loader
 
 SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
@@ -10,9 +10,6 @@ SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 
 _VOLUME, _SLEEP = 2, 3
 """Bytes of the file of newer versions."""
-
-_BITS, _SHIFT = 7, 4
-"""In the one byte of 1.05 the sleep time-out has the lowest bits, the volume some above."""
 
 
 class StoredSettings:
@@ -34,7 +31,7 @@ class StoredSettings:
         """Read the file; it is created if there is no valid one."""
         self._content = content = bytearray(self._loader.restore_settings())
         if self._is_packed:
-            self.volume, self.sleep = content[0] >> _SHIFT & _BITS, content[0] & _BITS
+            self.volume, self.sleep = content[0] >> VOLUME_SHIFT & SETTING_BITS, content[0] & SETTING_BITS
         else:
             self.volume, self.sleep = content[_VOLUME], content[_SLEEP]
 
@@ -42,7 +39,8 @@ class StoredSettings:
         """Store them in a new file, unless the old one is open."""
         content, loader = self._content, self._loader
         if self._is_packed:
-            content[0] = content[0] & ~(_BITS << _SHIFT | _BITS) | self.volume << _SHIFT | self.sleep
+            others = content[0] & ~(SETTING_BITS << VOLUME_SHIFT | SETTING_BITS)
+            content[0] = others | self.volume << VOLUME_SHIFT | self.sleep
         else:
             content[_VOLUME], content[_SLEEP] = self.volume, self.sleep
         loader.delete(SETTINGS)
