@@ -23,7 +23,8 @@ class RadioStream:
     """The stream of telegrams, each preceded by its length.
 
     In one pass the firmware reads at most to the end of the ring, and at most one piece of a telegram that is longer
-    than its buffer.
+    than its buffer. When the ring was too small for bytes that were sent, and they end where it does, the next pass with
+    bytes reads none.
 
     A command to the radio itself, as a new name, ends the stream for good. So does one that the stream's beginning has
     lost, if telegrams come while the firmware waits for its answer.
@@ -37,7 +38,7 @@ class RadioStream:
         self.waiting = b""
         self._taken = self._unheard = b""
         self._position = _START
-        self._is_stream = False
+        self._is_stream = self._was_full = self._at_end = False
         self._end_ms: int | None = None
         self._sent_ms = self._left_ms = 0
 
@@ -67,6 +68,7 @@ class RadioStream:
             self._end_ms = self._brick.now_ms
         before, _ = self._split()
         self.waiting += data
+        self._was_full = len(self.waiting) + self._at_end > _RING
         return self._split()[0] - before
 
     def pass_over(self, data: bytes) -> int:
@@ -110,6 +112,9 @@ class RadioStream:
         now_ms = self._brick.now_ms
         if self._end_ms is not None and now_ms >= self._end_ms:
             return b""
+        if self._at_end and self.waiting:
+            self._at_end = False
+            return b""
         position = self._position + self._brick.radio.answered
         ahead = self._taken + self.waiting[: _RING - position % _RING]
         done = max(len(self._taken) - LENGTH_SIZE, 0) // BLUETOOTH.buffer * BLUETOOTH.buffer
@@ -117,6 +122,9 @@ class RadioStream:
         count = len(ahead[:end]) - len(self._taken)
         self._taken, self.waiting = ahead[:end], self.waiting[count:]
         self._position += count
+        if not self.waiting:
+            self._at_end = self._was_full and (position + count) % _RING == 0
+            self._was_full = False
         if len(self._taken) < _size(self._taken):
             return b""
         framed, self._taken = self._taken, b""
