@@ -292,14 +292,14 @@ class Bench:
 
     def _radio_mode(self, mode: str) -> str:
         self._radio.switch(stream=mode == "1")
+        self._radio.postpone(_MODE_MS)
         self._hide(_MODE_MS)
         return "ok"
 
     def _hide(self, passes: int) -> None:
-        """Run passes that the recordings do not count; their motors and their radio stand still meanwhile."""
+        """Run passes that the recordings do not count; their motors stand still meanwhile."""
         for port in "ABC":
             self.brick.attach_motor(port, None)
-        self._radio.postpone(passes)
         self.brick.tick(passes)
         self._hidden_ms += passes
         self._plug_in_motors()

@@ -23,8 +23,8 @@ class RadioStream:
     """The stream of telegrams, each preceded by its length.
 
     In one pass the firmware reads at most to the end of the ring, and at most one piece of a telegram that is longer
-    than its buffer. When the ring was too small for bytes that were sent, and they end where it does, the next pass with
-    bytes reads none.
+    than its buffer. When the ring was too small for bytes that were sent, and they end where it does, the next pass
+    with bytes reads none.
 
     A command to the radio itself, as a new name, ends the stream for good. So does one that the stream's beginning has
     lost, if telegrams come while the firmware waits for its answer.
