@@ -146,6 +146,11 @@ class Menu:
         """Whether the value of a sensor or motor is shown, until exit is pressed."""
         return self.view.shown and not self.shows_key
 
+    @property
+    def begins_file(self) -> bool:
+        """Whether the next step runs a file, which comes before a request to start one."""
+        return bool(self.runs) and self.shows_key and not self._steps
+
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
         if key not in tuple(Key):

@@ -303,7 +303,8 @@ class UiModule(FileRunner):
 
     def _step(self, now_ms: int) -> None:
         """Continue to start or end a file."""
-        if self.flags & UiFlag.EXECUTE_FILE and not (self.flags & UiFlag.BUSY or self._starting):
+        waits = self.flags & UiFlag.BUSY or self._starting or self._menu.begins_file
+        if self.flags & UiFlag.EXECUTE_FILE and not waits:
             self._begin(now_ms)
         elif now_ms >= self._next_step_ms:
             self._advance(now_ms)
