@@ -292,14 +292,16 @@ class SoundModule:
         return not status
 
     def _read_again(self) -> bytes:
-        """Open the file of the map, and read its first buffer; silence if it is missing."""
+        """Open the file of the map, and read its first buffer; silence if it is missing.
+
+        The handle of a failed look-up is kept, too: it is closed the next time, whatever it belongs to by then.
+        """
         self._close_file()
-        failed, handle, _ = self._loader.open_read(unpack_name(self.name))
+        failed, self._handle, _ = self._loader.open_read(unpack_name(self.name))
         if failed:
             return bytes(_BUFFER)
-        self._handle = handle
-        self._loader.read(handle, _HEADER.size)
-        return self._loader.read(handle, _BUFFER)[1]
+        self._loader.read(self._handle, _HEADER.size)
+        return self._loader.read(self._handle, _BUFFER)[1]
 
     def _store(self, data: bytes) -> None:
         self._buffers[self._read] = data
