@@ -63,14 +63,18 @@ def _run(python, *words, cwd, code=0):
     return ended.stdout if code == 0 else ended.stderr
 
 
-def test_a_bare_checkout_runs_missions_and_measures(bare, checkout, tmp_path):
+def test_a_bare_checkout_runs_missions(bare, checkout, tmp_path):
     mission = tmp_path / "small.toml"
     mission.write_text(MISSION, encoding="utf-8")
     words = ("run", mission, "--nxt", "sim://open", "--no-video", "--out", tmp_path)
     assert "summary.json" in _run(bare, "-m", "nxtdrive", *words, cwd=checkout)
+    assert _run(bare, "-m", "nxtdrive", "--version", cwd=checkout) == "nxtdrive 0+checkout\n"
+
+
+@pytest.mark.nightly
+def test_a_bare_checkout_measures(bare, checkout):
     assert "import nxtdrive, CPU" in _run(bare, "-m", "nxtdrive", "bench", "import", cwd=checkout)
     assert "requests over USB" in _run(bare, "-c", DOORS, cwd=checkout), "in processes of its own, too"
-    assert _run(bare, "-m", "nxtdrive", "--version", cwd=checkout) == "nxtdrive 0+checkout\n"
 
 
 @pytest.mark.nightly

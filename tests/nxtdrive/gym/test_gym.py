@@ -55,7 +55,7 @@ def test_a_seed_gives_the_same_episode_again(name, steps):
     assert not data_equivalence(first, _played(ENVIRONMENTS[name](), 6, steps), exact=True)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_taking_what_is_proposed_is_the_profiles_own_mission():
     kind, seed = "wall_start", 102
     (task,) = plan([kind], [seed], ["adaptive"], "geometric")

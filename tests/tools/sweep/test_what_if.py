@@ -143,7 +143,7 @@ def test_chance_that_is_seeded_anew_differs_from_then_on():
     assert all(one != other for one, other in zip(later("a"), later(""), strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_another():
     base = play(SOURCE)
     assert play(SOURCE, 0) == base

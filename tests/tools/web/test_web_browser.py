@@ -170,6 +170,7 @@ def test_a_browser_elsewhere_enters_the_pin_and_drives(browser, tmp_path):
         _until(browser, "doing", "at rest")
 
 
+@pytest.mark.nightly
 def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, tmp_path):
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     words = ("run", "quick.toml", "--nxt", "sim://open", "--web", "--port", "0", "--no-video")
@@ -186,6 +187,7 @@ def test_the_page_of_a_run_watches_it_and_stays_readable_after_its_end(browser, 
         assert not browser.find_element(By.ID, "start").is_displayed(), "the command ran its only mission"
 
 
+@pytest.mark.nightly
 def test_after_a_mission_the_map_goes_on_where_the_robot_stands(browser, tmp_path):
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     with _serving(browser, tmp_path, "web", "--nxt", "sim://open?pace=fast", "--port", "0") as lines:
@@ -224,6 +226,7 @@ def test_every_control_has_a_name_and_is_reached_by_tab_with_a_visible_focus(bro
     assert browser.execute_script(NAMELESS) == []
 
 
+@pytest.mark.nightly
 def test_calibrate_and_save_the_robot_file(browser, tmp_path):
     with _serving(browser, tmp_path, "web", "--port", "0", "--nxt", "sim://calibration?pace=fast") as lines:
         browser.get(re.findall(r"http\S+", lines[-1])[0] + "calibrate.html")
