@@ -105,14 +105,14 @@ class UsbTransport(WallClock):
             raise AddressError(f"{address}: a brick's id has 12 hex digits, e.g. usb://0016530A1B2C.")
         with _translated(str(address)):
             device = _find(wanted, backend or _fresh_backend())
-            with contextlib.ExitStack() as stack:
-                stack.callback(_release, device)
+            try:
                 device.set_configuration()
                 usb.util.claim_interface(device, 0)
                 _discard_stale(device)
-                transport = cls(device, f"usb://{_serial_number(device)}", backend)
-                stack.pop_all()
-            return transport
+                return cls(device, f"usb://{_serial_number(device)}", backend)
+            except BaseException:
+                _release(device)
+                raise
 
     @classmethod
     def discover(cls, backend: IBackend | None = None) -> list[str]:
