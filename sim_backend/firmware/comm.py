@@ -65,7 +65,8 @@ class Comm:
         self._channel, self._limits = channel, limits
         self._known = version.commands_since
         size = limits.buffer
-        self.inbox, self.outbox = buffers[:size], buffers[size + _POINTERS : 2 * size + _POINTERS]
+        self._outbox_at = size + _POINTERS
+        self.inbox, self.outbox = buffers[:size], buffers[self._outbox_at : self._outbox_at + size]
         self._buffers = buffers
 
     @property
@@ -139,15 +140,14 @@ class UsbComm(Comm):
 
     def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
         super().__init__(handlers, channel, USB, version, buffers)
-        self._start = USB.buffer + _POINTERS
-        self._waiting_at = self._start + USB.buffer + _WAITING
+        self._waiting_at = self._outbox_at + USB.buffer + _WAITING
 
     def receive(self, telegram: bytes) -> bytes | None:
         """Handle one telegram; bytes beyond the buffer are cut off."""
         waiting = self._buffers[self._waiting_at]
         if not waiting:
             return super().receive(telegram)
-        sent = bytes(self._buffers[self._start :][:waiting]).ljust(waiting, b"\0")
+        sent = bytes(self._buffers[self._outbox_at :][:waiting]).ljust(waiting, b"\0")
         self._buffers[self._waiting_at] = 0
         return sent + (super().receive(telegram) or b"")
 
