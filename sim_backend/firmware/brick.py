@@ -29,12 +29,10 @@ from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.output import MotorPlant, OutputModule
 from sim_backend.firmware.output_handlers import OutputHandlers
 from sim_backend.firmware.program_handlers import ProgramHandlers
-from sim_backend.firmware.program_watch import ProgramWatch
 from sim_backend.firmware.property_handlers import PropertyHandlers
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
 from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
 from sim_backend.firmware.vm.calibrations import Calibrations
@@ -72,7 +70,7 @@ class SimBrick:
         low_speed: The I2C module.
         sound: The loudspeaker's module.
         display: The display with its frame buffer.
-        ui: Battery, sleep timer, busy state.
+        ui: The user interface, with battery and sleep timer.
         button: The four buttons.
         io_control: Commands to the power supply.
         command: The program interpreter's module.
@@ -106,11 +104,7 @@ class SimBrick:
         self.sound = SoundModule(clock, self.loader)
         self._screen = screen = ScreenRefresh(clock)
         self.io_control = IoControl()
-        self.ui = UiModule(clock, self.io_control, self.sound, self._screen, self.loader, version)
-        enhanced = version.dialect.enhanced_calls
-        self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
-        self.radio = Radio(clock, name.encode("latin-1"), address)
-        self.button = ButtonModule(clock, self.ui.press)
+        self.button, self.radio = ButtonModule(clock), Radio(clock, name.encode("latin-1"), address)
         self.command = CommandModule(
             clock,
             self.loader,
@@ -120,8 +114,21 @@ class SimBrick:
             on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
-        self.ui.programs, self.ui.buttons, self.ui.radio = self.command, self.button.buttons, self.radio
-        self.radio.on_plan = self.ui.wake_later
+        self.ui = UiModule(
+            clock,
+            version,
+            buttons=self.button.buttons,
+            screen=screen,
+            sound=self.sound,
+            loader=self.loader,
+            inputs=self.input,
+            programs=self.command,
+            radio=self.radio,
+            io_control=self.io_control,
+        )
+        self.button.on_change, self.radio.on_plan = self.ui.press, self.ui.wake_later
+        enhanced = version.dialect.enhanced_calls
+        self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         channel = Channel()
@@ -149,16 +156,11 @@ class SimBrick:
 
     def _make_maps(self, version: Version) -> list[LiveMap]:
         """Return the IO maps, in the firmware's order of modules."""
-        self._status_bar = status_bar = StatusBar(self._clock, self.ui, self.radio, self._screen)
-        self._watch = ProgramWatch(self.ui, self.sound, self._screen if version.end_restores_screen else None)
-
-        self.ui.sensor_view.inputs = self.input
-        self.ui.on_pass, self.ui.draw_status = self._watch.follow, status_bar.draw
         maps = [
-            io_maps.comm_map(self.radio, self.high_speed, self.ui),
+            io_maps.comm_map(self.radio, self.high_speed, self.ui.registers),
             io_maps.input_map(self.input),
             io_maps.button_map(self.button),
-            io_maps.display_map(self.display, self._screen, status_bar, self.ui.program_steps),
+            io_maps.display_map(self.display, self._screen, self.ui),
             io_maps.loader_map(self.loader),
             io_maps.low_speed_map(self.low_speed),
             io_maps.output_map(self.output),
@@ -195,7 +197,6 @@ class SimBrick:
 
     def _program_ended(self) -> None:
         self.display.end()
-        self._watch.note_end()
         self.ui.program_ended()
 
     def _reset_devices(self) -> None:
@@ -211,7 +212,7 @@ class SimBrick:
             firmware=self.firmware, address=self.radio.own_address, seed=self.seed, flash=self.loader.flash
         )
         brick.radio.start_from(self.radio)
-        brick._status_bar.preset()
+        brick.ui.status_bar.preset()
         brick.radio.show_boot()
         return brick
 
@@ -244,7 +245,7 @@ class SimBrick:
         Returns:
             The reply as LEGO's firmware would send it, or None.
         """
-        self.ui.has_cable = True
+        self.ui.registers.has_cable = True
         return self.comm.receive(telegram)
 
     def receive_bluetooth(self, framed: bytes) -> bytes:
@@ -352,11 +353,11 @@ class SimBrick:
     def unplug_usb(self) -> None:
         """Pull the USB cable: files opened over it are closed."""
         self.loader.close_all()
-        self.ui.has_cable = False
+        self.ui.registers.has_cable = False
 
     def plug_usb(self) -> None:
         """Plug the USB cable in again, as a telegram over it does, too."""
-        self.ui.has_cable = True
+        self.ui.registers.has_cable = True
 
     def set_battery(self, raw: int) -> None:
         """Set the battery's 10-bit converter value, 13.848 mV per step, plus `battery.RECHARGEABLE`."""

@@ -71,16 +71,14 @@ class ButtonModule:
     Attributes:
         due_ms: See `Module`.
         buttons: The four buttons in that order.
+        on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held; set by
+            the brick.
     """
 
-    def __init__(self, clock: Clock, on_change: Callable[[int], None]) -> None:
-        """Make the module.
+    on_change: Callable[[int], None]
 
-        Args:
-            clock: The brick's time.
-            on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held.
-        """
-        self._clock, self._on_change = clock, on_change
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
         self.buttons = [Button() for _ in range(4)]
         self.due_ms = NEVER
         self._mask = 0
@@ -104,7 +102,7 @@ class ButtonModule:
     def note_write(self) -> None:
         """Show written states to the user interface until the next sample."""
         self.wake()
-        self._on_change(0)
+        self.on_change(0)
 
     def forget_releases(self) -> None:
         """Clear the counters of releases: whenever inputs and outputs are reset."""
@@ -123,6 +121,6 @@ class ButtonModule:
             button.sample(bool(self._mask >> number & 1), now_ms)
         new = self._mask & ~before
         if self._mask != before or self.exit_held:
-            self._on_change(new)
+            self.on_change(new)
         steady = new == 0 and any(button.state for button in self.buttons)
         self.due_ms = now_ms + 1 if new else now_ms + SAMPLE_MS if steady else NEVER

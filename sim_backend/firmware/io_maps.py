@@ -13,12 +13,11 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.output import OutputModule
-from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.status_bar import StatusBar
 from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.ui_registers import UiRegisters
 
 _BLUECORE_VERSION = b"\1\0"
 _FREE_CONNECTIONS, _NO_HANDLE = (1, 2, 3), 0xFF
@@ -136,11 +135,10 @@ def sound_map(module: SoundModule) -> LiveMap:
 def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     """Make the map of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
+    live.bind(module.registers, LMSfilename="program_name", Flags="flags")
+    live.bind(module, State="map_state")  # after those: a written state uses them
     live.bind(
-        module,
-        LMSfilename="program_name",
-        Flags="flags",
-        State="map_state",
+        module.registers,
         Button="button",
         RunState="run_state",
         Error="error",
@@ -149,13 +147,13 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
         Volume="volume",
     )
     live.bind(module.sleep_timer, SleepTimeout="limit_minutes", SleepTimer="minutes")
-    live.show(module, UsbState="usb_state")
+    live.show(module.registers, UsbState="usb_state")
     live.bind(radio, BluetoothState="state")
     live.bind(module.battery, BatteryVoltage="millivolts", BatteryState="bars", Rechargeable="rechargeable")
     return live
 
 
-def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiModule) -> LiveMap:
+def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiRegisters) -> LiveMap:
     """Make the map of the brick's identity; the tables of known and connected devices are empty."""
 
     def clear_second() -> None:
@@ -194,13 +192,16 @@ def command_map(module: CommandModule) -> LiveMap:
     return live
 
 
-def display_map(
-    module: DisplayModule, refresh: ScreenRefresh, status_bar: StatusBar, program_steps: ProgramSteps
-) -> LiveMap:
-    """Make the map of the display with its frame buffer."""
-    live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=status_bar.note_write)
-    live.bind(status_bar, StatusIcons="icons")
-    live.bind(program_steps, StepIcons="icons")
+def display_map(module: DisplayModule, refresh: ScreenRefresh, ui: UiModule) -> LiveMap:
+    """Make the map of the display with its frame buffer; the user interface may remove some of what is written."""
+
+    def wake() -> None:
+        refresh.wake()
+        ui.wake()
+
+    live = LiveMap(iomap.DISPLAY, memory=module.memory, on_write=wake)
+    live.bind(ui.status_bar, StatusIcons="icons")
+    live.bind(ui.program_steps, StepIcons="icons")
     live.bind(
         refresh, EraseMask="erase_mask", UpdateMask="update_mask", Flags="flags", TextLinesCenterFlags="centered_lines"
     )

@@ -33,29 +33,41 @@ class Keys:
 
     The key that was pressed first counts again while any is held.
 
+    Args:
+        buttons: The four buttons of the button module.
+
     Attributes:
         repeat_ms: When a held button counts again.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, buttons: Sequence[Button]) -> None:
+        self._buttons = buttons
         self.repeat_ms = NEVER
         self._first: Key | None = None
 
-    def held(self, buttons: Sequence[Button]) -> Key | None:
-        """Return the key that is held."""
+    @property
+    def held(self) -> Key | None:
+        """The key that is held."""
+        buttons = self._buttons
         return next((key for number, key in KEYS if buttons[number].state & ButtonState.PRESSED), None)
 
-    def changed(self, buttons: Sequence[Button]) -> bool:
-        """Return whether a key was pressed or all were released since the last reading."""
-        return (self._first is None) != (self.held(buttons) is None)
+    @property
+    def enter_acts(self) -> bool:
+        """Whether enter is pressed, or was released since the last sample."""
+        return bool(self._buttons[ENTER].state)
 
-    def ignore(self, buttons: Sequence[Button]) -> None:
+    @property
+    def changed(self) -> bool:
+        """Whether a key was pressed or all were released since the last reading."""
+        return (self._first is None) != (self.held is None)
+
+    def ignore(self) -> None:
         """Ignore the button that is held, also when it would count again."""
-        self._first, self.repeat_ms = self.held(buttons), NEVER
+        self._first, self.repeat_ms = self.held, NEVER
 
-    def read(self, buttons: Sequence[Button], now_ms: int) -> Key | None:
+    def read(self, now_ms: int) -> Key | None:
         """Return the key that counts now."""
-        key = self.held(buttons)
+        key = self.held
         if key is None or self._first is None:
             self._first = key
             self.repeat_ms = now_ms + _FIRST_REPEAT_MS if key in (Key.LEFT, Key.RIGHT) else NEVER

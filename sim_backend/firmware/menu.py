@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import menu_places as places
 from sim_backend.firmware import screen_marks as marks
+from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.keys import Key
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu_places import Place, Places
@@ -20,7 +20,9 @@ from sim_backend.firmware.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.screen_marks import NOTHING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensor_view import SensorView
+from sim_backend.firmware.sleep_timer import SleepTimer
 from sim_backend.firmware.stored_settings import StoredSettings
+from sim_backend.firmware.ui_registers import UiRegisters
 from sim_backend.firmware.ui_states import UiState
 
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
@@ -56,24 +58,16 @@ def _message(passes: int, before: int) -> list[Marks]:
     return message + [NOTHING] * (passes - len(message))
 
 
-class Settings(Protocol):
-    """The settings that the menus change."""
-
-    flags: int
-    volume: int
-
-    def set_sleep_minutes(self, minutes: int) -> None:
-        """Change the time until power-off."""
-
-
 class Menu:
     """The place in the menus.
 
     Args:
-        settings: The user interface.
-        stored: The settings that the menus change.
+        registers: The settings that the menus change, and the flags.
+        sleep_timer: Its time is another setting.
+        stored: The settings as they are kept without power.
         loader: Has the files.
         screen: Draws the menus.
+        inputs: The ports whose values can be shown.
         data_log: Whether the main menu has an item for the data log.
 
     Attributes:
@@ -86,17 +80,20 @@ class Menu:
 
     def __init__(
         self,
-        settings: Settings,
+        registers: UiRegisters,
+        sleep_timer: SleepTimer,
         stored: StoredSettings,
         loader: Loader,
         screen: ScreenRefresh,
+        inputs: InputModule,
         *,
         data_log: bool,
     ) -> None:
-        self._settings, self._stored, self._loader, self._screen = settings, stored, loader, screen
+        self._registers, self._sleep_timer, self._stored = registers, sleep_timer, stored
+        self._loader, self._screen = loader, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self.program, self.view = ProgramSteps(loader), SensorView(modern=data_log)
+        self.program, self.view = ProgramSteps(loader), SensorView(inputs, modern=data_log)
         self._places = Places(loader.flash.names_ending, self.program, self.view, data_log=data_log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
@@ -108,7 +105,7 @@ class Menu:
         """Go to the first item of the main menu."""
         self._place = [0]
         self._confirms: bool | None = None
-        self._volume = self._settings.volume
+        self._volume = self._registers.volume
 
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
@@ -201,9 +198,9 @@ class Menu:
         """Draw for the current state; a page shows the status bar, and draws its icons that have changed."""
         self._screen.mark(self._drawn)
         if self._drawn not in (NOTHING, marks.ENTRY):
-            self._settings.flags |= int(UiFlag.ENABLE_STATUS)
+            self._registers.set(UiFlag.ENABLE_STATUS)
         if self._drawn.update & marks.ICONS:
-            self._settings.flags |= int(UiFlag.UPDATE)
+            self._registers.set(UiFlag.UPDATE)
 
     def interrupt(self) -> None:
         """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
@@ -300,15 +297,15 @@ class Menu:
             self._show(UiState.EXIT)
 
     def _set_volume(self, volume: int) -> None:
-        self._settings.volume = volume
+        self._registers.volume = volume
 
     def _store_volume(self, volume: int) -> None:
-        self._settings.volume = self._stored.volume = volume
+        self._registers.volume = self._stored.volume = volume
         self._stored.save()
 
     def _store_sleep(self, number: int) -> None:
         self._stored.sleep = number
-        self._settings.set_sleep_minutes(self._stored.sleep_minutes)
+        self._sleep_timer.limit_minutes = self._stored.sleep_minutes
         self._stored.save()
 
     def _enter(self) -> None:

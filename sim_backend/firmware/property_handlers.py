@@ -81,7 +81,7 @@ class PropertyHandlers:
         return HandlerResult(Status.IN_PROGRESS if self._radio.switch(bool(value[0])) else Status.OK)
 
     def _set_volume(self, value: bytes) -> HandlerResult:
-        self._ui.volume = self._sound.volume = min(value[0], MAX_VOLUME)
+        self._ui.registers.volume = self._sound.volume = min(value[0], MAX_VOLUME)
         return DONE
 
     def _set_sleep_time(self, value: bytes) -> HandlerResult:

@@ -22,6 +22,10 @@ class Marks(NamedTuple):
     again: bool = False
     uncenter: int = 0
 
+    def framed(self, shows_status: int) -> Marks:
+        """Return the same without the frame around the status bar, unless that is shown."""
+        return self if shows_status else self._replace(update=self.update & ~FRAME)
+
 
 FRAME = 0x1000
 """Bit of the frame around the status bar."""

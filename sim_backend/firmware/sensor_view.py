@@ -54,17 +54,17 @@ class SensorView:
     """The value that is shown.
 
     Args:
+        inputs: The inputs.
         modern: Whether the firmware has a data log and the newer sensors.
 
     Attributes:
-        inputs: The inputs; set by the brick.
         chosen: Whether the page is about to be shown, or its sensor to be set.
         shown: Whether the page is shown.
         delays: Whether the sensor is set one pass after the beginning of the page.
     """
 
-    def __init__(self, *, modern: bool) -> None:
-        self.inputs: InputModule | None = None
+    def __init__(self, inputs: InputModule, *, modern: bool) -> None:
+        self._inputs = inputs
         self.chosen = self.shown = False
         self.delays = modern
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
@@ -93,11 +93,11 @@ class SensorView:
         """Set type and mode of the sensor's input."""
         self.chosen = False
         value = self._values[self._item]
-        if value and self.inputs:
-            self.inputs.store(self._port, type=value[0], mode=value[1])
+        if value:
+            self._inputs.store(self._port, type=value[0], mode=value[1])
 
     def end(self) -> None:
         """Leave the page: the input has no type then."""
         self.shown = False
-        if self._values[self._item] and self.inputs:
-            self.inputs.store(self._port, type=SensorType.NONE)
+        if self._values[self._item]:
+            self._inputs.store(self._port, type=SensorType.NONE)

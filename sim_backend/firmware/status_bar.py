@@ -5,13 +5,14 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
-from sim_backend.firmware.battery import RECHARGEABLE
+from sim_backend.firmware.battery import RECHARGEABLE, Battery
+from sim_backend.firmware.file_runner import FileRunner
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.ui_registers import UiRegisters
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE_BATTERY = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
@@ -32,29 +33,27 @@ _STEPS = 12
 class StatusBar:
     """Radio, USB, running sign and battery; the firmware draws it with every sample of the battery.
 
-    Args:
-        clock: The brick's time.
-        ui: Its battery and states.
-        radio: Its state.
-        screen: Draws it.
-
     Attributes:
         icons: The four icons from the left, as they were drawn last.
     """
 
-    def __init__(self, clock: Clock, ui: UiModule, radio: Radio, screen: ScreenRefresh) -> None:
-        self._clock, self._ui, self._radio, self._screen = clock, ui, radio, screen
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        battery: Battery,
+        files: FileRunner,
+        radio: Radio,
+        screen: ScreenRefresh,
+    ) -> None:
+        self._clock, self._registers, self._battery, self._files = clock, registers, battery, files
+        self._radio, self._screen = radio, screen
         self.icons = bytes((_BLUETOOTH + RadioState.ON, 0))
         self.preset()
 
     def preset(self) -> None:
         """Show the icons as they were drawn at power-on."""
         self.icons = self._now()
-
-    def note_write(self) -> None:
-        """Process writes to the display's map; the user interface may remove some of them."""
-        self._screen.wake()
-        self._ui.wake()
 
     def draw(self, *, everything: bool) -> None:
         """Draw the icons that have changed, or everything."""
@@ -64,17 +63,17 @@ class StatusBar:
         )
         self._screen.mark(Marks(update=changed))
         if everything:
-            self._screen.mark(STATUS_RUNNING if self._ui.shows_program else STATUS)
+            self._screen.mark(STATUS_RUNNING if self._files.shows_program else STATUS)
 
     def _now(self) -> bytes:
-        ui, battery = self._ui, self._ui.battery
-        running = battery.samples(self._clock.now_ms) % _STEPS if ui.run_state else 0
+        registers, battery = self._registers, self._battery
+        running = battery.samples(self._clock.now_ms) % _STEPS if registers.run_state else 0
         radio = self._radio.shown_state & _RADIO_STATES
         bluetooth, charge = _BLUETOOTH + radio, battery.shown_bars
         charge += _RECHARGEABLE_BATTERY if battery.raw & RECHARGEABLE else _BATTERY
         icons = (
             bluetooth if radio < _ICONS else self.icons[0],
-            _USB + ui.usb_state,
+            _USB + registers.usb_state,
             1 + running,
             charge if battery.bars < _ICONS else self.icons[-1],
         )

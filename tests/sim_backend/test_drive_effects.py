@@ -103,10 +103,6 @@ def test_the_upper_carpet_counts():
     assert driven_mm(simulation) == pytest.approx(counted_mm(simulation), abs=4)
 
 
-def volts(simulation):
-    return simulation.brick.ui.battery_mv / 1000
-
-
 def test_the_current_of_the_motors_lowers_the_voltage():
     simulation = simulate({"battery_ohm": 0.9})
     motors = simulation.world.robot.left, simulation.world.robot.right

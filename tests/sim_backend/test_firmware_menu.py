@@ -31,7 +31,7 @@ class Keypad:
         ui, states = self.bench.brick.ui, ""
         for _ in range(passes):
             self.bench.control("!tick 1")
-            states += STATES[ui.state] + "'" * bool(ui.button)
+            states += STATES[ui.registers.state] + "'" * bool(ui.registers.button)
         return states
 
     def press(self, keys):
@@ -156,7 +156,7 @@ def test_volume_and_sleep_time_can_be_set(keys, volume, minutes):
     keypad = Keypad()
     keypad.press(keys)
     ui = keypad.bench.brick.ui
-    assert (ui.volume, ui.sleep_timer.limit_minutes) == (volume, minutes)
+    assert (ui.registers.volume, ui.sleep_timer.limit_minutes) == (volume, minutes)
 
 
 def test_a_key_takes_over_the_volume_of_the_menu():
@@ -228,19 +228,19 @@ def test_a_brick_that_never_sleeps_resets_its_sleep_timer_in_each_pass():
     keypad.send(UI.field("SleepTimeout").write(0))
     keypad.bench.brick.tick(125_000)
     ui = keypad.bench.brick.ui
-    assert (ui.flags, ui.sleep_timer.minutes) == (0x90, 0)
+    assert (ui.registers.flags, ui.sleep_timer.minutes) == (0x90, 0)
     keypad.send(UI.field("SleepTimeout").write(3))
     keypad.bench.brick.tick(60_001)
-    assert (ui.flags, ui.sleep_timer.minutes) == (0x80, 1)
+    assert (ui.registers.flags, ui.sleep_timer.minutes) == (0x80, 1)
 
 
 def test_enter_runs_the_program_of_the_page():
     keypad = Keypad("a.rxe", "b.rxe")
     keypad.press("eee")
     assert keypad.hold(BUTTONS["e"], 6).strip(".") in ("E5666", "E56666")
-    assert keypad.bench.brick.ui.flags == 0xC0
+    assert keypad.bench.brick.ui.registers.flags == 0xC0
     assert keypad.hold(0, 12) == "6" * 12
-    assert (keypad.bench.brick.command.program_name, keypad.bench.brick.ui.state) == ("b.rxe", 6)
+    assert (keypad.bench.brick.command.program_name, keypad.bench.brick.ui.registers.state) == ("b.rxe", 6)
     keypad.bench.control("!tick 760")
     assert (keypad.hold(0, 1), keypad.press("re")) == (".", ["R56", "E566"])
 
@@ -251,7 +251,7 @@ def test_the_samples_of_the_battery_begin_anew_with_a_start_by_enter():
     keypad.bench.control("!tick 300")
     keypad.bench.control("!button 8")
     battery, ui = keypad.bench.brick.ui.battery, keypad.bench.brick.ui
-    passes = next(n for n in range(10) if keypad.bench.control("!tick 1") and ui.state == 2)
+    passes = next(n for n in range(10) if keypad.bench.control("!tick 1") and ui.registers.state == 2)
     assert passes < 9
     assert [battery.bars, keypad.bench.control("!tick 165")[:2], battery.bars] == [0, "ok", 0]
     keypad.bench.control("!tick 1")
@@ -283,7 +283,7 @@ def test_exit_ends_the_message_if_it_is_held_when_that_is_shown(held, shown):
     bench.control(f"!tick {held}")
     bench.control("!button 0")
     passes = 0
-    while bench.brick.ui.state == 14:
+    while bench.brick.ui.registers.state == 14:
         bench.control("!tick 1")
         passes += 1
     assert shown - 1 <= passes <= shown + 2 if shown > 1 else passes == 0
@@ -302,7 +302,7 @@ def test_the_warning_of_a_low_battery_ends_with_a_button_that_counts_again(press
         if number == pressed:
             bench.control("!button 2")
         bench.control("!tick 1")
-        passes += bench.brick.ui.state == 15
+        passes += bench.brick.ui.registers.state == 15
     assert passes == shown
 
 
@@ -322,7 +322,7 @@ def test_view_sets_a_sensor_until_exit_is_pressed(firmware, before, sensor, left
     port = keypad.bench.brick.input.ports[0]
     assert [port.type, port.mode] == sensor
     assert keypad.press("r") == ["6" * 26]
-    assert keypad.bench.brick.ui.flags == UiFlag.ENABLE_STATUS | UiFlag.BUSY
+    assert keypad.bench.brick.ui.registers.flags == UiFlag.ENABLE_STATUS | UiFlag.BUSY
     assert keypad.press("x")[0].lstrip("6") == left
     assert [port.type, port.mode] == [0, sensor[1]]
-    assert keypad.bench.brick.ui.flags == UiFlag.ENABLE_STATUS
+    assert keypad.bench.brick.ui.registers.flags == UiFlag.ENABLE_STATUS

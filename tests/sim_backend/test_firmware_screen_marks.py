@@ -128,7 +128,7 @@ def test_a_page_changes_the_volume_when_its_state_6_ends():
     press(bench, "lleer")
     volumes = []
     for _ in range(5):
-        volumes.append(bench.brick.ui.volume)
+        volumes.append(bench.brick.ui.registers.volume)
         bench.control("!tick 1")
     assert volumes == [4, 4, 4, 0, 0]
 

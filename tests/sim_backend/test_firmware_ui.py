@@ -282,18 +282,18 @@ def test_enter_starts_a_brick_again_that_switched_itself_off():
     ui.set_sleep_minutes(1)
     bench.control("!tick 60010")
     assert bench.control("!power").startswith("power=5a display=0")
-    assert (ui.state, ui.force_off, bench.brick.loader.flash.files) == (6, 0, [])
+    assert (ui.registers.state, ui.registers.force_off, bench.brick.loader.flash.files) == (6, 0, [])
     for button in (8, 0, 1, 0):  # too early, and the wrong one
         bench.control(f"!button {button}")
         bench.control("!tick 120")
-        assert ui.state == 6
+        assert ui.registers.state == 6
     bench.control("!button 8")
     bench.control("!tick 10")
-    assert (ui.state, ui.flags, ui.sleep_timer.limit_minutes) == (2, 0x40, 10)
+    assert (ui.registers.state, ui.registers.flags, ui.sleep_timer.limit_minutes) == (2, 0x40, 10)
     assert [file.name for file in bench.brick.loader.flash.files] == ["NVConfig.sys"]
     assert bench.control("!power").startswith("power=5a display=1")
     bench.control("!tick 3700")
-    assert (ui.state, ui.flags) == (7, 0x80)
+    assert (ui.registers.state, ui.registers.flags) == (7, 0x80)
 
 
 def test_a_key_that_is_taken_clicks():

@@ -189,7 +189,7 @@ class Bench:
     def _until_idle(self) -> str:
         for passes in range(1, _PATIENCE):
             self.brick.tick()
-            if not self.brick.ui.flags & UiFlag.BUSY:
+            if not self.brick.ui.registers.flags & UiFlag.BUSY:
                 return str(passes)
         raise NotSupportedOnBench("the user interface stays busy")
 

@@ -139,7 +139,7 @@ def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     brick.receive(b"\x00\x01")
     brick.tick(1000)
     brick.loader.erase()
-    brick.io_control.power_word = brick.ui.force_off = 0
+    brick.io_control.power_word = brick.ui.registers.force_off = 0
     battery = brick.receive(GetBatteryLevel().encode())
     if pool != POOL_SIZE:
         return f"violated: the memory pool has {pool} bytes"

@@ -80,7 +80,7 @@ class _Rig:
 
     def revive(self) -> None:
         """Switch a brick on again after it was told to switch itself off."""
-        self.brick.io_control.power_word = self.brick.ui.force_off = 0
+        self.brick.io_control.power_word = self.brick.ui.registers.force_off = 0
 
 
 def run(seed: int, numbers: range) -> Tally:
