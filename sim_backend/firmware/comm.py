@@ -63,7 +63,11 @@ class Comm:
         """
         self._handlers = handlers
         self._channel, self._limits = channel, limits
-        self._known = version.commands_since
+        self._commands = {
+            (int(kind), opcode): command
+            for (kind, opcode), command in COMMANDS.items()
+            if command in handlers and command.since in version.commands_since
+        }
         size = limits.buffer
         self._outbox_at = size + _POINTERS
         self.inbox, self.outbox = buffers[:size], buffers[self._outbox_at : self._outbox_at + size]
@@ -88,8 +92,8 @@ class Comm:
             self._store_message(bytes(inbox))
         if not telegram or kind not in (Kind.DIRECT, Kind.SYSTEM):
             return None
-        command = COMMANDS.get((Kind(kind), opcode))
-        if command is None or command not in self._handlers or command.since not in self._known:
+        command = self._commands.get((kind, opcode))
+        if command is None:
             reply = self._unknown(kind, opcode, len(telegram))
         elif not want_reply and _is_query(command):
             return None
@@ -99,7 +103,8 @@ class Comm:
                 return result.sent
             want_reply, opcode = not inbox[0] & NO_REPLY, inbox[1]  # which IOMapWrite may have overwritten
             reply = bytes((Kind.REPLY, opcode, result.status)) + result.payload
-            reply += bytes(self.outbox[len(reply) : len(reply) + result.stale])
+            if result.stale:
+                reply += bytes(self.outbox[len(reply) : len(reply) + result.stale])
         if want_reply:
             self.outbox[: len(reply)] = reply[:size]
             return reply

@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_protocol import direct
 from firmware_protocol.enums import SensorMode, SensorType
 from firmware_protocol.status import Status
+from firmware_protocol.wire import Members
 from sim_backend.firmware.handler_result import (
     DONE,
     OUT_OF_RANGE,
@@ -15,6 +16,8 @@ from sim_backend.firmware.handler_result import (
 )
 from sim_backend.firmware.input import INVALID, InputModule
 from sim_backend.firmware.low_speed import LowSpeedModule
+
+_TYPES, _MODES = Members(SensorType), Members(SensorMode)
 
 
 class InputHandlers:
@@ -42,8 +45,8 @@ class InputHandlers:
                 port=command.port,
                 valid=not port.invalid,
                 calibrated=False,
-                type=SensorType(port.type),
-                mode=SensorMode(port.mode),
+                type=_TYPES[port.type],
+                mode=_MODES[port.mode],
                 raw=port.raw,
                 normalized=port.normalized,
                 scaled=port.scaled,

@@ -6,6 +6,7 @@ from firmware_protocol import direct
 from firmware_protocol.enums import OutputMode, RegulationMode, RunState
 from firmware_protocol.iomap import OutputFlag
 from firmware_protocol.status import Status
+from firmware_protocol.wire import Members
 from sim_backend.firmware.handler_result import (
     DONE,
     OUT_OF_RANGE,
@@ -18,6 +19,8 @@ from sim_backend.firmware.output import COMMAND, OutputModule
 
 _OPTIONS = 0xF0
 """Bits of the mode that are options."""
+
+_MODES, _REGULATIONS, _RUN_STATES = Members(OutputMode), Members(RegulationMode), Members(RunState)
 
 
 class OutputHandlers:
@@ -51,10 +54,10 @@ class OutputHandlers:
             direct.OutputState(
                 command.port,
                 output.power,
-                OutputMode(output.mode),
-                RegulationMode(output.regulation),
+                _MODES[output.mode],
+                _REGULATIONS[output.regulation],
                 output.turn,
-                RunState(output.run_state),
+                _RUN_STATES[output.run_state],
                 output.tacho_limit,
                 control.count,
                 control.block,
