@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -9,6 +10,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend")
+FILES = ("pyproject.toml", "README.md", "LICENSE")
+
+
+def copy_sources(to: Path) -> Path:
+    """Copy what is published into a folder, and return that.
+
+    A build leaves a folder `build` beside the sources, from which the next one would take files that are gone.
+    """
+    for name in (*PACKAGES, "tools"):
+        shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in FILES:
+        shutil.copy(ROOT / name, to)
+    return to
 
 
 def make_environment(home: Path) -> Path:

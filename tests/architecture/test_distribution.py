@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 import tarfile
@@ -14,11 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.architecture.environments import PACKAGES, ROOT, make_environment, python_of
+from tests.architecture.environments import FILES, PACKAGES, ROOT, copy_sources, make_environment, python_of
 from tests.small_mission import MISSION
 
-SOURCES = (*PACKAGES, "tools")
-FILES = ("pyproject.toml", "README.md", "LICENSE")
 MAX_MB = 2.0
 """A file that is published by mistake would show; the goal of 1 MB is missed (docs/releasing.md)."""
 
@@ -42,12 +39,8 @@ def published(tmp_path_factory):
     """The wheel and the source distribution, built from a copy of this checkout."""
     for module in ("build", "twine", "check_wheel_contents", "setuptools"):
         pytest.importorskip(module, reason=f"{module} builds or checks what is published")
-    source, folder = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("dist")
-    for name in SOURCES:
-        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in FILES:
-        shutil.copy(ROOT / name, source)
-    _tool("build", "--no-isolation", "--outdir", folder, source)
+    folder = tmp_path_factory.mktemp("dist")
+    _tool("build", "--no-isolation", "--outdir", folder, copy_sources(tmp_path_factory.mktemp("source")))
     return folder
 
 
@@ -59,7 +52,7 @@ def test_the_wheel_has_what_it_should(published):
     (wheel,) = published.glob("*.whl")
     _tool("check_wheel_contents", "--config", ROOT / "pyproject.toml", wheel)
     names = zipfile.ZipFile(wheel).namelist()
-    for package in SOURCES[:-1]:
+    for package in PACKAGES:
         assert f"{package}/py.typed" in names
     assert not [name for name in names if "tests/" in name or "tools/dev/" in name or "/rig/" in name]
 

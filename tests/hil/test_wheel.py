@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.hil.conftest import MISSION_S, ROOT
+from tests.architecture.environments import copy_sources
+from tests.hil.conftest import MISSION_S
 
 DISTRIBUTION, NEWEST = "the distribution's", "the newest"
 NEWER = ["3.14", "3.13", "3.12"]
@@ -53,7 +54,7 @@ def python(request):
 def test_pip_installs_the_wheel_and_the_command_reaches_the_brick(bench, python, tmp_path_factory):
     version = subprocess.check_output([python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"], text=True)
     folder = tmp_path_factory.mktemp("wheels")
-    pip("wheel", "-q", "--no-deps", "-w", str(folder), str(ROOT))
+    pip("wheel", "-q", "--no-deps", "-w", str(folder), str(copy_sources(tmp_path_factory.mktemp("source"))))
     [wheel] = folder.glob("nxtdrive-*.whl")
     only = ("--only-binary", ":all:", "--python-version", version.strip(), "-d", str(folder))
     pip("download", "-q", *only, str(wheel), "pip")
