@@ -114,18 +114,7 @@ class SimBrick:
             on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
-        self.ui = UiModule(
-            clock,
-            version,
-            buttons=self.button.buttons,
-            screen=screen,
-            sound=self.sound,
-            loader=self.loader,
-            inputs=self.input,
-            programs=self.command,
-            radio=self.radio,
-            io_control=self.io_control,
-        )
+        self.ui = self._make_ui(version)
         self.button.on_change, self.radio.on_plan = self.ui.press, self.ui.wake_later
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
@@ -140,6 +129,20 @@ class SimBrick:
         self.radio.show_boot()
         self.comm = UsbComm(handlers, channel, version, comm_map.bytes_from("UsbInBuf"))
         self.bluetooth = BluetoothComm(handlers, channel, version, self.radio.inbox)
+
+    def _make_ui(self, version: Version) -> UiModule:
+        return UiModule(
+            self._clock,
+            version,
+            buttons=self.button.buttons,
+            screen=self._screen,
+            sound=self.sound,
+            loader=self.loader,
+            inputs=self.input,
+            programs=self.command,
+            radio=self.radio,
+            io_control=self.io_control,
+        )
 
     def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:
         return handlers_of(
