@@ -35,14 +35,14 @@ class MenuKeys:
         self._screen, self._io_control, self._power_off = screen, io_control, power_off
 
     @property
-    def apply(self) -> bool:
+    def active(self) -> bool:
         """Whether keys are for the menus."""
         registers = self._registers
         shown = registers.state in states.IN_MENU or self._menu.shows_key
         return registers.is_on and not registers.from_menu and shown
 
     @property
-    def count(self) -> bool:
+    def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn, or the brick has been off for a while."""
         if self._registers.is_on:
             return self._registers.state == UiState.WAITING or self._menu.shows_value
@@ -51,7 +51,7 @@ class MenuKeys:
     def follow(self) -> None:
         """Follow a key, if it counts."""
         registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
-        key = self._keys.read() if self.count else 0
+        key = self._keys.read() if self.awaited else 0
         if menu.shows_value:
             if key == Key.EXIT:
                 menu.leave_view()

@@ -183,7 +183,7 @@ class UiModule:
             if pressed & _EXIT_MASK and not kept and self._programs.status == ProgramStatus.RUNNING:
                 self._programs.stop()
                 self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
-        if registers.is_on and not self._menu_keys.apply:
+        if registers.is_on and not self._menu_keys.active:
             if not (registers.runs_file or registers.state == UiState.OPENING or self._dialog.asks):
                 self._keys.buttons.read(self._clock.now_ms)
             for number, key in KEYS[::-1]:
@@ -226,7 +226,7 @@ class UiModule:
         """Follow a key of the menus, or one that ends a message or the warning of a low battery."""
         registers, warning, files = self.registers, self._warning, self._files
         shows = warning.shown or files.shows_message
-        if self._menu_keys.apply or not (registers.is_on or registers.runs_file or shows):
+        if self._menu_keys.active or not (registers.is_on or registers.runs_file or shows):
             self._menu_keys.follow()
         elif self._ends_message(now_ms):
             self._keys.click()
@@ -332,7 +332,7 @@ class UiModule:
             or registers.button
             or self._warning.answered
             or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
-            or (self._menu_keys.count and buttons.changed)
+            or (self._menu_keys.awaited and buttons.changed)
         )
         due = now_ms + 1 if unread or (self._programs.active and not registers.runs_file) else max(due, now_ms + 1)
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
