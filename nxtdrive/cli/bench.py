@@ -16,7 +16,7 @@ DESCRIPTION = """\
 Measure this machine, area by area: protocol (encoding and requests, next to bare
 struct), import, simulation (with and without a camera), firmware (the simulated
 brick's telegrams, passes, memory and programs), detectors, doors (the simulated
-brick's ports for other programs), behaviors (facts, frames, decisions, missions
+brick's ports for other programs), behaviors (events, frames, decisions, missions
 per minute), motion, nxt-python (its turns and ours), sensors, web (delays and
 CPU time of the page), classroom (CPU time and lag of twelve simulated robots).
 The last two need the extra nxtdrive[web]. Where nxt-python has a counterpart, it

@@ -7,5 +7,5 @@ if (nav && location.pathname.startsWith("/robot/")) {
   link.href = "/";
   link.textContent = "class";
   nav.prepend(link, " ");
-  nav.querySelector('a[href="calibrate.html"]').remove(); // a class's robots are calibrated alone
+  nav.querySelector('a[href="calibrate.html"]').remove(); // a classroom's robots are calibrated alone
 }
