@@ -224,7 +224,7 @@ def _asked_height_mm(across: bool) -> float:
     usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
     remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise ConfigError("How tall is the real thing? All distances are computed from it.", remedy=remedy)
+        raise ConfigError("the height of the real thing is missing; all distances are computed from it.", remedy=remedy)
     try:
         return _height_mm(input(f"How tall is the real thing, in mm ({usual})? "))
     except (argparse.ArgumentTypeError, EOFError) as error:

@@ -73,5 +73,5 @@ def check_eyes(eyes: str) -> str:
         ConfigError: There are no such eyes.
     """
     if eyes not in (GEOMETRIC, CAMERA):
-        raise ConfigError(f"there are no eyes {eyes!r}.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
+        raise ConfigError(f"{eyes!r} is not a kind of eyes.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
     return eyes

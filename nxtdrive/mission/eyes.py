@@ -62,7 +62,7 @@ def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | Non
 
     frames = sensor or simulated_webcam(brick)
     if frames is None:
-        raise CameraError("Geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
+        raise CameraError("geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
     heights_mm = {name: target.height_mm for name, target in mission.target.items()}
     return GeometricEyes(
         frames, MissionClock(brick), heights_mm, pinhole(frames.size, mission.camera), mission.camera.latency_s

@@ -119,7 +119,9 @@ class SimulatedCamera:
                     self._clock.sleep(self._source.detector_s)
                 return Frame(image, number / fps, number)
             if now_s >= deadline_s - ALMOST:
-                raise CameraError(f"The simulated camera gave no frame for {timeout_s:g} s.", remedy="Plug it in.")
+                raise CameraError(
+                    f"the simulated camera gave no frame for {timeout_s:g} s.", remedy="Has an event unplugged it?"
+                )
             self._clock.sleep(min(next_tick(now_s, fps), deadline_s) - now_s)
 
     def close(self) -> None:

@@ -74,7 +74,7 @@ class Pinhole:
     def __post_init__(self) -> None:
         if self.width <= 0 or not math.isfinite(self.focal_px) or self.focal_px <= 0:
             raise ConfigError(
-                f"A camera with frames {self.width} px wide and a focal length of {self.focal_px} px is not possible.",
+                f"a camera with frames {self.width} px wide and a focal length of {self.focal_px} px is not possible.",
                 remedy="Both must be positive; calibrate with an A4 sheet at a measured metre.",
             )
 
@@ -87,7 +87,7 @@ class Pinhole:
         """
         if not 0 < hfov_deg < 180:
             raise ConfigError(
-                f"A horizontal field of view of {hfov_deg:g} degrees is not possible.",
+                f"a horizontal field of view of {hfov_deg:g} degrees is not possible.",
                 remedy="Webcams have 50 to 80 degrees.",
             )
         return cls(width, width / 2 / math.tan(math.radians(hfov_deg) / 2), mounting)

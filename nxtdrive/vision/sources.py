@@ -62,7 +62,7 @@ def open_camera(
     clock = clock or WallClock()
     if (number := _webcam_number(source)) is not None:
         return LiveCamera(
-            f"Camera {number}",
+            f"camera {number}",
             "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2...",
             lambda: _open_webcam(number),
             clock,
@@ -70,7 +70,7 @@ def open_camera(
         )
     if re.match(r"[a-z][a-z0-9+.-]+://", source, re.IGNORECASE):
         return LiveCamera(
-            f"The stream {source}",
+            f"the stream {source}",
             "Open the address in a browser or in VLC to see whether it runs.",
             _stream_opener(source, open_timeout_s, stall_timeout_s),
             clock,
@@ -127,7 +127,7 @@ def _webcam_number(source: str) -> int | None:
     if number is None:
         return None
     if number > LAST_WEBCAM:
-        raise CameraError(f"There is no camera {number}.", remedy="Cameras are numbered 0, 1, 2...")
+        raise CameraError(f"there is no camera {number}.", remedy="Cameras are numbered 0, 1, 2...")
     device = f"/dev/video{number}"
     if is_denied(device):
         raise CameraError(f"this user may not open {device}.", remedy=device_remedy(device, "video"))
@@ -157,19 +157,19 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
     if os.path.isdir(path):
         files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
         if not files:
-            raise CameraError(f"The folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
-        return ReplayCamera(f"The folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
+            raise CameraError(f"the folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
+        return ReplayCamera(f"the folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
     try:
         mode = os.stat(path).st_mode
     except OSError as error:
         raise CameraError(
-            f"There is no camera, file or folder {str(path)!r} ({error.strerror}).",
+            f"there is no camera, file or folder {str(path)!r} ({error.strerror}).",
             remedy="Give a webcam's number (0), a video, an image, a folder of images or a URL.",
         ) from None
     if not stat.S_ISREG(mode):
         raise CameraError(f"{path} is a device or a pipe.", remedy="Name a regular file.")
     if path.suffix.lower() in IMAGE_SUFFIXES:
-        return ReplayCamera(f"The image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
+        return ReplayCamera(f"the image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
     return _open_video(path, clock, paced)
 
 
@@ -183,7 +183,7 @@ def _open_video(path: Path, clock: Clock, paced: bool) -> Camera:
         )
     fps = capture.get(cv2.CAP_PROP_FPS)
     fps = fps if 0 < fps <= 1000 else FALLBACK_FPS
-    return ReplayCamera(f"The video {path}", _frames(capture), fps if paced else None, clock, capture.release)
+    return ReplayCamera(f"the video {path}", _frames(capture), fps if paced else None, clock, capture.release)
 
 
 def _frames(capture: cv2.VideoCapture) -> Iterator[Image]:

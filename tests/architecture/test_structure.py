@@ -48,6 +48,15 @@ def _reads_the_clock(node: ast.AST) -> bool:
     return isinstance(call, ast.Attribute) and call.attr in CLOCKS and ast.unparse(call.value) == "time"
 
 
+def _messages(tree: ast.Module, errors: set[str]) -> Iterator[str]:
+    """The beginning of the message of each error that is made, up to its first value."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and node.args and ast.unparse(node.func).rpartition(".")[2] in errors:
+            first = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
+            if isinstance(first, ast.Constant) and isinstance(first.value, str):
+                yield first.value
+
+
 def test_files_stay_short():
     lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCES}
     assert {path: count for path, count in lines.items() if count > MAX_FILE_LINES} == {}
@@ -96,6 +105,16 @@ def test_the_driver_has_few_names_at_its_root_and_all_of_them_work():
     assert 0 < len(nxtdrive.__all__) <= MAX_ROOT_NAMES
     for name in nxtdrive.__all__:
         assert getattr(nxtdrive, name) is not None
+
+
+@pytest.mark.xdist_group("parsed files")
+def test_messages_of_errors_go_on_after_a_colon(trees):
+    """`nxtdrive: there is no camera 7.`, or `target.face: there is no cascade 'nobody'`."""
+    import nxtdrive.errors
+
+    begun = [message for tree in trees.values() for message in _messages(tree, set(nxtdrive.errors.__all__))]
+    assert len(begun) > 100
+    assert [each for each in begun if each.split(" ")[0].istitle()] == []
 
 
 def test_every_error_is_found_where_people_look_for_it():

@@ -111,7 +111,7 @@ def _wait_ms(words: str, place: str) -> int:
     word, *arguments = words.split()
     if word != _TICK:
         raise ConfigError(
-            f"{place}: {word} acts on the simulated hardware of `nxtdrive sim check`, which a real brick has not.",
+            f"{place}: {word} acts on the simulated hardware of `nxtdrive sim check`, which a real brick lacks.",
             remedy=f"Use {_TICK} N to wait for N milliseconds, and do the rest by hand.",
         )
     if len(arguments) == 1 and re.fullmatch(r"[0-9]{1,6}", arguments[0]):

@@ -85,7 +85,7 @@ def _areas(wanted: list[str], address: str | None) -> list[str]:
         if area not in known:
             where = "on a real brick" if address else "here"
             names = ", ".join(known if address else (*known, bench.DRIVER))
-            raise ConfigError(f"There is no area {area!r} to measure {where}.", remedy=f"Choose from: {names}.")
+            raise ConfigError(f"there is no area {area!r} to measure {where}.", remedy=f"Choose from: {names}.")
     return wanted or list(known)
 
 

@@ -36,7 +36,7 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     values = dict(spec)
     kind = values.pop("detector", None)
     if not isinstance(kind, str) or kind not in detector_names():
-        raise ConfigError(f"There is no detector {kind!r}.", remedy=f"Use one of: {', '.join(detector_names())}.")
+        raise ConfigError(f"there is no detector {kind!r}.", remedy=f"Use one of: {', '.join(detector_names())}.")
     remaining = DetectorSpec(kind, values, folder)
     height_mm = remaining.take("height_mm", float, A4_HEIGHT_MM)
     if not 1 <= height_mm <= 10_000:

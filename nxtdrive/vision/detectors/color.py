@@ -27,7 +27,7 @@ def usual_shade(color: str) -> dict[str, float]:
         ConfigError: There is no such colour.
     """
     if color not in HUES:
-        raise ConfigError(f"There is no colour {color!r}.", remedy=f"Use one of: {', '.join(HUES)}.")
+        raise ConfigError(f"there is no colour {color!r}.", remedy=f"Use one of: {', '.join(HUES)}.")
     least = {"min_saturation_percent": round(MIN_SATURATION / 2.55, 1), "min_value_percent": round(MIN_VALUE / 2.55, 1)}
     return {"hue_deg": 2.0 * HUES[color], "reach_deg": 2.0 * HUE_REACH, **least}
 

@@ -129,7 +129,7 @@ def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
     Raises:
         ConfigError: It fails, or does not make a detector.
     """
-    name = f"The detector {entry.name!r} ({entry.value})"
+    name = f"the detector {entry.name!r} ({entry.value})"
     detector: Detector = _called(name, "cannot be made", lambda: entry.load()(spec))
     if not callable(getattr(detector, "detect", None)):
         raise ConfigError(f"{name} has no detect().", remedy=REMEDY)
@@ -139,7 +139,7 @@ def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
 
 def _iterable(value: object) -> Iterable[object]:
     if not isinstance(value, list | tuple):
-        raise TypeError(f"detect() returned no list, but {type(value).__name__}")
+        raise TypeError(f"detect() returned {type(value).__name__}, not a list")
     return value
 
 

@@ -82,7 +82,7 @@ def _find(cascade: str) -> Path:
         if os.path.isfile(path):
             return path
     raise ConfigError(
-        f"There is no cascade {cascade!r}.", remedy=f"Give an XML file or one of: {', '.join(cascades()) or '(none)'}."
+        f"there is no cascade {cascade!r}.", remedy=f"Give an XML file or one of: {', '.join(cascades()) or '(none)'}."
     )
 
 

@@ -31,7 +31,7 @@ class MarkerDetector:
 
     def __init__(self, number: int, family: str = DEFAULT_FAMILY) -> None:
         if family not in FAMILIES:
-            raise ConfigError(f"There is no marker family {family!r}.", remedy=f"Use one of: {', '.join(FAMILIES)}.")
+            raise ConfigError(f"there is no marker family {family!r}.", remedy=f"Use one of: {', '.join(FAMILIES)}.")
         dictionary, count = FAMILIES[family]
         if not 0 <= number < count:
             raise ConfigError(f"{family} has no marker {number}.", remedy=f"Its numbers are 0 to {count - 1}.")

@@ -84,7 +84,7 @@ def image_input(file: OnnxFile, open_size: int) -> ImageInput:
             return ImageInput(tensor, channels_first, width, height, sizes[0] if sizes else None)
     told_inputs = ", ".join(f"{one.name} {one.dtype} {one.shape}" for one in file.inputs[:10])
     remedy = f"Export it with one image as input, 1x3 x height x width of at most {LARGEST} pixels each way."
-    raise ConfigError(f"{file.path} takes something else than one image: {told_inputs}.", remedy=remedy)
+    raise ConfigError(f"{file.path} takes something other than one image: {told_inputs}.", remedy=remedy)
 
 
 def fitted(image: Image, size: tuple[int, int], *, stretched: bool) -> tuple[Image, np.ndarray[Any, Any]]:

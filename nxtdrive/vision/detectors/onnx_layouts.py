@@ -89,7 +89,7 @@ def find_layout(
         told = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
         fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
         remedy = f"Set layout to one of: {', '.join(LAYOUTS)}; or export the model in one of these."
-        raise ConfigError(f"The outputs of {model.path} {fits}: {told}.", remedy=remedy)
+        raise ConfigError(f"the outputs of {model.path} {fits}: {told}.", remedy=remedy)
     if found.name == "yolox":
         rows = _rows(outputs[found.roles["all"]])
         relative = len(rows) == len(_cells(size)[1]) and _relative(rows.astype(np.float32), size)

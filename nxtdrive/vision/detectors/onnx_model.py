@@ -54,10 +54,10 @@ class Options:
         for name, known in choices.items():
             value = getattr(self, name)
             if value not in (None, *known):
-                raise ConfigError(f"There is no {name} {value!r}.", remedy=f"Use one of: {', '.join(known)}.")
+                raise ConfigError(f"there is no {name} {value!r}.", remedy=f"Use one of: {', '.join(known)}.")
         if not MULTIPLE <= self.size <= LARGEST or self.size % MULTIPLE:
             remedy = f"Use a multiple of {MULTIPLE} up to {LARGEST}, such as {OPEN_SIZE}."
-            raise ConfigError(f"A model cannot get frames of {self.size} pixels.", remedy=remedy)
+            raise ConfigError(f"a model cannot get frames of {self.size} pixels.", remedy=remedy)
 
 
 class OnnxModel:

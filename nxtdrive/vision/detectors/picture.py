@@ -33,7 +33,7 @@ class PictureDetector:
 
     def __init__(self, pictures: Sequence[Image]) -> None:
         if not pictures:
-            raise ConfigError("The picture detector needs at least one picture.", remedy="Give it a file.")
+            raise ConfigError("the picture detector needs at least one picture.", remedy="Give it a file.")
         for picture in pictures:
             check_picture(picture)
         self._correlation = [CorrelationMatcher(picture) for picture in pictures]
@@ -72,7 +72,7 @@ def _read(path: Path) -> Image:
     return picture
 
 
-def check_picture(picture: Image, name: str = "The picture") -> None:
+def check_picture(picture: Image, name: str = "the picture") -> None:
     """Raise a ConfigError that begins with the name if a picture is too small to be searched for, or of one colour."""
     height, width = picture.shape[:2]
     if min(height, width) < SMALLEST_PX:

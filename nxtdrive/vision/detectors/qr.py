@@ -29,7 +29,7 @@ class QrDetector:
     def __init__(self, text: str) -> None:
         if not 1 <= len(text) <= LONGEST:
             raise ConfigError(
-                f"A QR target needs a text of 1 to {LONGEST} characters, not of {len(text)}.",
+                f"a QR target needs a text of 1 to {LONGEST} characters, not of {len(text)}.",
                 remedy="Give the text that the code contains; a short one is read from farther away.",
             )
         self._text = text

@@ -34,7 +34,7 @@ class DetectorSpec:
         """
         value = self._values.pop(name, default)
         if value is None:
-            raise ConfigError(f"The {self.kind} detector needs {name}.", remedy=f"Add {name} to the target.")
+            raise ConfigError(f"the {self.kind} detector needs {name}.", remedy=f"Add {name} to the target.")
         if type_ is float and isinstance(value, int) and not isinstance(value, bool):
             return type_(value)
         if not isinstance(value, type_) or isinstance(value, bool):
@@ -65,7 +65,7 @@ class DetectorSpec:
         names = [value] if isinstance(value, str | Path) else value
         if not isinstance(names, list | tuple) or not names or not all(isinstance(one, str | Path) for one in names):
             raise ConfigError(
-                f"The {self.kind} detector needs {name}, a list of files.", remedy=f'{name} = ["lena.png"]'
+                f"the {self.kind} detector needs {name}, a list of files.", remedy=f'{name} = ["lena.png"]'
             )
         return [self._folder / at_home(one) for one in names]
 
@@ -82,7 +82,7 @@ class DetectorSpec:
         if self._values:
             names = ", ".join(sorted(self._values))
             raise ConfigError(
-                f"The {self.kind} detector has no option {names}.", remedy="Remove it, or check the spelling."
+                f"the {self.kind} detector has no option {names}.", remedy="Remove it, or check the spelling."
             )
 
 

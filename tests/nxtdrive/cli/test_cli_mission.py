@@ -55,7 +55,7 @@ def test_pictures_and_cascades_are_tried(tmp_path, capsys):
     )
     assert main(["mission", "check", "--json", str(path)]) == USAGE
     face, cat = json.loads(capsys.readouterr().out)[0]["mistakes"]
-    assert face.startswith("target.face: There is no cascade 'nobody'")
+    assert face.startswith("target.face: there is no cascade 'nobody'")
     assert cat.startswith("target.cat: ")
 
 

@@ -96,7 +96,7 @@ def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg():
     command = [sys.executable, "-m", "nxtdrive", "serve", "--port", "0", "--nxt", "sim://open", "--camera", url]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 2
-    assert done.stderr.startswith(f"nxtdrive: The stream {url} gives no frames.")
+    assert done.stderr.startswith(f"nxtdrive: the stream {url} gives no frames.")
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
 

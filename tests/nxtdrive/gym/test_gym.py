@@ -136,7 +136,7 @@ def test_an_action_that_is_not_two_finite_numbers_is_refused_and_the_robot_stops
 def test_what_does_not_exist_is_refused(make):
     with pytest.raises(ConfigError, match="no class"):
         make(kinds=["nowhere"])
-    with pytest.raises(ConfigError, match="no eyes"):
+    with pytest.raises(ConfigError, match="not a kind of eyes"):
         make(eyes="x-ray")
     for options in ({"kind": "nowhere"}, {"kind": 5}, {"seed": "x"}, {"seed": float("nan")}):
         with pytest.raises(ConfigError, match=r"no class|no seed"):

@@ -98,12 +98,12 @@ def test_a_built_in_detector_keeps_its_name(installed):
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
-        ('detector = "fails"\n', "The detector 'fails' (odd:fails) cannot be made: KeyError"),
+        ('detector = "fails"\n', "the detector 'fails' (odd:fails) cannot be made: KeyError"),
         ('detector = "missing"\n', "cannot be made: AttributeError"),
         ('detector = "leaves"\n', "cannot be made: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
         ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
-        ('detector = "lamp"\nleast = 3\n', "The lamp detector has no option least"),
+        ('detector = "lamp"\nleast = 3\n', "the lamp detector has no option least"),
         ('detector = "lamp"\nheight_mm = 1\n', "target.it.height_mm"),
         ('detector = "Told"\nweights_file = "w.bin"\n', "target.it.weights_file: there is no file 'w.bin'"),
     ],
@@ -123,7 +123,7 @@ def test_its_files_lie_beside_the_mission(installed):
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
-        (None, "fails: TypeError: detect() returned no list, but NoneType"),
+        (None, "fails: TypeError: detect() returned NoneType, not a list"),
         ([((1, 2, 3, 4), 0.5)], "returns no detections (0: "),
         ([Detection((1, 2, 0, 4), 0.5)], "(0.box.2: "),
         ([Detection((1, 2, math.nan, 4), 0.5)], "(0.box.2: "),
@@ -139,7 +139,7 @@ def test_anything_that_is_not_a_detection_is_refused_with_a_sentence(installed, 
     with pytest.raises(ConfigError) as refused:
         detector.detect(FRAME)
     assert text in str(refused.value)
-    assert str(refused.value).startswith("The detector 'Answers' (odd:Answers)")
+    assert str(refused.value).startswith("the detector 'Answers' (odd:Answers)")
 
 
 def test_numbers_of_any_kind_are_taken(installed):
@@ -152,7 +152,7 @@ def test_numbers_of_any_kind_are_taken(installed):
 def test_a_detector_can_neither_change_the_frame_nor_fail_unnamed(installed):
     detector = make_detector({"detector": "Writes"}).detector
     for call in (lambda: detector.detect(FRAME), detector.description):
-        with pytest.raises(ConfigError, match=r"The detector 'Writes' \(odd:Writes\) fails"):
+        with pytest.raises(ConfigError, match=r"the detector 'Writes' \(odd:Writes\) fails"):
             call()
     assert FRAME.all()
 

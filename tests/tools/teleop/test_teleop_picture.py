@@ -171,10 +171,10 @@ def test_a_picture_that_no_longer_comes_is_said(screen):
 @pytest.mark.parametrize("size", [(40, 20), (80, 24)])
 def test_without_a_camera_one_line_says_so(screen, size):
     async def play(app, pilot, now):
-        await until(pilot, lambda: "Camera 0 gives no frames." in text(app, "panel"))
+        await until(pilot, lambda: "camera 0 gives no frames." in text(app, "panel"))
         assert not app.query("#camera")
 
-    screen(size, play, camera="Camera 0 gives no frames.")
+    screen(size, play, camera="camera 0 gives no frames.")
 
 
 def listed(app):
