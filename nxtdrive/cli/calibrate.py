@@ -31,8 +31,9 @@ of view, place, angles and latency; the wheels' diameter, mismatch and track; th
 sonar's place; the motors' directions; how a colour looks. The robot drives in
 front of a sheet of markers: print it with --sheet, hang it on a wall with its
 middle as high as the lens, and put the robot one metre in front of it, with a
-metre of free floor all round. sim:// has such a room. Values that are too
-uncertain are refused, and the file stays as it was."""
+metre of free floor all round. With sim://, the default, it does so in the simulated
+room sim://calibration. Values that are too uncertain are refused, and the file
+stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate

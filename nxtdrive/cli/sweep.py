@@ -54,9 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         choices=list(SUITES),
         default="smoke",
-        help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; "
-        "reality: the classes of docs/reality.md, hard: flats, people, haste and poor light, both with 5 seeds and "
-        "four agents (default: smoke)",
+        help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; reality (the classes "
+        "of docs/reality.md) and hard (flats, people, haste, poor light): 5 seeds, four agents each (default: smoke)",
     )
     parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
     parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
@@ -73,8 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--eyes",
         choices=("geometric", "camera"),
         default="geometric",
-        help="how targets are seen: geometric samples detections by geometry and a law fitted to the detector, without "
-        "images; camera renders frames and searches them (default: geometric)",
+        help="how targets are seen: geometric samples detections by geometry and a model fitted to the detector, "
+        "without images; camera renders frames and searches them (default: geometric)",
     )
     parser.add_argument(
         "--robot",
