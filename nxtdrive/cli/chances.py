@@ -31,7 +31,7 @@ EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("run_paths", metavar="RUN", type=Path, nargs="+", help="a run's folder, or a sweep's .jsonl")
+    parser.add_argument("run_paths", metavar="RUN", type=Path, nargs="+", help="a run folder, or a sweep's .jsonl")
     parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
 
 

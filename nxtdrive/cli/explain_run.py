@@ -27,7 +27,7 @@ EXAMPLES = """\
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("run_path", metavar="RUN", type=Path, help="a run's folder, or its journal.jsonl")
+    parser.add_argument("run_path", metavar="RUN", type=Path, help="a run folder, or its journal.jsonl")
     add_profile_argument(parser, "also give each decision's evidence to the policy of this profile")
     add_json_argument(parser)
 

@@ -29,19 +29,19 @@ EXAMPLES = """\
 MAX_PAGE_BYTES = 40_000_000
 """All pictures of a page; without --fps a page has as many pictures per second as fit."""
 IN_FOLDER = Path()
-"""Stands for the default file in the run's folder."""
+"""Stands for the default file in the run folder."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("run_path", metavar="RUN", type=Path, help="a run's folder")
+    parser.add_argument("run_path", metavar="RUN", type=Path, help="a run folder")
     parser.add_argument(
         "--html",
         metavar="FILE",
         nargs="?",
         type=Path,
         const=IN_FOLDER,
-        help="the replay in one file, with its pictures (default: replay.html in the run's folder)",
+        help="the replay in one file, with its pictures (default: replay.html in the run folder)",
     )
     parser.add_argument(
         "--mcap", metavar="FILE", type=Path, help="everything as messages for Lichtblick, Foxglove and the like"
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         const=IN_FOLDER,
-        help="the journal as a table, one row per record (default: journal.csv in the run's folder)",
+        help="the journal as a table, one row per record (default: journal.csv in the run folder)",
     )
     parser.add_argument(
         "--webm",
@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=Path,
         const=IN_FOLDER,
-        help="the camera's pictures as a video with boxes, state and time (default: camera.webm in the run's folder)",
+        help="the camera's pictures as a video with boxes, state and time (default: camera.webm in the run folder)",
     )
     parser.add_argument(
         "--fps",

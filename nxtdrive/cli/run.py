@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: the simulated robot's for sim://, else webcam 0)",
     )
     parser.add_argument(
-        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where the run's folder goes (default: runs)"
+        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where the run folder goes (default: runs)"
     )
     add_profile_argument(parser, "how the robot behaves (default: the mission's profile)")
     parser.add_argument(

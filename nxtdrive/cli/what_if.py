@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run_paths",
         metavar="RUN",
         nargs="+",
-        help="a run's folder, or CLASS:SEED[:PROFILE] of the sweep",
+        help="a run folder, or CLASS:SEED[:PROFILE] of the sweep",
     )
     parser.add_argument(
         "--decision",
@@ -181,7 +181,7 @@ def _source(name: str) -> Source:
         return GeneratedMission(kind, number, profile or "adaptive")
     if not os.path.isdir(name):
         raise ConfigError(
-            f"{name} is neither a run's folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
+            f"{name} is neither a run folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
         )
     source = read_recorded(Path(name))
     if isinstance(source, RebuiltRun):
@@ -194,14 +194,14 @@ def _source(name: str) -> Source:
 
 
 def _keep(folder: Path, result: dict[str, Any]) -> None:
-    """Write the result into the run's folder, with the decisions that are known from earlier."""
+    """Write the result into the run folder, with the decisions that are known from earlier."""
     from nxtdrive.recording.explanation import what_ifs
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.recording.run_folder import WHAT_IF
 
     known = {**what_ifs(folder), **{each["decision"]: each for each in result["decisions"]}}
     decisions = [known[at] for at in sorted(known)]
-    with writing(folder / WHAT_IF, "Make room in the run's folder, or make it writable."):
+    with writing(folder / WHAT_IF, "Make room in the run folder, or make it writable."):
         write_file(folder / WHAT_IF, (json.dumps({**result, "decisions": decisions}, indent=2) + "\n").encode())
 
 

@@ -129,7 +129,7 @@ def read_pictures(run_folder: Path) -> CameraPictures | None:
     """Read the index of a run's pictures, even of a run that was killed; lines that are damaged are left out.
 
     Args:
-        run_folder: The run's folder.
+        run_folder: The run folder.
 
     Returns:
         None for a run without pictures, or whose index does not begin with a header that this version knows.

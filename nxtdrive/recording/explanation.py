@@ -73,7 +73,7 @@ class _WhatIf(BaseModel, strict=True):
 
 
 def what_ifs(folder: Path) -> dict[int, Mapping[str, Any]]:
-    """Return the results of ``nxtdrive what-if`` in a run's folder, by the number of the decision, from 1.
+    """Return the results of ``nxtdrive what-if`` in a run folder, by the number of the decision, from 1.
 
     Returns none if there is no such file, or another one has its name.
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A run's folder, map, pictures and video; receives records, looks and frames.
+    """A run folder, map, pictures and video; receives records, looks and frames.
 
     Args:
         folder: The folder to write to.

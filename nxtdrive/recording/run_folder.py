@@ -25,7 +25,7 @@ from nxtdrive.recording.output_file import write_file
 
 MISSION, JOURNAL, SUMMARY, MAP, VIDEO = "mission.json", "journal.jsonl", "summary.json", "map.png", "camera.webm"
 CAMERA = "camera/"
-"""Folder of the camera's pictures in a run's folder."""
+"""Folder of the camera's pictures in a run folder."""
 WHAT_IF = "what-if.json"
 """Results of ``nxtdrive what-if``."""
 RESERVE, RESERVED = "summary.reserved", 4096

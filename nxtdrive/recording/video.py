@@ -81,7 +81,7 @@ class VideoRecorder:
                 _make_webm(self._part)
                 os.replace(self._part, self._path)
             finally:
-                self.abandon()  # which makes room for the rest of a run's folder
+                self.abandon()  # which makes room for the rest of a run folder
 
     def abandon(self) -> None:
         """Remove the file, unless it is finished."""

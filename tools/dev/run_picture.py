@@ -28,9 +28,9 @@ cause of the others is visible a moment before them.
 
 
 def main() -> None:
-    """Read a run's folder and write the picture."""
+    """Read a run folder and write the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="a run's folder")
+    parser.add_argument("folder", type=Path, help="a run folder")
     parser.add_argument("out", type=Path, help="the picture to write")
     args = parser.parse_args()
     try:

@@ -59,7 +59,7 @@ class LiveRun:
 
         Args:
             run: As `assemble` returned it.
-            folder: Name of the run's folder.
+            folder: Name of the run folder.
         """
         server = Server(self, self._hub, self._missions, self._runs, self._address)
         with serving(server, self._listener):

@@ -186,7 +186,7 @@ class ShownMission:
 
         Args:
             run: As `assemble` returned it.
-            folder: Name of the run's folder.
+            folder: Name of the run folder.
         """
         hub = self._hub
         hub.begin_run()

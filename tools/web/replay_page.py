@@ -30,7 +30,7 @@ def replay_page(name: str, run: PastRun, camera: CameraPictures | None) -> str:
     """Return the page: the replay's own modules and styles, and the run with its pictures, in one text.
 
     Args:
-        name: Of the run's folder.
+        name: Of the run folder.
         run: The run.
         camera: Its pictures; those that cannot be read are left out.
     """

@@ -1,4 +1,4 @@
-"""``nxtdrive explain-run``: a run's folder explained to people and to programs."""
+"""``nxtdrive explain-run``: a run folder explained to people and to programs."""
 
 from __future__ import annotations
 

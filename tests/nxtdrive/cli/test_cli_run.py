@@ -28,7 +28,7 @@ UNSEEN = "--camera", "geometric", "--no-video"
 
 
 def _run(*arguments: str) -> tuple[int, Path]:
-    """Run a mission into ``runs`` of the present folder; the exit code and the run's folder."""
+    """Run a mission into ``runs`` of the present folder; the exit code and the run folder."""
     code = main(["run", *arguments])
     return code, next(Path("runs").iterdir())
 

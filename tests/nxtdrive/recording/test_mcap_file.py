@@ -38,7 +38,7 @@ RECORDS = [
 
 @pytest.fixture(name="run")
 def _run(tmp_path):
-    """A run's folder with two pictures, of which the second has boxes."""
+    """A run folder with two pictures, of which the second has boxes."""
     path = tmp_path / "run-001"
     path.mkdir()
     (path / "journal.jsonl").write_text("".join(f"{each.to_json()}\n" for each in RECORDS), encoding="utf-8")

@@ -269,4 +269,4 @@ def _records():
 @pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])
 def test_anything_that_is_not_a_run_is_refused(name, capsys):
     assert main(["what-if", name]) == 2
-    assert "neither a run's folder" in capsys.readouterr().err
+    assert "neither a run folder" in capsys.readouterr().err

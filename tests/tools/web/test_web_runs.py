@@ -33,7 +33,7 @@ def _folder(tmp_path):
 
 
 def _run(folder, name, summary=None, *, pictures=False):
-    """A run's folder."""
+    """A run folder."""
     path = folder / name
     path.mkdir(parents=True)
     (path / "journal.jsonl").write_text("".join(f"{each.to_json()}\n" for each in JOURNAL), encoding="utf-8")
