@@ -94,23 +94,23 @@ class AdaptiveParameters(Table):
     Attributes:
         cruise_mm_s: Speed of an approach, and along a path where something may be near.
         travel_share: Along a path it drives at this many times that speed while the sonar hears nothing near.
-        scan_deg_s: Turn rate while scanning where distant things may be in view; faster blurs them.
+        scan_deg_s: Turn rate while scanning where distant objects may be in view; faster blurs them.
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
-        sonar_tolerance_mm: An arrival counts when the sonar's echo and the apparent distance differ by no more than
-            this, or a third of the distance if that is more; without an echo it counts as well.
+        sonar_tolerance_mm: Largest difference between the sonar's echo and the apparent distance with which an arrival
+            counts, or a third of the distance if that is more. Without an echo it counts, too.
         search_budget_s: Longest search for a target without a sighting before another one is pursued.
-        rounds: Rounds of the list of targets at most, unless the mission asks for more.
+        rounds: Most rounds through the list of targets, unless [mission] asks for more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
-        repeats: How often one recovery is chosen at most for one target at one place, and how many are chosen there at
-            most after one kind of failure.
+        repeats: Most choices of one recovery for one target at one place, and most choices there after one kind of
+            failure.
         detours: Whether it goes round obstacles.
         chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
         remembers_others: Whether it remembers where it saw the other targets.
-        sees_floor: Whether it draws on its map how far the camera sees the floor free.
-        in_order: Whether a target is pursued only when those before it are reached or given up; otherwise one that was
-            seen and can be reached sooner may come first.
+        sees_floor: Whether the map shows how far the camera sees free floor.
+        in_order: Whether targets are pursued strictly in order. Otherwise one that was seen and can be reached sooner
+            may come first.
         fixed_wait_s: Length of every wait; without it, waits are as long as pays.
         chances: How often choices succeeded in your own runs: a file written by `nxtdrive chances`.
     """
@@ -147,7 +147,7 @@ class MissionTable(Table):
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
         profile: How to behave: adaptive, thesis, or your own profile (docs/profiles.md).
-        rounds: Rounds of the list at most; later rounds try again what was given up.
+        rounds: Most rounds through the list of targets; later rounds try again what was given up.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer.

@@ -68,7 +68,7 @@ class ColorTarget(_Target):
     """A patch of strong colour.
 
     Attributes:
-        color: Its name.
+        color: The name of the colour.
     """
 
     detector: Literal["color"]

@@ -62,12 +62,12 @@ def unused_keys(mission: Mission) -> dict[str, set[str]]:
 def _odd_height(name: str, height_mm: float) -> Iterator[str]:
     if height_mm < LEAST_HEIGHT_MM:
         yield (
-            f"target.{name}: height_mm = {height_mm:g} is small; all distances are measured by it. "
+            f"target.{name}: height_mm = {height_mm:g} is small; all distances are computed from it. "
             f"Is it in centimetres? Then it is {10 * height_mm:g} mm."
         )
     elif height_mm > GREATEST_HEIGHT_MM:
         most_m = GREATEST_HEIGHT_MM / 1000
-        yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are measured by it."
+        yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are computed from it."
 
 
 def _odd_robot(mission: Mission) -> Iterator[str]:

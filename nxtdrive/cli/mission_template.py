@@ -26,7 +26,7 @@ _HEAD = """\
 name = {title}
 targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
 profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
-rounds = 1                 # passes through the list; later ones retry what was given up
+rounds = 1                 # most rounds through the list; later ones try again what was given up
 # time_limit_s = 600       # end after this time, whatever has been reached
 
 {target}
@@ -66,13 +66,13 @@ _BOX = """\
 [target.box]
 detector = "color"         # a patch of strong colour:
 color = "red"              #   red, orange, yellow, green, cyan, blue or magenta
-height_mm = 100            # real height of the patch; distances are measured by it"""
+height_mm = 100            # real height of the patch; distances are computed from it"""
 
 _PICTURE = """\
 [target.{name}]
 detector = "picture"       # something flat you have photographs of
 pictures = [{file}]
-height_mm = {height_mm:<15g}# real height of the print; distances are measured by it"""
+height_mm = {height_mm:<15g}# real height of the print; distances are computed from it"""
 
 RED_BOX = TemplateTarget("box", height_mm=100.0, width_mm=200.0)
 """What a new mission looks for when no picture is given."""
