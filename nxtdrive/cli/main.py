@@ -130,14 +130,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str]) -> int:
+    try:
+        return _reported(arguments)
+    except SignalInterrupt as interrupt:  # also one that arrives while an error is being reported
+        return SIGNALLED + interrupt.number
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _reported(arguments: Sequence[str]) -> int:
+    """Run the command and turn an error into a message and an exit code."""
     args = argparse.Namespace(verbose=False)
     try:
         args = _parse_aloud(arguments)
         return _run(args, arguments)
-    except SignalInterrupt as interrupt:
-        return SIGNALLED + interrupt.number
-    except KeyboardInterrupt:
-        return INTERRUPTED
     except BrokenPipeError:
         # the reader of our output has closed it, as `head` does
         drop_output()

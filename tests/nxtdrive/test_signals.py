@@ -96,6 +96,12 @@ class _InterruptedWhenDeleted:
         signal.raise_signal(signal.SIGTERM)
 
 
+@NUMBERS
+def test_a_signal_while_an_error_is_reported_leaves_no_traceback(number, monkeypatch):
+    monkeypatch.setattr("nxtdrive.cli.main.complain", lambda _message: signal.raise_signal(number))
+    assert main(["explain", "not hex"]) == SIGNALLED + number
+
+
 def _from_c(callback):
     """Call `callback` from C, as the simulation's physics does."""
     space, body = pymunk.Space(), pymunk.Body(1.0, 1.0)
