@@ -19,7 +19,7 @@ from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.mission_targets import OnnxTarget, Target
 from behaviors.plausibility import TOLERANCE_MM
-from behaviors.profile_names import ADAPTIVE, profile_name
+from behaviors.profile_names import ADAPTIVE, profile_in_mission
 from behaviors.robot_description import (
     ROBOT_VARIABLE,
     CalibrationTable,
@@ -156,7 +156,7 @@ class MissionTable(Table):
 
     name: str = "mission"
     targets: list[str] = Field(min_length=1)
-    profile: Annotated[str, AfterValidator(profile_name)] = ADAPTIVE
+    profile: Annotated[str, AfterValidator(profile_in_mission)] = ADAPTIVE
     rounds: int = Field(default=1, ge=1, le=20)
     time_limit_s: float = Field(default=600.0, gt=0, le=86400)
     reconnect_timeout_s: float = Field(default=30.0, ge=0, le=3600)

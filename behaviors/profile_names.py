@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from importlib.metadata import EntryPoint, entry_points
 
+from pydantic import ValidationInfo
+
 THESIS, ADAPTIVE = "thesis", "adaptive"
 BUILT_IN_PROFILES = (THESIS, ADAPTIVE)
 GROUP = "nxtdrive.profiles"
 """Group of the entry points by which installed packages offer profiles."""
+PAST = "past"
+"""Context in which the mission of a past run is validated."""
 
 
 def installed_profiles() -> dict[str, EntryPoint]:
@@ -25,3 +29,12 @@ def profile_name(name: str) -> str:
         return name
     known = ", ".join([*BUILT_IN_PROFILES, *sorted(installed_profiles())])
     raise ValueError(f"must be {known}, or a class as package.module:Class")
+
+
+def profile_in_mission(name: str, info: ValidationInfo) -> str:
+    """Return the name of a mission's profile; that of a past mission (`PAST`) may be of a package not installed here.
+
+    Raises:
+        ValueError: See `profile_name`.
+    """
+    return name if info.context == PAST else profile_name(name)

@@ -36,7 +36,7 @@ def find_profile(name: str) -> ProfileClass:
         found: Any = entry.load() if entry else _imported(name)
     except Exception as error:  # the module of another package may raise anything
         reason = f"{type(error).__name__}: {error}"
-        remedy = "docs/profiles.md says how to name one."
+        remedy = "name it as module:Class in the folder of module.py, or install its package (docs/profiles.md)."
         raise MissionError(f"profile {name!r} cannot be loaded: {reason}; {remedy}") from error
     missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
     if missing:
@@ -60,6 +60,8 @@ def raised_by_profile(error: Exception) -> MissionError | None:
 def _imported(name: str) -> object:
     """Import a class from a module, even one in the current folder, as ``python -m`` does."""
     module, _, attribute = name.partition(":")
+    if not attribute:
+        raise ModuleNotFoundError(f"no installed package offers {name!r}")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)

@@ -57,7 +57,9 @@ def _head(explanation: Explanation) -> list[Text]:
     if run.end is not None and (error := run.end.data.get("error")):
         notes.append(f"error: {error}")
     if run.mission is None:
-        notes.append("no mission.json beside the journal: policies use their default parameters")
+        notes.append("no mission.json of this version beside the journal: policies use their default parameters")
+    if explanation.unavailable:
+        notes.append(f"{explanation.unavailable} Until then its candidates are not shown.")
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
 
 
@@ -70,7 +72,7 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     failed = f"{failure_words(decision.reason)} ({decision.reason}{measured and ': ' + measured})"
     grid.add_row("failed", printable(failed))
     grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
-    grid.add_row("could", _candidates(each, explanation.profile))
+    grid.add_row("could", _candidates(each, explanation))
     grid.add_row("chose", _chosen(each))
     grid.add_row("then", Text(_outcome_words(decision.outcome)))
     if each.what_if:
@@ -85,10 +87,12 @@ def _raw(each: Explained) -> Text:
     return Text(printable(known) or "nothing is recorded")
 
 
-def _candidates(each: Explained, profile: str) -> RenderableType:
+def _candidates(each: Explained, explanation: Explanation) -> RenderableType:
     choice = each.decision.choice
     if not each.candidates:
-        return RULE if profile == "thesis" else "the journal has no candidates"
+        if explanation.unavailable:
+            return "the profile cannot be loaded here"
+        return RULE if explanation.profile == "thesis" else "the journal has no candidates"
     matching = (i for i, one in enumerate(each.candidates) if choice is not None and same(one.choice, choice))
     chosen = next(matching, None)
     marks = [">" if i == chosen else "" for i in range(len(each.candidates))]

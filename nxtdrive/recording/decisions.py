@@ -136,7 +136,7 @@ def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
     return "adaptive" if any(each.weighed for each in made) else "thesis"
 
 
-def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[OperatorChoice, ...]:
+def weighed_by(policy: RecoveryPolicy | None, decision: Decision) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a decision as a policy weighs them, and the choice if it is none of them."""
     chosen = decision.choice
     if decision.evidence is None or not decision.weighed or not isinstance(policy, Weighing):
@@ -147,8 +147,10 @@ def weighed_by(policy: RecoveryPolicy, decision: Decision) -> tuple[OperatorChoi
     return (*found, OperatorChoice(chosen))
 
 
-def replay(policy: RecoveryPolicy, decision: Decision) -> Replay:
-    """Give a decision's evidence to a policy."""
+def replay(policy: RecoveryPolicy | None, decision: Decision) -> Replay:
+    """Give a decision's evidence to a policy; None is one that cannot be loaded."""
+    if policy is None:
+        return Replay(None, why_not="the profile cannot be loaded here")
     if decision.evidence is None:
         return Replay(None, why_not="this version does not understand the journal's evidence")
     if isinstance(policy, Weighing) and not decision.weighed:

@@ -9,9 +9,10 @@ from typing import Any
 
 from pydantic import BaseModel, Field, ValidationError
 
-from behaviors.mission import Mission
+from behaviors.mission import Mission, MissionError
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
+from behaviors.recoveries import RecoveryPolicy
 from firmware_protocol.printable import printable
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text
@@ -51,12 +52,14 @@ class Explanation:
         profile: The profile that made the decisions.
         policy: The profile whose policy `Explained.replay` is about; the same if no other was given.
         decisions: All of them, in order.
+        unavailable: Why the run's own policy cannot be loaded here; then no decision has candidates.
     """
 
     run: PastRun
     profile: str
     policy: str
     decisions: tuple[Explained, ...]
+    unavailable: str = ""
 
 
 class _Candidate(BaseModel, strict=True):
@@ -98,17 +101,28 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
     Args:
         run: As read.
         policy: Name of the profile whose policy gets each decision's evidence again; the run's own when None.
+
+    Raises:
+        MissionError: The class of `policy` cannot be loaded; that of the run's own need not be here.
     """
     mission = run.mission or DEFAULTS
     made = decisions(run.records)
     profile = profile_of(run.mission, made)
-    policy = policy or profile
-    own, asked = make_policy(profile, mission), make_policy(policy, mission)
+    own, unavailable = _own_policy(profile, mission)
+    asked = make_policy(policy, mission) if policy else own
     known = what_ifs(run.path.parent)
     explained = (
         Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
     )
-    return Explanation(run, profile, policy, tuple(explained))
+    return Explanation(run, profile, policy or profile, tuple(explained), unavailable)
+
+
+def _own_policy(profile: str, mission: Mission) -> tuple[RecoveryPolicy | None, str]:
+    """Return a run's own policy, or why it cannot be loaded here: the run may come from another folder or computer."""
+    try:
+        return make_policy(profile, mission), ""
+    except MissionError as error:
+        return None, str(error)
 
 
 def what_if_words(told: Mapping[str, Any]) -> str:

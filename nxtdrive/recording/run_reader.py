@@ -10,6 +10,7 @@ from pathlib import Path
 
 from behaviors.journal import JOURNAL_FORMAT, Kind, Record
 from behaviors.mission import Mission
+from behaviors.profile_names import PAST
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes, read_text
@@ -24,7 +25,7 @@ class PastRun:
         path: Its journal.
         records: The journal's records.
         damaged: Numbers of lines that cannot be read, from 1.
-        mission: The mission with its parameters; None if the folder has none.
+        mission: The mission with its parameters; None if the folder has none that this version can read.
     """
 
     path: Path
@@ -104,6 +105,6 @@ def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
 def _mission(path: Path) -> Mission | None:
     """Read a mission; None for one of a version with other keys, too."""
     try:
-        return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)))
+        return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)), context=PAST)
     except ValueError:
         return None

@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from behaviors.mission import MissionError
-from behaviors.profile_names import profile_name
+from behaviors.mission import Mission, MissionError
+from behaviors.profile_names import PAST, profile_name
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from nxtdrive.tools.sweep.performance import Task, evaluate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "patient-profile"
+JOURNAL = Path(__file__).parents[1] / "nxtdrive" / "cli" / "journals" / "format-2.jsonl"
 
 
 @pytest.fixture(autouse=True)
@@ -100,6 +101,25 @@ def test_a_run_says_which_profile_from_elsewhere_drove(tmp_path, capsys):
     capsys.readouterr()
     assert main(["explain-run", str(run)]) == DONE
     assert "profile patient:Patient" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["patient", "gone:Patient"])
+def test_a_run_is_explained_and_exported_where_its_profile_is_not(tmp_path, capsys, name):
+    mission = Mission.model_validate(
+        {"mission": {"targets": ["lena"], "profile": name}, "target": {"lena": {"detector": "color", "color": "red"}}},
+        context=PAST,
+    )
+    (tmp_path / "mission.json").write_text(mission.model_dump_json(), encoding="utf-8")
+    (tmp_path / "journal.jsonl").write_bytes(JOURNAL.read_bytes())
+    assert main(["explain-run", str(tmp_path)]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"profile {name}" in said
+    assert f"profile '{name}' cannot be loaded: ModuleNotFoundError" in said
+    assert "no mission.json" not in said
+    assert "reached after" in said, "the decisions are there without the profile"
+    assert main(["export", str(tmp_path), "--html"]) == DONE
+    assert main(["explain-run", str(tmp_path), "--profile", "gone:Patient"]) == USAGE
+    assert "in the folder of module.py, or install its package" in capsys.readouterr().err
 
 
 BROKEN = """\
