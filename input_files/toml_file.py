@@ -15,6 +15,24 @@ MAX_BYTES = MEGABYTE // 4
 SHOWN = 100
 """Characters of a line that a message shows at most."""
 
+REMEDY = "Correct it there."
+COMMON_MISTAKES = [
+    (re.compile(mistake), hint)
+    for mistake, hint in (
+        (r"""^[^#]*["'][^"'#]*\\""", "In a path write / for each \\, or put it between single quotes."),
+        (r"^[^#]*[“”„«»‘’]", 'Write plain quotation marks: ".'),
+        (r"^[^\[#]*=\s*-?\d+,\d", "Write a decimal point, not a comma."),
+        (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
+        (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
+        (
+            r"""^(?:\[[^\]"'#]*|[^="'#]*)[^\x00-\x7f]""",
+            "Put a name with letters beyond a-z between quotation marks.",
+        ),
+        (r"""=\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
+    )
+]
+"""Patterns of the line at which reading stops, the likeliest first, and what to do there."""
+
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_DEPTH}}}")
 """A dotted key of more parts than tables may be deep: tomllib needs memory by the square of their number."""
@@ -30,16 +48,17 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return parse_toml(text)
     except ValueError as error:
-        raise InputFileError(f"{path} is not TOML: {error}{_line_of(error, text)}. Correct it there.") from None
+        raise InputFileError(f"{path} is not TOML: {error}{_line_of(error, text)}") from None
 
 
 def _line_of(error: ValueError, text: str) -> str:
-    """Return the line that an error of tomllib names, or nothing."""
+    """Return the line that an error of tomllib names, if any, and what to do there."""
     number = re.search(r"\(at line (\d+), column \d+\)$", str(error))
     if number is None:
-        return ""
+        return f". {REMEDY}"
     line = text.split("\n")[int(number[1]) - 1].strip()
-    return f": `{line[:SHOWN]}`"
+    hint = next((hint for mistake, hint in COMMON_MISTAKES if mistake.search(line)), REMEDY)
+    return f": `{line[:SHOWN]}`. {hint}"
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -22,6 +22,27 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
     assert f"`{line.decode()}`" in said
 
 
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("wheel_diameter_mm = 56,0", "decimal point"),
+        ("delay_replies_ms = { 4 = 500,5 }", "decimal point"),
+        (r'pictures = ["C:\Users\me\cat.png"]', "write / for each"),
+        ("name = “cat”", "plain quotation marks"),
+        ("present = False", "true or false in small letters"),
+        ('{"mission": {}}', "looks like JSON"),
+        ("[target.kätzchen]", "between quotation marks"),
+        ("[ target . kätzchen ]", "between quotation marks"),
+        ("größe = 5", "name with letters beyond a-z between quotation marks"),
+        ("detector = picture", "Put text between quotation marks"),
+        ("present = true, # or not", "Correct it there"),
+        ('targets = ["kätzchen" "dog"]', "Correct it there"),
+    ],
+)
+def test_a_common_mistake_has_a_hint(tmp_path, line, hint):
+    assert hint in _refusal(tmp_path / "cat.toml", f"[mission]\n{line}\n".encode())
+
+
 def test_a_long_line_is_cut(tmp_path):
     said = _refusal(tmp_path / "cat.toml", b"a = b" + b"c" * 1000)
     assert len(said) < 300
