@@ -74,7 +74,7 @@ class RunFolder:
                 self.write_mission(self.mission)
 
     def write_summary(self, report: Report | None, error: str, details: dict[str, object]) -> None:
-        """Write ``summary.json``, on a full disk in the space that was reserved for it.
+        """Write ``summary.json``, on a full disk in the space that was reserved for it, without `path` if that is long.
 
         Args:
             report: The mission's result; None when it broke.
@@ -82,8 +82,16 @@ class RunFolder:
             details: Further entries: mission, address, camera, seed.
         """
         self._reserve.unlink(missing_ok=True)
-        text = json.dumps(summary(report, error, details), indent=2, ensure_ascii=False) + "\n"
-        write_file(self.path / SUMMARY, text.encode())
+        told = summary(report, error, details)
+        try:
+            self._write_json(SUMMARY, told)
+        except OSError:
+            if told.pop("path", None) is None:
+                raise
+            self._write_json(SUMMARY, told)
+
+    def _write_json(self, name: str, told: dict[str, object]) -> None:
+        write_file(self.path / name, (json.dumps(told, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:

@@ -155,6 +155,19 @@ def test_a_full_disk_has_room_for_the_summary(small_disk):
     assert "No space left" in summary["observer_failures"]["journal.jsonl"]
 
 
+def test_a_full_disk_has_room_for_the_summary_of_a_long_mission(small_disk):
+    recording, observers = _recorded(small_disk, video=False), Observers(on_failure=lambda *_: None)
+    journal = observers.guarded("journal.jsonl", recording)
+    for _ in range(1000):
+        journal(RECORDS[0])
+    targets = [TargetProgress("lena", TargetOutcome.PENDING, None, 300)]
+    recording.finish(Report(Ending.TIME_UP, targets, ["search", "select"] * 300, 600.0), "", {}, observers)
+    assert list(observers.failures) == ["journal.jsonl", "map.png"]
+    summary = json.loads((small_disk / "x-001" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["ending"] == "time_up"
+    assert "path" not in summary, "it does not fit"
+
+
 def test_a_full_disk_has_room_for_the_summary_of_a_run_with_pictures(small_disk):
     recording, observers = _recorded(small_disk), Observers(on_failure=lambda *_: None)
     keep = observers.guarded("camera/", recording.frame)
