@@ -75,7 +75,8 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
 
     An action is the number of a candidate; 0 is the profile's proposal, which also replaces a number that no candidate
     has. The reward is 1 for each target at which the robot stops where a stop counts, minus ``second_costs`` for each
-    second that passed. An episode is terminated when the mission ends, and truncated when its time is up.
+    second that passed since the first decision. An episode is terminated when the mission ends, and truncated when its
+    time is up.
 
     Args:
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.

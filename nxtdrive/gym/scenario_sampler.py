@@ -44,6 +44,8 @@ class ScenarioSampler:
             ConfigError: The profile cannot be loaded, or an option names nothing that exists.
         """
         options = options or {}
+        if unknown := sorted(map(str, set(options) - {"kind", "seed"})):
+            raise ConfigError(f"there is no option {unknown[0]!r}.", remedy="The options are kind and seed.")
         kind = options.get("kind", self._kinds[int(random.integers(len(self._kinds)))])
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
         _check_kinds([kind])

@@ -138,8 +138,8 @@ def test_what_does_not_exist_is_refused(make):
         make(kinds=["nowhere"])
     with pytest.raises(ConfigError, match="not a kind of eyes"):
         make(eyes="x-ray")
-    for options in ({"kind": "nowhere"}, {"kind": 5}, {"seed": "x"}, {"seed": float("nan")}):
-        with pytest.raises(ConfigError, match=r"no class|no seed"):
+    for options in ({"kind": "nowhere"}, {"kind": 5}, {"seed": "x"}, {"seed": float("nan")}, {"knd": "open"}):
+        with pytest.raises(ConfigError, match=r"no class|no seed|no option 'knd'"):
             make().reset(options=options)
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
