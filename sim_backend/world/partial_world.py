@@ -69,7 +69,8 @@ def valid_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> Partia
     for name, entries in rest.items():
         if isinstance(entries, list):
             kept[name] = [index for index in range(len(entries)) if index not in bad.get(name, ())]
-            lost[name] = [_name(entries[index]) for index in sorted(bad.get(name, ()))]
+            names = (_name(entries[index]) for index in sorted(bad.get(name, ())))
+            lost[name] = [each for each in names if each]
             rest[name] = [entries[index] for index in kept[name]]
     world, problems = check(WorldFile, rest)
     wanted = {problem.location[0] for problem in problems}
@@ -80,4 +81,4 @@ def valid_part(tables: Mapping[str, Any], problems: Sequence[Problem]) -> Partia
 
 
 def _name(entry: object) -> str:
-    return str(entry.get("name")) if isinstance(entry, dict) else ""
+    return str(entry.get("name", "")) if isinstance(entry, dict) else ""

@@ -263,6 +263,17 @@ def test_an_event_about_nobody_says_which_table_to_add():
     assert mistakes_in(tables + event) == ["events[0].person: there is no 'tom'; describe it in a table [[people]]"]
 
 
+def test_an_object_without_a_name_is_not_suggested():
+    event = "[[events]]\nname = 'visit'\nwhen = { at_s = 1 }\nperson = 'tom'\nto_mm = [500, 500]"
+    tables = "[floor]\nsize_mm = [3000, 2000]\n[robot]\nstart_mm = [500, 500]\n"
+    nameless = "[[people]]\nenters_from_mm = [100, 100]\n"
+    told = "describe it in a table [[people]]"
+    assert mistakes_in(tables + nameless + event) == [
+        "people[0].name: is missing",
+        f"events[0].person: there is no 'tom'; {told}",
+    ]
+
+
 def test_a_taken_port_comes_with_a_way_out():
     [mistake] = mistakes_in(GOOD + "[[sensors]]\nkind = 'light'\nport = 4")
     assert mistake.endswith("take another one (free: 2, 3) or set robot.ultrasonic_port to 0")
