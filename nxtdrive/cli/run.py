@@ -191,7 +191,7 @@ def _say_nothing(_text: str) -> None:
 
 def _say_failure(name: str, error: Exception) -> None:
     with suppress(OSError):
-        complain(f"{name} failed and is left out; the mission continues: {error}")
+        complain(f"{name} failed and is left out; the mission does not need it: {error}")
 
 
 def _write_video(run: MissionRun, report: Report, recording: Recording) -> None:
