@@ -57,7 +57,7 @@ def _head(explanation: Explanation) -> list[Text]:
     if run.end is not None and (error := run.end.data.get("error")):
         notes.append(f"error: {error}")
     if run.mission is None:
-        notes.append("no mission.json of this version beside the journal: policies use their default parameters")
+        notes.append("no mission.json of this version here: policies use their default parameters")
     if explanation.unavailable:
         notes.append(f"{explanation.unavailable} Until then its candidates are not shown.")
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
