@@ -58,7 +58,7 @@ def sim_world(request: pytest.FixtureRequest) -> Iterator[SimWorld]:
     from nxtdrive.testing import SimWorld
 
     marker = request.node.get_closest_marker("sim_world")
-    made = SimWorld(*marker.args, **marker.kwargs) if marker else SimWorld()
+    made = _marked(marker) if marker else SimWorld()
     with made, pytest.MonkeyPatch.context() as environment:
         environment.setenv("NXT", made.address)
         yield made
@@ -70,6 +70,20 @@ def sim_world(request: pytest.FixtureRequest) -> Iterator[SimWorld]:
             f"{len(left_open)} link(s) to the simulated brick were left open: close the brick, or use `with`.",
             pytrace=False,
         )
+
+
+def _marked(marker: pytest.Mark) -> SimWorld:
+    """Make the world that a marker describes."""
+    from inspect import signature
+
+    from nxtdrive.testing import SimWorld
+
+    arguments = signature(SimWorld)
+    try:
+        arguments.bind(*marker.args, **marker.kwargs)
+    except TypeError as error:
+        pytest.fail(f"the marker sim_world {error}; it is sim_world({', '.join(arguments.parameters)}).", pytrace=False)
+    return SimWorld(*marker.args, **marker.kwargs)
 
 
 @pytest.fixture

@@ -46,9 +46,9 @@ def run(args: argparse.Namespace) -> int:
         more, source = _read_sweep(path) if path.suffix == ".jsonl" and path.is_file() else _read_run(path)
         found += more
         sources.append({"name": path.name, "choices": len(more), **source})
-    _show(found)
     if not found:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
+    _show(found)
     if args.out is not None:
         with writing(args.out, "Choose another file with --out."):
             write_file(args.out, _text(sources, counts(found)).encode())

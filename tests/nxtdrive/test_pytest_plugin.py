@@ -46,6 +46,20 @@ def test_a_brick_that_is_left_open_fails_the_test(outcomes):
     assert "1 link(s) to the simulated brick were left open" in text
 
 
+def test_an_unknown_argument_of_the_marker_is_explained(outcomes):
+    counts, text = outcomes(
+        """
+        import pytest
+
+        @pytest.mark.sim_world(latency=30)
+        def test_waits(sim_world):
+            pass
+        """
+    )
+    assert counts == {"errors": 1}
+    assert "got an unexpected keyword argument 'latency'; it is sim_world(world, seed, firmware, latency_ms" in text
+
+
 def test_the_motors_stop_when_a_test_ends(outcomes):
     counts, _ = outcomes(
         """

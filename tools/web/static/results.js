@@ -7,7 +7,7 @@ const COLUMNS = [
   ["ending", ({ ending }) => ending],
   ["targets reached", ({ reached }) => reached],
   ["of", ({ targets }) => targets],
-  ["seconds", ({ seconds }) => (seconds === null ? "" : Number(seconds.toFixed(1)))],
+  ["seconds", ({ seconds }) => (seconds === null ? "" : seconds.toFixed(1))],
 ];
 const order = new Intl.Collator(undefined, { numeric: true });
 
