@@ -20,7 +20,7 @@ class BatteryWarning:
 
     Attributes:
         given: Whether the battery was reported to be low, or empty, since the last start.
-        answered: Whether a button closes the warning in the next pass.
+        answered: Whether a button was pressed that closes the warning once it takes keys.
         returns_to: State after the warning.
     """
 
@@ -68,9 +68,21 @@ class BatteryWarning:
         self._status_bar.draw(everything=False)
         self._screen.pop_up()
 
-    def closes(self) -> bool:
+    def allow(self) -> None:
+        """Warn again, after a start."""
+        self.given = False
+
+    def omit(self) -> None:
+        """Give no warning in this start: the battery was shown as empty."""
+        self.given = True
+
+    def press(self) -> None:
+        """Note a button that closes the warning."""
+        self.answered |= self.shown
+
+    def takes_button(self) -> bool:
         """Return whether a button closes it: one pressed since then, or left or right when it counts again."""
         if not self.shown or self.is_new:
             return False
-        key = self._keys.buttons.read(self._clock.now_ms)
+        key = self._keys.read_button()
         return self.answered or (key is not None and not self._keys.disabled(key))

@@ -8,6 +8,7 @@ from sim_backend.firmware import ui_states as states
 from sim_backend.firmware import ui_times as times
 from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.battery_warning import BatteryWarning
+from sim_backend.firmware.key_input import KeyInput
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.status_bar import StatusBar
@@ -24,16 +25,12 @@ class Boot:
         registers: UiRegisters,
         battery: Battery,
         warning: BatteryWarning,
+        keys: KeyInput,
         screen: ScreenRefresh,
         status_bar: StatusBar,
     ) -> None:
         self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
-        self._screen, self._status_bar = screen, status_bar
-
-    @property
-    def ends(self) -> bool:
-        """Whether the start is over: keys and requests count from now on."""
-        return self._registers.starting and self._registers.state == UiState.WAITING
+        self._keys, self._screen, self._status_bar = keys, screen, status_bar
 
     @property
     def finds_empty(self) -> bool:
@@ -41,6 +38,13 @@ class Boot:
         sampled = self._battery.samples(self._clock.now_ms) > 0
         unseen = sampled and not (self._battery.bars or self._warning.given)
         return unseen and self._registers.state == UiState.LOGO
+
+    def end(self) -> None:
+        """After the last state take keys and requests; a button that is held does not count."""
+        registers = self._registers
+        if registers.starting and registers.state == UiState.WAITING:
+            registers.flags, registers.starting = int(UiFlag.ENABLE_STATUS), False
+            self._keys.ignore()
 
     def go_on(self) -> None:
         """Enter the next state."""
@@ -68,7 +72,7 @@ class Boot:
         if since_ms < times.EMPTY_FOUND_MS:
             self._screen.mark(marks.EMPTY)
             return
-        self._warning.given = True
+        self._warning.omit()
         registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.BUSY | UiFlag.ENABLE_STATUS)
         self._status_bar.draw(everything=True)
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS

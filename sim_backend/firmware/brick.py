@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from random import Random
 
 from sim_backend.firmware import io_maps
-from sim_backend.firmware.button import ButtonModule
+from sim_backend.firmware.button import Button, ButtonModule
 from sim_backend.firmware.comm import BluetoothComm, UsbComm
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.display import DisplayModule
@@ -104,7 +105,7 @@ class SimBrick:
         self.sound = SoundModule(clock, self.loader)
         self._screen = screen = ScreenRefresh(clock)
         self.io_control = IoControl()
-        self.button, self.radio = ButtonModule(clock), Radio(clock, name.encode("latin-1"), address)
+        self.radio = Radio(clock, name.encode("latin-1"), address)
         self.command = CommandModule(
             clock,
             self.loader,
@@ -114,8 +115,10 @@ class SimBrick:
             on_end=self._program_ended,
             reset_devices=self._reset_devices,
         )
-        self.ui = self._make_ui(version)
-        self.button.on_change, self.radio.on_plan = self.ui.press, self.ui.wake_later
+        buttons = [Button() for _ in range(4)]
+        self.ui = self._make_ui(version, buttons)
+        self.button = ButtonModule(clock, buttons, self.ui.press)
+        self.radio.on_plan = self.ui.wake_later
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
@@ -130,11 +133,11 @@ class SimBrick:
         self.comm = UsbComm(handlers, channel, version, comm_map.bytes_from("UsbInBuf"))
         self.bluetooth = BluetoothComm(handlers, channel, version, self.radio.inbox)
 
-    def _make_ui(self, version: Version) -> UiModule:
+    def _make_ui(self, version: Version, buttons: Sequence[Button]) -> UiModule:
         return UiModule(
             self._clock,
             version,
-            buttons=self.button.buttons,
+            buttons=buttons,
             screen=self._screen,
             sound=self.sound,
             loader=self.loader,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntFlag
 
 from sim_backend.firmware.module import NEVER, Clock
@@ -68,18 +68,18 @@ class Button:
 class ButtonModule:
     """Exit, right, left and enter.
 
+    Args:
+        clock: The brick's time.
+        buttons: The four buttons in that order.
+        on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held.
+
     Attributes:
         due_ms: See `Module`.
-        buttons: The four buttons in that order.
-        on_change: Called with a mask of newly pressed buttons when buttons were pressed, released or long held; set by
-            the brick.
+        buttons: As given.
     """
 
-    on_change: Callable[[int], None]
-
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
-        self.buttons = [Button() for _ in range(4)]
+    def __init__(self, clock: Clock, buttons: Sequence[Button], on_change: Callable[[int], None]) -> None:
+        self._clock, self.buttons, self._on_change = clock, buttons, on_change
         self.due_ms = NEVER
         self._mask = 0
 
@@ -102,7 +102,7 @@ class ButtonModule:
     def note_write(self) -> None:
         """Show written states to the user interface until the next sample."""
         self.wake()
-        self.on_change(0)
+        self._on_change(0)
 
     def forget_releases(self) -> None:
         """Clear the counters of releases: whenever inputs and outputs are reset."""
@@ -121,6 +121,6 @@ class ButtonModule:
             button.sample(bool(self._mask >> number & 1), now_ms)
         new = self._mask & ~before
         if self._mask != before or self.exit_held:
-            self.on_change(new)
+            self._on_change(new)
         steady = new == 0 and any(button.state for button in self.buttons)
         self.due_ms = now_ms + 1 if new else now_ms + SAMPLE_MS if steady else NEVER

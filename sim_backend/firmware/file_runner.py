@@ -23,11 +23,7 @@ from sim_backend.firmware.ui_states import Programs, Run, UiState
 
 
 class FileRunner:
-    """Opens, runs and ends a file that a telegram, the map or the menu has requested.
-
-    Attributes:
-        message_ends_ms: When the message about the end of a file goes.
-    """
+    """Opens, runs and ends a file that a telegram, the map or the menu has requested."""
 
     def __init__(
         self,
@@ -44,7 +40,7 @@ class FileRunner:
         self._clock, self._registers, self._keys, self._menu, self._screen = clock, registers, keys, menu, screen
         self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
         self._file, self._run = registers.program_name, Run.TONE
-        self._opened_ms = self.message_ends_ms = 0
+        self._opened_ms = self._message_ends_ms = 0
 
     @property
     def shows_program(self) -> bool:
@@ -69,7 +65,7 @@ class FileRunner:
             self._run, self._registers.next_step_ms = Run.ENDED, self._clock.now_ms + 1
 
     def choose(self, name: bytes) -> None:
-        """Begin with a file, once it has the screen."""
+        """Set the file to run when its turn comes."""
         self._file, self._run = name, Run.TONE
 
     def begin(self) -> None:
@@ -119,8 +115,6 @@ class FileRunner:
             case Run.TO_OPEN:
                 self._open(now_ms)
             case Run.PROGRAM if self._programs.active:
-                if now_ms == self._opened_ms + 1:
-                    registers.set(states.RUNNING_FLAGS)
                 registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
             case Run.SOUND if self._sound.playing:
                 registers.next_step_ms = now_ms + 1
@@ -130,21 +124,38 @@ class FileRunner:
                     self._run = Run.ENDED
             case Run.SOUND:
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
-            case Run.MESSAGE if now_ms < self.message_ends_ms:
-                registers.next_step_ms = self.message_ends_ms
+            case Run.MESSAGE if now_ms < self._message_ends_ms:
+                registers.next_step_ms = self._message_ends_ms
             case Run.MESSAGE:
                 self._open_menu()
             case _:
                 self._show_end(now_ms)
 
+    def takes_button(self) -> bool:
+        """Return whether a button ends the message about a file's end, which reads none in its last pass."""
+        unread = self.shows_message and self._clock.now_ms < self._message_ends_ms
+        return unread and self._keys.read_button() is not None
+
     def end_message(self) -> None:
         """End the message about the end of a file in this pass."""
-        self._registers.next_step_ms = self.message_ends_ms = self._clock.now_ms
+        self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
+
+    def show_menu(self) -> None:
+        """Show the page of the file, with the brick on: again where it was started there, else by drawing the menus."""
+        registers = self._registers
+        registers.off_ms, registers.next_step_ms = NEVER, self._clock.now_ms + 1
+        if registers.from_menu:
+            registers.from_menu = False
+            self._menu.show_page()
+            return
+        registers.state = int(UiState.MENU)
+        self._menu.show_file(unpack_name(self._file))
+        self._menu.redraw()
 
     @property
     def _waits_to_open(self) -> bool:
         """Whether a program waits: the screen is not erased, or enter, which may have started it, still acts."""
-        waits = self._keys.buttons.enter_acts or bool(self._screen.erase_mask)
+        waits = self._keys.enter_acts or bool(self._screen.erase_mask)
         return waits and extension(self._file) in states.PROGRAMS
 
     def _open(self, now_ms: int) -> None:
@@ -173,7 +184,7 @@ class FileRunner:
         registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         self._run = Run.MESSAGE
         self._screen.mark(marks.MESSAGE)
-        registers.next_step_ms, self.message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
+        registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open_menu(self) -> None:
         """Accept buttons and requests again; a request made meanwhile is lost."""
@@ -191,15 +202,3 @@ class FileRunner:
     def _lose_request(self) -> None:
         if not self._registers.from_menu:
             self._registers.clear(UiFlag.EXECUTE_FILE)
-
-    def show_menu(self) -> None:
-        """Show the page of the file: again where it was started there, else by drawing the menus."""
-        registers = self._registers
-        registers.off_ms, registers.next_step_ms = NEVER, self._clock.now_ms + 1
-        if registers.from_menu:
-            registers.from_menu = False
-            self._menu.show_page()
-            return
-        registers.state = int(UiState.MENU)
-        self._menu.show_file(unpack_name(self._file))
-        self._menu.redraw()

@@ -153,7 +153,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     return live
 
 
-def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiRegisters) -> LiveMap:
+def comm_map(radio: Radio, high_speed: HighSpeed, registers: UiRegisters) -> LiveMap:
     """Make the map of the brick's identity; the tables of known and connected devices are empty."""
 
     def clear_second() -> None:
@@ -164,7 +164,7 @@ def comm_map(radio: Radio, high_speed: HighSpeed, ui: UiRegisters) -> LiveMap:
     live.show(radio, BtInBuf="received")
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state", HsInBuf="ring", HsInPtr="ring_in", HsOutPtr="ring_out")
-    live.show(ui, UsbState="has_cable")
+    live.show(registers, UsbState="has_cable")
     live.preset("BluecoreVersion", _BLUECORE_VERSION)
     for connection in _FREE_CONNECTIONS:
         live.preset("ConnectionHandle", _NO_HANDLE, connection)

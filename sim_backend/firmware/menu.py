@@ -12,7 +12,6 @@ from functools import partial
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import menu_places as places
 from sim_backend.firmware import screen_marks as marks
-from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.keys import Key
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu_places import Place, Places
@@ -67,7 +66,7 @@ class Menu:
         stored: The settings as they are kept without power.
         loader: Has the files.
         screen: Draws the menus.
-        inputs: The ports whose values can be shown.
+        view: The value of a sensor or motor that is shown.
         data_log: Whether the main menu has an item for the data log.
 
     Attributes:
@@ -75,7 +74,6 @@ class Menu:
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
         program: The program that is made on the brick.
-        view: The value of a sensor or motor that is shown.
     """
 
     def __init__(
@@ -85,7 +83,7 @@ class Menu:
         stored: StoredSettings,
         loader: Loader,
         screen: ScreenRefresh,
-        inputs: InputModule,
+        view: SensorView,
         *,
         data_log: bool,
     ) -> None:
@@ -93,7 +91,7 @@ class Menu:
         self._loader, self._screen = loader, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self.program, self.view = ProgramSteps(loader), SensorView(inputs, modern=data_log)
+        self.program, self.view = ProgramSteps(loader), view
         self._places = Places(loader.flash.names_ending, self.program, self.view, data_log=data_log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None

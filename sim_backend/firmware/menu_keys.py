@@ -6,19 +6,17 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware.file_runner import FileRunner
-from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.key_input import KeyInput
 from sim_backend.firmware.keys import Key
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.module import Clock
-from sim_backend.firmware.power_off import PowerOff
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui_registers import UiRegisters
 from sim_backend.firmware.ui_states import UiState
 
 
 class MenuKeys:
-    """Follows a key in the menus, one state in each pass; once the brick is off, enter starts it again."""
+    """Follows a key in the menus, one state in each pass."""
 
     def __init__(
         self,
@@ -28,11 +26,9 @@ class MenuKeys:
         menu: Menu,
         files: FileRunner,
         screen: ScreenRefresh,
-        io_control: IoControl,
-        power_off: PowerOff,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
-        self._screen, self._io_control, self._power_off = screen, io_control, power_off
+        self._screen = screen
 
     @property
     def active(self) -> bool:
@@ -43,10 +39,9 @@ class MenuKeys:
 
     @property
     def awaited(self) -> bool:
-        """Whether a key counts: the menu is drawn, or the brick has been off for a while."""
-        if self._registers.is_on:
-            return self._registers.state == UiState.WAITING or self._menu.shows_value
-        return self._power_off.takes_keys
+        """Whether a key counts: the menu is drawn."""
+        shown = self._registers.state == UiState.WAITING or self._menu.shows_value
+        return self._registers.is_on and shown
 
     def follow(self) -> None:
         """Follow a key, if it counts."""
@@ -56,11 +51,9 @@ class MenuKeys:
             if key == Key.EXIT:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
-        elif key and registers.is_on:
+        elif key:
             menu.press(key)
             self.show()
-        elif key == Key.ENTER:
-            registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
     def show(self) -> None:
         """Show the next state of a key; after the last one wait for another key, run a file, or switch off."""

@@ -37,6 +37,11 @@ class PowerOff:
     @property
     def takes_keys(self) -> bool:
         """Whether a key starts the brick again."""
+        return not self._registers.is_on and self._was_down
+
+    @property
+    def _was_down(self) -> bool:
+        """Whether the last power-down is over, also after a restart."""
         return self._clock.now_ms >= self._down_ms + times.DEAF_MS
 
     @property
@@ -47,7 +52,7 @@ class PowerOff:
             return NEVER
         if now_ms <= self._down_ms:
             return now_ms + 1
-        return NEVER if self.takes_keys else self._down_ms + times.DEAF_MS
+        return NEVER if self._was_down else self._down_ms + times.DEAF_MS
 
     def follow(self) -> None:
         """Decide whether to switch off, or take the next step of it."""
@@ -55,11 +60,11 @@ class PowerOff:
         if self._sleep_timer.expired and registers.is_on:
             registers.force_off = 1
         if registers.force_off:
-            if self.takes_keys:
+            if self._was_down:
                 self._io_control.take_back()
             registers.off_ms, self._down_ms = now_ms, NEVER
             registers.state, registers.next_step_ms, registers.from_menu = int(UiState.DRAWING), NEVER, False
-        elif registers.state != UiState.DRAWING and self._before_power_down(now_ms):
+        elif not registers.is_on and registers.state != UiState.DRAWING and self._before_power_down(now_ms):
             self._screen.on &= now_ms < registers.off_ms + times.DISPLAY_OFF_MS - 1
             registers.off_ms = NEVER
         elif now_ms == registers.off_ms + 1 and self._programs.active:
@@ -69,8 +74,8 @@ class PowerOff:
 
     def _before_power_down(self, now_ms: int) -> bool:
         """Return whether the decision to switch off was made, but the radio has not ended its connections."""
-        passed = now_ms >= self._registers.off_ms + times.DISPLAY_OFF_MS
-        return not passed or (self._leaves_radio and self._radio.seems_busy)
+        deciding = now_ms < self._registers.off_ms + times.DISPLAY_OFF_MS
+        return deciding or (self._leaves_radio and self._radio.seems_busy)
 
     def _switch_off(self, passed_ms: int) -> None:
         """Switch display and power off, each a pass after the maps show it; later take keys again."""

@@ -1,4 +1,4 @@
-"""Reaction of the user interface to programs that it did not start itself.
+"""Reaction of the user interface to the beginning and end of programs.
 
 Source: docs/firmware.md section 8.
 """
@@ -16,8 +16,10 @@ from sim_backend.firmware.ui_states import Programs
 class ProgramWatch:
     """Disables the keys while a program is active, and ends its sound.
 
+    For a file that has the screen `FileRunner` enables the keys again.
+
     Args:
-        registers: Those of the user interface, which does both itself for a program that it started.
+        registers: Those of the user interface.
         programs: The command module.
         sound: The sound module.
         screen: The screen, if the end of a program switches it on.

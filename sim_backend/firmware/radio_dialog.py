@@ -45,8 +45,8 @@ class RadioDialog:
         return self._registers.state == UiState.QUESTION and self._question.waits
 
     @property
-    def appears(self) -> bool:
-        """Whether a question is shown that takes no answer, since it is not drawn, or has one."""
+    def ignores_keys(self) -> bool:
+        """Whether a question is shown that takes no key: it is not drawn yet, or answered."""
         return self._registers.state == UiState.QUESTION and not self._question.waits
 
     def follow(self) -> None:

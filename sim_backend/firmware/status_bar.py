@@ -5,6 +5,7 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.battery import RECHARGEABLE, Battery
 from sim_backend.firmware.file_runner import FileRunner
 from sim_backend.firmware.module import Clock
@@ -13,6 +14,7 @@ from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.screen_marks import STATUS, STATUS_RUNNING, Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui_registers import UiRegisters
+from sim_backend.firmware.ui_states import STATUS_WORK
 
 _BLUETOOTH, _USB, _BATTERY, _RECHARGEABLE_BATTERY = 0x19, 0x1F, 0x0D, 0x13
 """First icon of each kind."""
@@ -54,6 +56,21 @@ class StatusBar:
     def preset(self) -> None:
         """Show the icons as they were drawn at power-on."""
         self.icons = self._now()
+
+    @property
+    def due(self) -> bool:
+        """Whether the bar is shown, and was requested to be drawn."""
+        flags = self._registers.flags
+        return bool(flags & UiFlag.ENABLE_STATUS and flags & STATUS_WORK)
+
+    def follow(self) -> None:
+        """Draw the bar on request; without the bar, drop all requests for it."""
+        registers = self._registers
+        if self.due:
+            self.draw(everything=bool(registers.flags & UiFlag.REDRAW_STATUS))
+            registers.clear(STATUS_WORK)
+        elif not registers.flags & UiFlag.ENABLE_STATUS and self._screen.update_mask & STATUS.update:
+            self._screen.mark(Marks(drop=STATUS.update))
 
     def draw(self, *, everything: bool) -> None:
         """Draw the icons that have changed, or everything."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.iomap import ProgramStatus, UiFlag
-from sim_backend.firmware import screen_marks as marks
 from sim_backend.firmware import ui_states as states
 from sim_backend.firmware.battery import Battery
 from sim_backend.firmware.battery_warning import BatteryWarning
@@ -18,7 +17,7 @@ from sim_backend.firmware.file_runner import FileRunner
 from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.key_input import KeyInput
-from sim_backend.firmware.keys import ENTER, EXIT, KEYS
+from sim_backend.firmware.keys import ENTER, EXIT, KEYS, Key
 from sim_backend.firmware.loader import Loader
 from sim_backend.firmware.menu import Menu
 from sim_backend.firmware.menu_keys import MenuKeys
@@ -29,8 +28,8 @@ from sim_backend.firmware.program_steps import ProgramSteps
 from sim_backend.firmware.program_watch import ProgramWatch
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.radio_dialog import RadioDialog
-from sim_backend.firmware.screen_marks import Marks
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensor_view import SensorView
 from sim_backend.firmware.sleep_timer import SleepTimer
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.status_bar import StatusBar
@@ -75,16 +74,15 @@ class UiModule:
         self._load_settings()
         sound.volume = registers.volume
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
-        self._menu = menu = Menu(
-            registers, sleep_timer, self._stored, loader, screen, inputs, data_log=version.data_log
-        )
+        view = SensorView(inputs, modern=version.data_log)
+        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, data_log=version.data_log)
         self._files = FileRunner(clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer)
         self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
         self._warning = BatteryWarning(clock, registers, battery, keys, screen, self.status_bar)
-        self._boot = Boot(clock, registers, battery, self._warning, screen, self.status_bar)
+        self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar)
         self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
         self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
-        self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen, io_control, self._power_off)
+        self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen)
         self._watch = ProgramWatch(registers, programs, sound, screen if version.end_restores_screen else None)
         self.due_ms, self._event_ms = 0, NEVER
 
@@ -99,11 +97,17 @@ class UiModule:
 
     @property
     def map_state(self) -> int:
-        """The state in the map; a written state takes effect in the same pass, but not while a file has the screen."""
+        """The state in the map. A written state takes effect in the same pass.
+
+        While a file has the screen, only those of the menus do.
+        """
         return self.registers.state
 
     @map_state.setter
     def map_state(self, state: int) -> None:
+        self._enter(state)
+
+    def _enter(self, state: int) -> None:
         registers = self.registers
         ran, before, registers.state = registers.runs_file, registers.state, state
         if before == state or not registers.is_on:
@@ -171,7 +175,7 @@ class UiModule:
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
-        (self.registers.set if shown else self.registers.clear)(UiFlag.ENABLE_STATUS)
+        self.registers.put(UiFlag.ENABLE_STATUS, shown)
         self.wake()
 
     def press(self, pressed: int) -> None:
@@ -185,16 +189,16 @@ class UiModule:
                 self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
             if not (registers.runs_file or registers.state == UiState.OPENING or self._dialog.asks):
-                self._keys.buttons.read(self._clock.now_ms)
+                self._keys.read_button()
             for number, key in KEYS[::-1]:
                 if pressed >> number & 1 and not self._keys.disabled(key):
-                    self._warning.answered |= self._warning.shown
-                    if self._warning.shown or self._dialog.appears:
+                    self._warning.press()
+                    if self._warning.shown or self._dialog.ignores_keys:
                         self._keys.click()
         self.wake()
 
     def run(self, now_ms: int) -> None:
-        """Run one pass: battery, keys, files, supply."""
+        """Run one pass: battery's sample, keys, the radio's request, the next step, status bar, battery, power."""
         registers = self.registers
         self._watch.follow()
         self._follow_radio(now_ms - 1)
@@ -202,14 +206,12 @@ class UiModule:
             self.battery.sample()
             registers.set(UiFlag.UPDATE)
         again = self.sleep_timer.follow_request(now_ms, resets=bool(registers.flags & UiFlag.RESET_SLEEP_TIMER))
-        registers.flags = registers.flags & ~int(UiFlag.RESET_SLEEP_TIMER) | again * int(UiFlag.RESET_SLEEP_TIMER)
-        if self._boot.ends:
-            registers.flags, registers.starting = int(UiFlag.ENABLE_STATUS), False
-            self._keys.buttons.ignore()
+        registers.put(UiFlag.RESET_SLEEP_TIMER, again)
+        self._boot.end()
         self._follow_keys(now_ms)
         self._dialog.follow()
         self._step(now_ms)
-        self._follow_status()
+        self.status_bar.follow()
         self._boot.follow()
         self._follow_exit()
         self._warning.follow()
@@ -226,21 +228,24 @@ class UiModule:
         """Follow a key of the menus, or one that ends a message or the warning of a low battery."""
         registers, warning, files = self.registers, self._warning, self._files
         shows = warning.shown or files.shows_message
-        if self._menu_keys.active or not (registers.is_on or registers.runs_file or shows):
+        if self._menu_keys.active:
             self._menu_keys.follow()
-        elif self._ends_message(now_ms):
+        elif not (registers.is_on or registers.runs_file or shows):
+            self._start_by_key(now_ms)
+        elif files.takes_button():
             self._keys.click()
             files.end_message()
-        elif warning.closes():
+        elif warning.takes_button():
             self._take_key(now_ms)
-        elif shows and registers.button and not (warning.is_new or self._keys.buttons.held):
+        elif shows and registers.button and not (warning.is_new or self._keys.held):
             registers.button = 0  # it counts even if it is disabled
             self._take_key(now_ms)
 
-    def _ends_message(self, now_ms: int) -> bool:
-        """Return whether a button ends the message about a file's end, which reads none in its last pass."""
-        unread = self._files.shows_message and now_ms < self._files.message_ends_ms
-        return unread and self._keys.buttons.read(now_ms) is not None
+    def _start_by_key(self, now_ms: int) -> None:
+        """Start the brick again by enter, once it has been off for a while."""
+        registers = self.registers
+        if self._power_off.takes_keys and self._keys.read() == Key.ENTER:
+            registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
     def _take_key(self, now_ms: int) -> None:
         """Follow a key outside of the menus; a button has clicked when it was pressed."""
@@ -253,7 +258,7 @@ class UiModule:
             self._files.end_message()
             return
         registers.clear(UiFlag.BUSY)
-        self.map_state = warning.returns_to
+        self._enter(warning.returns_to)
         self._screen.rest(now_ms)
         registers.next_step_ms = now_ms + 1 if registers.is_on else NEVER
 
@@ -293,21 +298,11 @@ class UiModule:
         """Start again after the brick was switched off: as at power-on, but the other modules continue."""
         registers = self.registers
         self._load_settings()
-        self._warning.given, registers.run_state, registers.error = False, 1, 0
-        self._watch.follow()
+        self._warning.allow()
+        registers.run_state, registers.error = 1, 0
         self.battery.restart(now_ms - 1)
         registers.off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
         self._menu.reset()
-
-    def _follow_status(self) -> None:
-        """Draw the status bar on request; without the bar, drop all requests for it."""
-        registers, screen = self.registers, self._screen
-        if not registers.flags & UiFlag.ENABLE_STATUS:
-            if screen.update_mask & marks.STATUS.update:
-                screen.mark(Marks(drop=marks.STATUS.update))
-        elif registers.flags & states.STATUS_WORK:
-            self.status_bar.draw(everything=bool(registers.flags & UiFlag.REDRAW_STATUS))
-            registers.clear(states.STATUS_WORK)
 
     def _follow_exit(self) -> None:
         """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
@@ -316,23 +311,22 @@ class UiModule:
             self.registers.force_off = 1
 
     def _schedule(self) -> None:
-        registers, now_ms, buttons = self.registers, self._clock.now_ms, self._keys.buttons
+        registers, now_ms, keys = self.registers, self._clock.now_ms, self._keys
         due = min(registers.next_step_ms, self._power_off.due_ms)
         if self._radio.next_redraw_ms < due:
             due = int(self._radio.next_redraw_ms)
         if self.sleep_timer.limit_minutes and registers.is_on:
             due = min(due, self.sleep_timer.expires_ms)
-        if buttons.repeat_ms != NEVER and buttons.held:
-            due = min(due, buttons.repeat_ms)
-        undrawn = registers.flags & UiFlag.ENABLE_STATUS and registers.flags & states.STATUS_WORK
+        if keys.repeat_ms != NEVER and keys.held:
+            due = min(due, keys.repeat_ms)
         unread = (
-            undrawn
+            self.status_bar.due
             or self._warning.due
             or self._boot.finds_empty
             or registers.button
             or self._warning.answered
             or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
-            or (self._menu_keys.awaited and buttons.changed)
+            or ((self._menu_keys.awaited or self._power_off.takes_keys) and keys.changed)
         )
         due = now_ms + 1 if unread or (self._programs.active and not registers.runs_file) else max(due, now_ms + 1)
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))

@@ -10,7 +10,7 @@ from sim_backend.firmware.ui_states import UiState
 
 
 class UiRegisters:
-    """Values of the Ui map, and the plan of the next step.
+    """Values of the Ui map, and the mode that the parts share.
 
     Attributes:
         flags: See `firmware_protocol.iomap.UiFlag`.
@@ -18,13 +18,13 @@ class UiRegisters:
         button: A button pressed through the map, 0 for none.
         force_off: Nonzero to switch the brick off.
         run_state: Nonzero while the running sign of the status bar turns.
-        error, pointer: Values that nothing here uses.
+        error, pointer: Values that only the map uses; a start clears the error.
         volume: Volume of the menu, which SetProperty changes along with the sound module's.
         program_name: The file to start, 20 bytes.
         has_cable: Whether the USB cable is in.
         next_step_ms: When the state has its next step.
         off_ms: When it was decided to switch off; `NEVER` while the brick is on.
-        starting: Whether the brick starts again after it was switched off.
+        starting: Whether a start runs, by enter or by a state that was written.
         from_menu: Whether a file that was run from its page has the screen; the state is still that of the page.
     """
 
@@ -43,6 +43,10 @@ class UiRegisters:
     def clear(self, flags: int) -> None:
         """Clear bits of the flags."""
         self.flags &= ~int(flags)
+
+    def put(self, flags: int, on: bool) -> None:
+        """Set or clear bits of the flags."""
+        self.flags = self.flags & ~int(flags) | on * int(flags)
 
     @property
     def usb_state(self) -> int:

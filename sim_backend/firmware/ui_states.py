@@ -37,7 +37,7 @@ MENU_STATES = (
     *(UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT),
 )
 MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
-"""States in which a message of the radio is shown."""
+"""States in which the warning of a low battery can come."""
 
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
@@ -101,10 +101,3 @@ class Programs(Protocol):
 
     def reset(self) -> None:
         """Forget the last program in the next pass."""
-
-
-class DrawStatus(Protocol):
-    """Draws the status bar."""
-
-    def __call__(self, *, everything: bool) -> None:
-        """Draw the icons that have changed, or everything."""
