@@ -99,8 +99,8 @@ class Comm:
             return None
         else:
             result = self._handle(command, telegram)
-            if result.sent:
-                return result.sent
+            if result.sent is not None:
+                return result.sent or None
             want_reply, opcode = not inbox[0] & NO_REPLY, inbox[1]  # which IOMapWrite may have overwritten
             reply = bytes((Kind.REPLY, opcode, result.status)) + result.payload
             if result.stale:
@@ -169,6 +169,25 @@ class BluetoothComm(Comm):
 
     def receive_framed(self, data: bytes) -> bytes:
         """Handle one telegram preceded by its length, and return the reply in the same form, or nothing.
+
+        A long Read is answered completely.
+        """
+        replies = self.begin_framed(data)
+        while self.sending:
+            replies += self.next_piece()
+        return replies
+
+    @property
+    def sending(self) -> bool:
+        """Whether the reply to a long Read is still being sent, or would be if its file were longer."""
+        return bool(self._channel.long_read.left)
+
+    def next_piece(self) -> bytes:
+        """Return the next piece of the reply to a long Read, which the firmware sends in a pass after a telegram."""
+        return self._channel.long_read.next_piece()
+
+    def begin_framed(self, data: bytes) -> bytes:
+        """Do the same as `receive_framed`, but leave all but the first piece of a long Read's reply to `next_piece`.
 
         Only a `Write` may be longer than the buffer (but not 256 bytes long); of other telegrams, each piece is one of
         its own. A long Read that reaches the end of its file announces more bytes than it delivers.

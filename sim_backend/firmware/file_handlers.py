@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
-from firmware_protocol.telegram import Kind
 from sim_backend.firmware.flash import File
 from sim_backend.firmware.handler_result import DONE, HandlerResult, handles, reply_with
 from sim_backend.firmware.limits import BLUETOOTH, Channel
 from sim_backend.firmware.loader import Loader, Opened
+from sim_backend.firmware.long_read import LongRead
 from sim_backend.firmware.names import pack_name
-
-_LONG_READ_HEADER, _FIRST_PIECE = 6, 120
-"""Bytes before the first piece of data of a long Read over Bluetooth, and of that piece."""
 
 
 class FileHandlers:
@@ -20,7 +17,7 @@ class FileHandlers:
 
     def __init__(self, loader: Loader, channel: Channel) -> None:
         self._loader, self._channel = loader, channel
-        self._long = bytearray(BLUETOOTH.buffer)
+        self._long = channel.long_read = LongRead(loader, BLUETOOTH.buffer)
 
     @property
     def _over_usb(self) -> bool:
@@ -64,31 +61,12 @@ class FileHandlers:
         """Read on; the reply has the requested length, padded with zeros."""
         limits = self._channel.limits
         if limits.streams and command.size > limits.read:
-            return self._read_long(command)
+            return HandlerResult(sent=b"" if self._long.left else self._long.begin(command.handle, command.size))
         size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
         if status == Status.ILLEGAL_HANDLE:
             return reply_with(system.FileData(command.handle, command.size, b""), status)._replace(stale=size)
         return reply_with(system.FileData(command.handle, command.size, data.ljust(size, b"\0")), status)
-
-    def _read_long(self, command: system.Read) -> HandlerResult:
-        """Send as much as fits into a buffer; then fill it from its start and send it, again and again.
-
-        The first piece is sent whole even if the file is shorter, and a refused Read sends what the one before left.
-        """
-        outbox, handle, left = self._long, command.handle, command.size - _FIRST_PIECE
-        status, data = self._loader.read(handle, _FIRST_PIECE)
-        header = bytes((Kind.REPLY, command.opcode, status)) + system.FileData(handle, command.size, b"").pack()
-        outbox[:_LONG_READ_HEADER] = header
-        outbox[_LONG_READ_HEADER : _LONG_READ_HEADER + len(data)] = data
-        sent = bytes(outbox[: _LONG_READ_HEADER + _FIRST_PIECE])
-        while left > 0 and status != Status.END_OF_FILE:
-            size = min(left, len(outbox))
-            status, data = self._loader.read(handle, size)
-            outbox[: len(data)] = data
-            sent += bytes(outbox[: len(data) if status == Status.END_OF_FILE else size])
-            left -= size
-        return HandlerResult(sent=sent)
 
     @handles(system.Write)
     def write(self, command: system.Write) -> HandlerResult:

@@ -23,13 +23,13 @@ class HandlerResult(NamedTuple):
         status: Third byte of the reply.
         payload: Bytes after the status.
         stale: Number of bytes after the payload that the handler leaves as earlier replies wrote them.
-        sent: The whole reply, if the handler has sent it in pieces, wanted or not; the send buffer has the last one.
+        sent: What the handler has sent itself, wanted or not, in place of a reply; None if it has not.
     """
 
     status: int = Status.OK
     payload: bytes = b""
     stale: int = 0
-    sent: bytes = b""
+    sent: bytes | None = None
 
 
 DONE = HandlerResult()

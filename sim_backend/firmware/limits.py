@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from sim_backend.firmware.long_read import LongRead
 
 
 class Limits(NamedTuple):
@@ -34,7 +37,10 @@ class Channel:
         limits: Limits of that link.
         inbox: Its receive buffer, with the bytes that follow it in the Comm map.
         outbox: Its send buffer, with the last reply.
+        long_read: The long Read over Bluetooth; the handler of Read sets it.
     """
+
+    long_read: LongRead
 
     def __init__(self) -> None:
         self.limits = USB

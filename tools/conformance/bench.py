@@ -99,7 +99,7 @@ class Bench:
         data = bytes.fromhex(request)
         replies = []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
-            if self._radio.waiting:
+            if self._radio.waiting or self._radio.sending:
                 self._radio.take()
             packet = data[start : start + USB_TELEGRAM_LIMIT]
             if self._plugged:
@@ -273,7 +273,7 @@ class Bench:
 
     def _fill(self, handle: str, size: str) -> str:
         for start in range(0, _count(size), 58):
-            self.telegram(f"0183{handle}" + "aa" * min(58, int(size) - start))
+            self.telegram(f"0183{handle}" + "5a" * min(58, int(size) - start))
         return "ok"
 
     def _make_files(self, count: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from firmware_protocol.framing import LENGTH_SIZE
-from firmware_protocol.system import Read
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.limits import BLUETOOTH
 
@@ -40,7 +39,7 @@ class RadioStream:
         self._position = _START
         self._is_stream = self._was_full = self._at_end = False
         self._end_ms: int | None = None
-        self._sent_ms = self._left_ms = 0
+        self._left_ms = 0
 
     @property
     def ends(self) -> bool:
@@ -50,7 +49,7 @@ class RadioStream:
     @property
     def sending(self) -> bool:
         """Whether a long reply is still being sent."""
-        return self._brick.now_ms < self._sent_ms
+        return self._brick.bluetooth.sending
 
     @property
     def incomplete(self) -> bool:
@@ -98,7 +97,7 @@ class RadioStream:
     def postpone(self, passes: int) -> None:
         """Delay what the radio brings: it stands still for the next passes of the firmware."""
         self._brick.radio.postpone(passes)
-        self._sent_ms, self._left_ms = self._sent_ms + passes, self._left_ms + passes
+        self._left_ms += passes
         if self._end_ms is not None and self._end_ms <= self._brick.now_ms:
             self._end_ms += passes
 
@@ -108,6 +107,12 @@ class RadioStream:
             self._end_ms = self._brick.now_ms + passes
 
     def take(self) -> bytes:
+        """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
+        continues = self.sending
+        reply = self._take()
+        return reply + self._brick.bluetooth.next_piece() if continues else reply
+
+    def _take(self) -> bytes:
         """Read as much as the firmware does in one pass, and return the reply to a telegram that is complete then."""
         now_ms = self._brick.now_ms
         if self._end_ms is not None and now_ms >= self._end_ms:
@@ -128,11 +133,8 @@ class RadioStream:
         if len(self._taken) < _size(self._taken):
             return b""
         framed, self._taken = self._taken, b""
-        reply = self._brick.receive_bluetooth(framed)
+        reply = self._brick.bluetooth.begin_framed(framed)
         self.note_command(_END_BT)
-        sent = int.from_bytes(reply[:LENGTH_SIZE], "little")
-        if sent > BLUETOOTH.buffer and framed[LENGTH_SIZE + 1] == Read.opcode:  # it sends one piece in a pass
-            self._sent_ms = now_ms + 1 + sent // BLUETOOTH.buffer
         return reply
 
     def _split(self) -> tuple[int, bytes]:
