@@ -32,9 +32,6 @@ _BUFFER = 64
 _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
-_WORD = 4
-"""Bytes of a file of an unknown compression that the loudspeaker waits for at least; with fewer it is done at once."""
-
 _QUEUED = 2
 """Buffers or waves that still play when the firmware has handed over the last one and considers the sound ended."""
 
@@ -106,7 +103,7 @@ class SoundModule:
         self._from_ms = 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
-        self._is_melody = self._plays_buffer = False
+        self._is_melody = self._plays_buffer = self._begins_again = False
         self._notes: list[tuple[int, int]] = []
 
     def play_tone(self, frequency_hz: int, duration_ms: int, *, loop: bool = False) -> None:
@@ -139,7 +136,9 @@ class SoundModule:
     @property
     def audible(self) -> bool:
         """Whether a tone or file is playing: a tone until the pass before its end, a file until its last sample."""
-        if self._is_melody or self.state == SoundState.TONE or not (self._queue or self.state == SoundState.FILE):
+        if self.state == (SoundState.FILE if self._is_melody else SoundState.TONE) or not (
+            self._queue or self.state == SoundState.FILE
+        ):
             return self._sounds and self._clock.now_ms < self._ends_ms - 1
         if not self._queue:
             return self._sounds
@@ -216,39 +215,40 @@ class SoundModule:
         self.flags, self.state, self._sounds = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
-        """Play an open file from a pass on; one that is not a sound file stays silent, in the state of a sound before.
-
-        Buffers of a file that was replaced are played first, as far as the ring counts them.
-        """
-        before, melody = self.state, self.state == SoundState.FILE and self._is_melody
+        """Play an open file from a pass on, after the buffers of one that was replaced, as far as the ring counts them."""
+        before, melody = SoundState(self.state), self._is_melody
         self._silence()
         self._handle = handle
         kind, _, rate, _ = _HEADER.unpack(self._loader.read(handle, _HEADER.size)[1].ljust(_HEADER.size, b"\0"))
-        self._is_melody = kind == _MELODY
-        known = self._is_melody or kind >> 8 == _SOUND >> 8
-        if size < 0 or (melody and not known):  # the file stays open until the next tone, stop or file
-            self._end()
-            if melody:  # a melody continues with its last buffer, from the beginning
-                self._is_melody = True
-                self._begin(SoundState.FILE)
+        self._is_melody = kind not in (_SOUND, _COMPRESSED)
+        if size < 0 or (kind != _MELODY and kind >> 8 != _SOUND >> 8):
+            self._is_melody = melody if size < 0 else True
+            self._go_on(before, begins_ms, closes=size >= 0)
             return
-        if size == 0 or not known:
-            self._silence()
-            self._handle = None if known else handle  # kept: the next sound or stop closes whatever has it by then
-            if before and size:
-                self._begin(SoundState(before))
-                self._ends_ms = NEVER if before == SoundState.FILE else 0  # a tone has ended, and so may begin again
-            return
-        if not self._is_melody:
+        if kind != _MELODY:
             rate, self.sample_rate = self.sample_rate or rate, 0
         self._sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
         self._from_ms = begins_ms + self._rest_of_wave(begins_ms)
-        self._store(first := self._loader.read(handle, _BUFFER)[1])
-        self._ends_ms = begins_ms
-        if not self._is_melody and kind not in (_SOUND, _COMPRESSED):
-            self._byte_ms, self._ends_ms = 0.0, begins_ms if len(first) < _WORD else NEVER
+        self._store(self._loader.read(handle, _BUFFER)[1])
+        self._ends_ms = max([begins_ms, *map(ceil, self._queue)]) if self._is_melody else begins_ms
+
+    def _go_on(self, before: SoundState, now_ms: int, *, closes: bool) -> None:
+        """Continue with the sound before a file that is not a sound file: a tone has ended, the ring is played.
+
+        A file with a whole header is closed, but the next sound or stop closes whatever has its number by then. Another
+        one stays open until then, or until the ring is empty.
+        """
+        if closes and self._handle is not None:
+            self._loader.close(self._handle)
+        if before in (SoundState.FILE, SoundState.TONE):
+            self._begin(before)
+            self._ends_ms = now_ms
+        if before == SoundState.FILE and not self._is_melody:
+            while self._read != self._played:
+                self._queue_buffer(now_ms)
+            self._silence()
 
     def _continue(self, now_ms: int) -> None:
         """Continue a tone or a file: play the next note or buffer, and read another one, or end."""
@@ -265,15 +265,18 @@ class SoundModule:
     def _hand_over(self, now_ms: int) -> None:
         """Queue a buffer, if there is one and a place for it, and read another one if none is left."""
         if self._read != self._played and now_ms >= self._place_ms:
-            begins_ms = max([now_ms, self._from_ms, *self._queue])
-            ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
-            self._queue = [*self._queue, ends_ms][-_QUEUED:]
-            self.from_file = self.from_file or self._byte_ms > 0
-            self._played = (self._played + 1) % _BUFFERS
+            self._queue_buffer(now_ms)
         if self._read == self._played and not self._read_buffer():
             self._silence()
             return
         self._ends_ms = max(now_ms + 1, ceil(self._place_ms))
+
+    def _queue_buffer(self, now_ms: int) -> None:
+        begins_ms = max([now_ms, self._from_ms, *self._queue])
+        ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
+        self._queue = [*self._queue, ends_ms][-_QUEUED:]
+        self.from_file = True
+        self._played = (self._played + 1) % _BUFFERS
 
     @property
     def _place_ms(self) -> float:
@@ -285,8 +288,10 @@ class SoundModule:
         status, data = Status.HANDLE_ALREADY_CLOSED, b""
         if self._handle is not None:
             status, data = self._loader.read(self._handle, _BUFFER)
-        if status and self.mode == SoundMode.LOOP:
-            status, data = Status.OK, self._read_again()
+        self._begins_again = bool(status) and self.mode == SoundMode.LOOP
+        if self._begins_again:
+            data = self._read_again()
+            status = Status.OK if data else Status.END_OF_FILE
         if not status:
             self._store(data)
         return not status
@@ -308,18 +313,22 @@ class SoundModule:
         self._read = (self._read + 1) % _BUFFERS
 
     def _play_note(self, now_ms: int) -> None:
-        """Play the next note of a melody; its buffer stays in the ring until its last note has ended."""
-        if not self._notes:
+        """Play the next note of a melody; its buffer stays in the ring until its last note has ended.
+
+        A buffer without a whole note is passed over. A loop that begins again plays its first note in the next pass.
+        """
+        while not self._notes:
             if self._plays_buffer:
                 self._played, self._plays_buffer = (self._played + 1) % _BUFFERS, False
-            if self._read == self._played and not self._read_buffer():
-                self._silence()
-                return
+            if self._read == self._played:
+                if not self._read_buffer():
+                    self._silence()
+                    return
+                if self._begins_again:
+                    self._ends_ms = now_ms + 1
+                    return
             self._plays_buffer, data = True, self._buffers[self._played]
             self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
-        if not self._notes:  # a damaged file: its piece has no whole note
-            self._ends_ms = now_ms + 1
-            return
         frequency_hz, duration_ms = self._notes.pop(0)
         self._play_waves(frequency_hz, duration_ms, now_ms)
 
@@ -353,7 +362,9 @@ class SoundModule:
         self._close_file()
 
     def _end(self) -> None:
-        self.flags, self.state, self._sounds = self.flags & ~int(SoundFlag.RUNNING), 0, False
+        self.flags, self._sounds = self.flags & ~int(SoundFlag.RUNNING), False
+        if self.state in (SoundState.FILE, SoundState.TONE, SoundState.STOP):
+            self.state = int(SoundState.IDLE)
         self._ends_ms = self._next_ms = 0
 
     def _close_file(self) -> None:
