@@ -49,7 +49,7 @@ class Button:
             self.long_presses = self.long_presses + 1 & 0xFF
             self.state |= ButtonState.LONG_PRESS
         elif before and not pressed:
-            self._release(held_ms >= LONG_PRESS_MS)
+            self._release(held_ms > LONG_PRESS_MS + SAMPLE_MS)  # one that is released at once counts as short
         self.releases = self.short_releases + self.long_releases & 0xFF
 
     def forget_releases(self) -> None:

@@ -119,7 +119,7 @@ class IdentityHandlers:
     @handles(system.Boot)
     def boot(self, command: system.Boot) -> HandlerResult:
         """Enter the boot loader if the text is correct and came over USB."""
-        if command.text != system.BOOT_TEXT or self._channel.limits.streams:
+        if not command.text.startswith(system.BOOT_TEXT) or self._channel.limits.streams:
             return refuse_with_zeros(system.Boot, Status.UNDEFINED_ERROR)
         self._screen.shut_down()
         self._io_control.power_word = BOOT

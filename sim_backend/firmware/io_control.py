@@ -27,7 +27,7 @@ class IoControl:
 
     @power_word.setter
     def power_word(self, word: int) -> None:
-        self._word = word
+        self._sent, self._word = self.power_command << 8, word
         if self.stays_on:
             self.take_back()
 

@@ -70,7 +70,7 @@ class PropertyHandlers:
     def get_property(self, command: direct.GetProperty) -> HandlerResult:
         """Read a setting."""
         values = {
-            Property.BLUETOOTH: bytes([self._radio.state != RadioState.OFF]),
+            Property.BLUETOOTH: bytes([not self._radio.state & RadioState.OFF]),
             Property.VOLUME: bytes([self._sound.volume]),
             Property.SLEEP_TIME: self._ui.sleep_timer.limit_ms.to_bytes(4, "little"),
         }

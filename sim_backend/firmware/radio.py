@@ -215,16 +215,18 @@ class Radio:
         self._occupy(at_ms, *woken, *renamed, late_ms=1)
 
     def switch(self, on: bool) -> bool:
-        """Switch the radio on or off; False if it is busy, or on already."""
+        """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite."""
         self._settle()
-        if self.busy or (on and self._on):
+        if self.busy or (on and not self.state & RadioState.OFF):
             return False
         if on:
             self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163))
         else:
-            off = Change(5, Part.ON, False), Change(5, Part.STATE, RadioState.OFF)
-            answer = (Change(5, Part.ANSWER, answers.SWITCHED_OFF), Change(5, Part.REDRAWS)) if self._on else ()
-            self._occupy(5 if self._on else 606, *off, *answer, answer_ms=5, late_ms=1)
+            off = [Change(5, Part.ON, False)]
+            if self._on:
+                off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.ANSWER, answers.SWITCHED_OFF)
+                off.append(Change(5, Part.REDRAWS))
+            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1)
         return True
 
     def disconnect(self) -> bool:

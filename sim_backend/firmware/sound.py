@@ -215,7 +215,7 @@ class SoundModule:
         self.flags, self.state, self._sounds = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
-        """Play an open file from a pass on, after the buffers of one that was replaced, as far as the ring counts them."""
+        """Play an open file from a pass on, after buffers of one that was replaced, as far as the ring counts them."""
         before, melody = SoundState(self.state), self._is_melody
         self._silence()
         self._handle = handle
