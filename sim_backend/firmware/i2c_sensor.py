@@ -20,7 +20,7 @@ class I2CDevice(Protocol):
         """Receive the bytes after the address."""
 
     def read(self, size: int) -> bytes:
-        """Return `size` bytes."""
+        """Return `size` bytes, or fewer but at least one: the others are read when their turn comes."""
 
     def give_back(self, count: int) -> None:
         """Take back the last `count` bytes of the last read, which were not sent since it was cut short."""

@@ -35,6 +35,13 @@ class NotSupportedOnBench(Exception):
     """A control line needs something that the simulated brick or the bench does not have."""
 
 
+class _BenchDevice(GenericI2CDevice):
+    """A device that sends each register as it is when its byte begins."""
+
+    def read(self, size: int) -> bytes:
+        return super().read(min(size, 1))
+
+
 class Bench:
     """A brick with motors and sensors attached, driven by control lines.
 
@@ -77,7 +84,7 @@ class Bench:
         self.brick = brick
         self.motors = [BenchMotor() for _ in "ABC"]
         self.readings = [FULL_SCALE] * 4
-        self._devices = [GenericI2CDevice() for _ in self.readings]
+        self._devices = [_BenchDevice() for _ in self.readings]
         self._attached, self._clocks = [False] * 4, [0] * 4
         self._radio, self._hidden_ms = RadioStream(brick), 0
         self._plugged, self._held = True, list[bytes]()
