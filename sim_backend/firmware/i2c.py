@@ -99,9 +99,10 @@ class I2CBus(Wires):
         data = bytearray()
         acknowledged = self.clock and all(map(self._put, message))
         if acknowledged and rx_size:
-            self._put_bit(True)
-            self.set_data(False)
-            acknowledged = self._put(message[0] | 1)
+            if not message[0] & 1:  # otherwise the sensor sends already
+                self._put_bit(True)
+                self.set_data(False)
+                acknowledged = self._put(message[0] | 1)
             data.extend(self._get(last=left == 1) for left in range(rx_size if acknowledged else 0, 0, -1))
         self._stop_now()
         return bytes(data) if acknowledged else None
@@ -246,7 +247,7 @@ class I2CBus(Wires):
             return
         yield from self._stop()
         if self._acknowledged and self._turns and address is not None:
-            yield from self._turn(address | 1)
+            yield from self._turn(address + 1 & 0xFF)
 
     def _send_byte(self, byte: int) -> Steps:
         """Write a byte; it ends with the clock line high for the acknowledge."""
