@@ -241,7 +241,9 @@ class Radio:
     def reset(self) -> None:
         """Restore the default name, and switch the radio on."""
         self._settle()
-        wait, on_ms, woken = (0, 168, []) if self._on else (154, 323, answers.woken(154))
+        off = self.state & RadioState.OFF  # which the map can overwrite
+        wait, woken = (154, answers.woken(154)) if off else (0, [])
+        on_ms = 168 + wait + (not self._on)
         name = _padded(DEFAULT_NAME)
         self._occupy(
             170 + wait,
@@ -249,7 +251,7 @@ class Radio:
             *woken,
             Change(6 + wait, Part.ANSWER, answers.RESTORED),
             Change(6 + wait, Part.RESETTING, 1),
-            Change(7, Part.STATE, RadioState.OFF),
+            Change(7 + wait, Part.STATE, RadioState.OFF),
             *self._started(160 + wait, name, on_ms=on_ms, last_ms=170 + wait, reset=True),
             answer_ms=5,
         )
