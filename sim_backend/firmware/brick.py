@@ -234,8 +234,8 @@ class SimBrick:
 
     @property
     def display_on(self) -> bool:
-        """Whether the display is on: by the map, and not switched off with the brick."""
-        return self._screen.lit and self.io_control.display_on
+        """Whether the display is on; when the brick switches itself off, it goes off before the power."""
+        return self._screen.lit
 
     @property
     def powered_off(self) -> bool:

@@ -75,7 +75,7 @@ class FileRunner:
         registers.state, registers.next_step_ms = int(UiState.OPENING), now_ms + 1
         self._io_control.stays_on = False
         self._menu.interrupt()
-        self._sleep_timer.restart(now_ms)
+        self._sleep_timer.restart(now_ms - 1)
 
     def enter(self) -> None:
         """Give the screen to the requested file."""
@@ -167,7 +167,7 @@ class FileRunner:
                 self._programs.start(self._file)
         elif kind == states.SOUND:
             self._run, self._opened_ms = Run.SOUND, now_ms
-            self._sound.play_own(self._file[: self._file.index(0) + 1])
+            self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
         else:
             self._run = Run.ENDED
 

@@ -12,13 +12,11 @@ class IoControl:
 
     Attributes:
         stays_on: Whether the brick is still on after it was switched off: what is written to the map is sent at once.
-        display_on: Whether the display is on; it goes off before the power.
     """
 
     def __init__(self) -> None:
         self._word = self._sent = 0
         self._announced = self.stays_on = False
-        self.display_on = True
 
     @property
     def power_word(self) -> int:

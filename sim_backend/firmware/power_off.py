@@ -80,11 +80,8 @@ class PowerOff:
     def _switch_off(self, passed_ms: int) -> None:
         """Switch display and power off, each a pass after the maps show it; later take keys again."""
         now_ms = self._clock.now_ms
-        if passed_ms >= times.DISPLAY_OFF_MS - 1:
-            self._screen.on = False
-            if passed_ms >= times.DISPLAY_OFF_MS and self._screen.switches:
-                self._io_control.display_on = False
         if passed_ms == times.DISPLAY_OFF_MS - 1:
+            self._screen.on = False
             self._leaves_radio = self._radio.disconnect()
         elif passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
             self._down_ms = now_ms

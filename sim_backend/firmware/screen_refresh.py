@@ -65,6 +65,7 @@ class ScreenRefresh:
     @on.setter
     def on(self, on: bool) -> None:
         self._flags = self._flags & ~int(DisplayFlag.ON) | on * int(DisplayFlag.ON)
+        self.wake()
 
     def mark(self, marks: Marks) -> None:
         """Change the parts of the screen to erase and to draw from the next pass on."""
@@ -111,11 +112,6 @@ class ScreenRefresh:
     def pops_up(self) -> bool:
         """Whether a message is shown over the normal screen."""
         return bool(self._flags & DisplayFlag.POPUP)
-
-    @property
-    def switches(self) -> bool:
-        """Whether the display's controller follows the flags."""
-        return not self._flags & _STOPPED
 
     def pop_up(self) -> None:
         """Show a message over the normal screen: no line is sent, and the flags stay as they are."""

@@ -180,13 +180,13 @@ class UiModule:
 
     def press(self, pressed: int) -> None:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
-        registers = self.registers
-        if pressed:
+        registers, runs = self.registers, self._programs.status == ProgramStatus.RUNNING
+        if pressed & _EXIT_MASK or (pressed and not runs):
             self.sleep_timer.restart(self._clock.now_ms)
-            kept = self._enter_keeps_program and pressed & _ENTER_MASK
-            if pressed & _EXIT_MASK and not kept and self._programs.status == ProgramStatus.RUNNING:
-                self._programs.stop()
-                self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
+        kept = self._enter_keeps_program and pressed & _ENTER_MASK
+        if runs and pressed & _EXIT_MASK and not kept:
+            self._programs.stop()
+            self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
             if not (registers.runs_file or registers.state == UiState.OPENING or self._dialog.asks):
                 self._keys.read_button()
@@ -301,7 +301,7 @@ class UiModule:
         self._warning.allow()
         registers.run_state, registers.error = 1, 0
         self.battery.restart(now_ms - 1)
-        registers.off_ms, self._io_control.display_on, self._screen.on = NEVER, True, True
+        registers.off_ms, self._screen.on = NEVER, True
         self._menu.reset()
 
     def _follow_exit(self) -> None:

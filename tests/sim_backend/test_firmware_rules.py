@@ -195,7 +195,7 @@ def test_the_brick_is_switched_off_through_the_map():
     brick = SimBrick()
     put(brick, UI, "ForceOff", 1)
     brick.tick(3)
-    assert not brick.io_control.display_on
+    assert not brick.display_on
     assert not brick.powered_off
     brick.tick(4)
     assert brick.powered_off
