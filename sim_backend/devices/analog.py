@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cache
 
 from firmware_protocol.enums import SensorType
-from sim_backend.firmware.analog import FULL_SCALE, NORMALIZE
+from sim_backend.firmware.sensors.analog import FULL_SCALE, NORMALIZE
 
 _PRESSED = 183
 """Converter value of a pressed touch sensor: 2.2 kΩ against the brick's 10 kΩ; released it is an open circuit.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim_backend.firmware.analog import FULL_SCALE
-from sim_backend.firmware.color import BLANK
+from sim_backend.firmware.sensors.analog import FULL_SCALE
+from sim_backend.firmware.sensors.color import BLANK
 
 _DARKNESS = 71
 """Converter value in the dark, the zero of the firmware's scale. Source: docs/firmware.md section 6.1."""

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from random import Random
 
 from sim_backend.devices.digital import NO_ECHO, UltrasonicSensor
-from sim_backend.firmware.analog import FULL_SCALE
-from sim_backend.firmware.color import ColorDevice
-from sim_backend.firmware.i2c_sensor import I2CDevice
-from sim_backend.firmware.input import AnalogSensor
+from sim_backend.firmware.sensors.analog import FULL_SCALE
+from sim_backend.firmware.sensors.color import ColorDevice
+from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
+from sim_backend.firmware.sensors.input import AnalogSensor
 from sim_backend.world.event_tables import Fault
 
 NO_ADDRESS = 0x01

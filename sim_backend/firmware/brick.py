@@ -7,34 +7,34 @@ from random import Random
 
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.button import Button, ButtonModule
-from sim_backend.firmware.comm import BluetoothComm, UsbComm
+from sim_backend.firmware.comm.dispatch import BluetoothComm, UsbComm
+from sim_backend.firmware.comm.file_handlers import FileHandlers
+from sim_backend.firmware.comm.handler_result import Handlers, handlers_of
+from sim_backend.firmware.comm.identity_handlers import IdentityHandlers
+from sim_backend.firmware.comm.input_handlers import InputHandlers
+from sim_backend.firmware.comm.module_handlers import ModuleHandlers
+from sim_backend.firmware.comm.output_handlers import OutputHandlers
+from sim_backend.firmware.comm.program_handlers import ProgramHandlers
+from sim_backend.firmware.comm.property_handlers import PropertyHandlers
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.display import DisplayModule
-from sim_backend.firmware.file_handlers import FileHandlers
-from sim_backend.firmware.flash import Flash
-from sim_backend.firmware.handler_result import Handlers, handlers_of
+from sim_backend.firmware.files.flash import Flash
+from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
-from sim_backend.firmware.i2c_sensor import I2CDevice
-from sim_backend.firmware.identity_handlers import IdentityHandlers
-from sim_backend.firmware.input import AnalogSensor, InputModule
-from sim_backend.firmware.input_handlers import InputHandlers
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
-from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
-from sim_backend.firmware.module_handlers import ModuleHandlers
 from sim_backend.firmware.module_search import ModuleSearch
-from sim_backend.firmware.output import MotorPlant, OutputModule
-from sim_backend.firmware.output_handlers import OutputHandlers
-from sim_backend.firmware.program_handlers import ProgramHandlers
-from sim_backend.firmware.property_handlers import PropertyHandlers
+from sim_backend.firmware.motors.output import MotorPlant, OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
+from sim_backend.firmware.sensors.input import AnalogSensor, InputModule
+from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.ui.ui_module import UiModule
 from sim_backend.firmware.versions import FIRMWARES, VERSIONS, Version
 from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.devices import Devices

@@ -11,10 +11,10 @@ from enum import Enum, auto
 
 from firmware_protocol.enums import InterpreterState
 from firmware_protocol.iomap import COMMAND, ProgramStatus
-from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.files.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.clump_records import NO_BREAKPOINTS, ClumpRecords
 from sim_backend.firmware.vm.devices import Devices

@@ -6,18 +6,18 @@ from firmware_protocol import iomap
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.display import DisplayModule
+from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
-from sim_backend.firmware.input import InputModule
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.low_speed import LowSpeedModule
-from sim_backend.firmware.output import OutputModule
+from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import UiModule
-from sim_backend.firmware.ui_registers import UiRegisters
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.ui_module import UiModule
 
 _BLUECORE_VERSION = b"\1\0"
 _FREE_CONNECTIONS, _NO_HANDLE = (1, 2, 3), 0xFF

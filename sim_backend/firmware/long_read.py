@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol.status import Status
 from firmware_protocol.system import FileData, Read
 from firmware_protocol.telegram import Kind
-from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.files.loader import Loader
 
 _HEADER, _FIRST = 6, 120
 """Bytes before the first piece of data, and of that piece."""

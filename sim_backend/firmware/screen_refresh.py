@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from firmware_protocol.iomap import DisplayFlag
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.screen_marks import FRAME, Marks
+from sim_backend.firmware.ui.screen_marks import FRAME, Marks
 
 _SCREEN = 0x4000_0000
 """Bit of EraseMask whose turn clears that of the frame in UpdateMask."""

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from firmware_protocol.iomap import SoundState
 from firmware_protocol.status import Status
-from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.files.names import pack_name, unpack_name
 from sim_backend.firmware.module import NEVER, Clock
-from sim_backend.firmware.names import pack_name, unpack_name
 
 MAX_VOLUME = 4
 

@@ -16,7 +16,7 @@ from nxtdrive.motion.lease import LEASE_S
 from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.motion.rover import TRIPS, DriveSettings, Rover, SafetyLimits
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])

@@ -6,7 +6,7 @@ from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.motion.motor import Then
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])
 

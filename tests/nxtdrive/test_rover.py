@@ -11,7 +11,7 @@ from firmware_protocol.errors import BrickError, LinkError, LinkTimeout, LocalPr
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
 from sim_backend.devices import TouchSensor, UltrasonicSensor
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])

@@ -10,7 +10,7 @@ from firmware_protocol.enums import OutputPort
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.motion.stall import STALL_S, WATCH_S, StallDetector
 from sim_backend.devices import UltrasonicSensor
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 ASKS = pytest.mark.parametrize("asks_pose", [True, False], ids=["asks the pose", "does not ask"])

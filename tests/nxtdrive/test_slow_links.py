@@ -11,7 +11,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover
 from nxtdrive.tools.monitor import watch
 from nxtdrive.transports.sim import SimTransport
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import Simulation
 
 SLOW = pytest.mark.parametrize("latency_ms", [45, 150, 300])

@@ -11,9 +11,9 @@ from traceback import extract_tb
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.iomap import UiFlag
 from sim_backend.devices import AnalogInput, GenericI2CDevice
-from sim_backend.firmware.analog import FULL_SCALE
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.motors.bench_motor import BenchMotor
+from sim_backend.firmware.sensors.analog import FULL_SCALE
 
 from .radio_stream import RadioStream
 

@@ -17,8 +17,8 @@ from pathlib import Path
 from firmware_protocol.direct import GetBatteryLevel, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.brick import open_brick
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 from .bench import Figure
 from .bench_peer import run_nxt_python, serving, where

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from firmware_protocol.direct import GetBatteryLevel, GetInputValues, GetOutputState, SetOutputState, StartProgram
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, RegulationMode, RunState
 from sim_backend.devices.analog import AnalogInput
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.vm.rxe import Type
 
 from .bench import REPEATS, Figure, at_least

@@ -16,15 +16,15 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.cint import s8, s16
 from sim_backend.firmware.display import DisplayModule
-from sim_backend.firmware.input import InputModule
+from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.loader import Loader
-from sim_backend.firmware.low_speed import LowSpeedModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module_search import ModuleSearch
-from sim_backend.firmware.output import OutputModule
+from sim_backend.firmware.motors.output import OutputModule
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import UiModule
+from sim_backend.firmware.ui.ui_module import UiModule
 from sim_backend.firmware.vm.calibrations import Calibrations
 from sim_backend.firmware.vm.rxe import Type
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.loader import HANDLES, Opened
+from sim_backend.firmware.files.loader import HANDLES, Opened
 from sim_backend.firmware.vm.calls import Call, Function
 
 _NO_HANDLE = 0xFF

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.file_handle import Use
-from sim_backend.firmware.flash import File
+from sim_backend.firmware.files.file_handle import Use
+from sim_backend.firmware.files.flash import File
+from sim_backend.firmware.files.loader import Loader, Opened
+from sim_backend.firmware.files.names import NAME_LIMIT, matcher, pack_name
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.loader import Loader, Opened
-from sim_backend.firmware.names import NAME_LIMIT, matcher, pack_name
 from sim_backend.firmware.vm.calls import Call
 
 _NAME, _BUFFER, _LENGTH = 2, 3, 4

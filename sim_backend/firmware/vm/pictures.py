@@ -12,7 +12,7 @@ from typing import NamedTuple
 from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.display import DisplayModule
-from sim_backend.firmware.loader import Loader
+from sim_backend.firmware.files.loader import Loader
 
 _DESCRIPTION, _SPRITE, _MAP, _COPY, _PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER = range(9)
 _WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _CIRCLE: 4, _NUMBER: 4}

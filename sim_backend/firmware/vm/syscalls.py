@@ -12,13 +12,13 @@ from collections.abc import Mapping
 
 from firmware_protocol.direct import LS_LIMIT
 from firmware_protocol.status import Status
-from sim_backend.firmware.analog import FULL_SCALE
 from sim_backend.firmware.cint import divide, s16
-from sim_backend.firmware.input import COLOR_TYPES
+from sim_backend.firmware.files.names import NAME_LIMIT
 from sim_backend.firmware.mailboxes import LOG
-from sim_backend.firmware.names import NAME_LIMIT
-from sim_backend.firmware.sleep_timer import MINUTE_MS
+from sim_backend.firmware.sensors.analog import FULL_SCALE
+from sim_backend.firmware.sensors.input import COLOR_TYPES
 from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.ui.sleep_timer import MINUTE_MS
 from sim_backend.firmware.vm.call_types import CALL_TYPES, ENHANCED_CALL_TYPES
 from sim_backend.firmware.vm.calls import MOST_ARGUMENTS, Call, Function
 from sim_backend.firmware.vm.data import ERR_INSTR, ProgramError

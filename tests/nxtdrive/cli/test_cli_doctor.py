@@ -14,7 +14,7 @@ from nxtdrive.host.access import UDEV_RULE
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.doctor import brick as patient
 from nxtdrive.tools.doctor import computer, finding, udev
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="udev and bluetoothctl are Linux's")
 

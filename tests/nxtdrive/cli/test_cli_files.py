@@ -8,7 +8,7 @@ import pytest
 from nxtdrive.cli.main import DONE, REFUSED, USAGE, main
 from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.transports.trace_file import read_trace
-from sim_backend.firmware.flash import File
+from sim_backend.firmware.files.flash import File
 from sim_backend.simulation import Simulation
 
 FLASH = 120_868

@@ -23,7 +23,7 @@ from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
 from nxtdrive.tools.sweep.tables import print_tables
 from nxtdrive.transports.sim import SimTransport, shared
-from sim_backend.firmware.flash import File
+from sim_backend.firmware.files.flash import File
 from sim_backend.simulation import Simulation
 
 HOSTILE = "a\x1b[2J\x9b\x7f[/]\nforged"

@@ -10,7 +10,7 @@ from nxtdrive.tools.teleop.controls import DEAD_MAN_S, Controls, Direction
 from nxtdrive.tools.teleop.floor_map import FARTHEST_ECHO_MM, FloorMap
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 STOP = (0.0, 0.0)
 

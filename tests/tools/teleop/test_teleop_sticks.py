@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from nxtdrive.tools.teleop.controls import DEAD_MAN_S, Controls, Direction
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.sticks import DEADZONE, Sticks, response
-from sim_backend.firmware.bench_motor import BenchMotor
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 STOP = (0.0, 0.0)
 DEFLECTIONS = st.floats(-1.1, 1.1)  # SDL's lowest is a little beyond -1

@@ -15,7 +15,7 @@ from firmware_protocol.telegram import REPLY_HEADER, Command
 from nxtdrive.brick import Brick
 from nxtdrive.motion.lease import LEASE_DEG, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
-from sim_backend.firmware.output import Output
+from sim_backend.firmware.motors.output import Output
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation

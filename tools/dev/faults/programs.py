@@ -10,8 +10,8 @@ from firmware_protocol.direct import GetBatteryLevel, MessageRead, MessageWrite,
 from firmware_protocol.iomap import COMMAND, ProgramStatus
 from sim_backend.devices.analog import AnalogInput
 from sim_backend.devices.digital import GenericI2CDevice
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.firmware.vm.memory import POOL_SIZE
 from sim_backend.firmware.vm.rxe import Type

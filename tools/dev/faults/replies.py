@@ -25,9 +25,9 @@ from nxtdrive.link.link import Link
 from nxtdrive.onboard.display import Display
 from nxtdrive.onboard.files import FileEntry, Files
 from nxtdrive.transports.stream import StreamTransport
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.loader import HANDLES
+from sim_backend.firmware.files.loader import HANDLES
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 from .campaign import Campaign, Tally, Violation
 from .hostile import mutated, peak_memory_kb

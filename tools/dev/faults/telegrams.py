@@ -21,8 +21,8 @@ from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Command
 from sim_backend.devices.analog import AnalogInput
 from sim_backend.devices.digital import GenericI2CDevice
 from sim_backend.doors.door import completed
-from sim_backend.firmware.bench_motor import BenchMotor
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 

@@ -1,0 +1,1 @@
+"""Telegrams: their links, and the handlers of the commands."""

@@ -1,0 +1,126 @@
+"""Handlers of the commands about the brick itself and its radio. Source: docs/firmware.md sections 4 and 5."""
+
+from __future__ import annotations
+
+from firmware_protocol import direct, system
+from firmware_protocol.iomap import COMM
+from firmware_protocol.status import Status
+from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, refuse_with_zeros, reply_with
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.high_speed import HighSpeed
+from sim_backend.firmware.io_control import BOOT, IoControl
+from sim_backend.firmware.io_map import LiveMap
+from sim_backend.firmware.limits import Channel
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.versions import Version
+
+_PROTOCOL = (124, 1)
+_CONTACTS, _CONNECTIONS = 30, 4
+_NAME_SIZE = 17
+_KNOWN = 0x02
+
+
+class IdentityHandlers:
+    """Versions, name and address, Bluetooth tables, poll buffers, boot."""
+
+    def __init__(
+        self,
+        version: Version,
+        radio: Radio,
+        loader: Loader,
+        high_speed: HighSpeed,
+        io_control: IoControl,
+        screen: ScreenRefresh,
+        channel: Channel,
+        comm_map: LiveMap,
+    ) -> None:
+        self._versions = system.Versions(*_PROTOCOL, version.minor, version.major)
+        self._radio, self._loader = radio, loader
+        self._high_speed, self._channel = high_speed, channel
+        self._io_control, self._screen = io_control, screen
+        self._comm_map = comm_map
+
+    @handles(system.GetVersions)
+    def versions(self, _: system.GetVersions) -> HandlerResult:
+        """Return the versions of firmware and protocol."""
+        return reply_with(self._versions)
+
+    @handles(system.GetBluetoothAddress)
+    def bluetooth_address(self, _: system.GetBluetoothAddress) -> HandlerResult:
+        """Return the address of the radio."""
+        return reply_with(system.BluetoothAddress(self._radio.address))
+
+    @handles(direct.GetBluetoothContactCount)
+    def contact_count(self, _: direct.GetBluetoothContactCount) -> HandlerResult:
+        """Return the size of the table of contacts."""
+        return reply_with(direct.BluetoothCount(_CONTACTS))
+
+    @handles(direct.GetBluetoothConnectionCount)
+    def connection_count(self, _: direct.GetBluetoothConnectionCount) -> HandlerResult:
+        """Return the size of the table of connections."""
+        return reply_with(direct.BluetoothCount(_CONNECTIONS))
+
+    @handles(direct.GetBluetoothContactName)
+    def contact_name(self, command: direct.GetBluetoothContactName) -> HandlerResult:
+        """Return a device of the Comm map's table, if its status marks it as known."""
+        index = command.index
+        known = index < _CONTACTS and self._comm_map.read(COMM.field("DeviceStatus", index).offset, 1)[0] & _KNOWN
+        return self._bluetooth_name("DeviceName" if known else None, index)
+
+    @handles(direct.GetBluetoothConnectionName)
+    def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
+        """Return a connection of the Comm map's table."""
+        return self._bluetooth_name("ConnectionName" if command.index < _CONNECTIONS else None, command.index)
+
+    def _bluetooth_name(self, field: str | None, index: int) -> HandlerResult:
+        """Reply with device type 0 and a name, which includes one byte of the next field in the table."""
+        name = self._comm_map.read(COMM.field(field, index).offset, _NAME_SIZE) if field else bytes(_NAME_SIZE)
+        return HandlerResult(payload=b"\0" + name)
+
+    @handles(system.GetDeviceInfo)
+    def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:
+        """Return name, with the bytes after its end, address, quality of the connections, and free flash."""
+        radio, fields = self._radio, (COMM.field("ConnectionQuality", index) for index in range(_CONNECTIONS))
+        links = b"".join(self._comm_map.read(field.offset, 1) for field in fields)
+        info = system.DeviceInfo("", radio.address, links, self._loader.free_flash)
+        name = radio.name[:-1]
+        return HandlerResult(payload=name + reply_with(info).payload[len(name) :])
+
+    @handles(system.SetBrickName)
+    def set_brick_name(self, command: system.SetBrickName) -> HandlerResult:
+        """Rename the brick, unless the radio is busy."""
+        if self._radio.busy:
+            return HandlerResult(Status.BLUETOOTH_BUSY)
+        self._radio.rename(command.name.encode("latin-1"))
+        return DONE
+
+    @handles(system.BluetoothFactoryReset)
+    def factory_reset(self, _: system.BluetoothFactoryReset) -> HandlerResult:
+        """Reset the radio, unless it is busy or the request came over it."""
+        if self._radio.busy or self._channel.limits.streams:
+            return HandlerResult(Status.UNDEFINED_ERROR)
+        self._radio.reset()
+        return DONE
+
+    @handles(system.PollLength)
+    def poll_length(self, command: system.PollLength) -> HandlerResult:
+        """Return the number of bytes waiting; the USB buffer is always empty."""
+        return reply_with(system.PollReady(command.buffer, self._high_speed.waiting if command.buffer else 0))
+
+    @handles(system.Poll)
+    def poll(self, command: system.Poll) -> HandlerResult:
+        """Fetch the bytes waiting, padded to the requested length."""
+        if command.size > self._channel.limits.poll:
+            return reply_with(system.PollData(command.buffer, 0, b""), Status.UNDEFINED_ERROR)
+        data = self._high_speed.fetch(command.size) if command.buffer else b""
+        return reply_with(system.PollData(command.buffer, len(data), data.ljust(command.size, b"\0")))
+
+    @handles(system.Boot)
+    def boot(self, command: system.Boot) -> HandlerResult:
+        """Enter the boot loader if the text is correct and came over USB."""
+        if not command.text.startswith(system.BOOT_TEXT) or self._channel.limits.streams:
+            return refuse_with_zeros(system.Boot, Status.UNDEFINED_ERROR)
+        self._screen.shut_down()
+        self._io_control.power_word = BOOT
+        return reply_with(system.BootAnswer("Yes"))

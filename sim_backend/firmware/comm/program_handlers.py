@@ -1,0 +1,150 @@
+"""Handlers of the commands for programs, mailboxes and the data log. Source: docs/firmware.md sections 3 and 4."""
+
+from __future__ import annotations
+
+from firmware_protocol import direct, enhanced
+from firmware_protocol.enums import InterpreterState
+from firmware_protocol.status import Status
+from sim_backend.firmware.comm.handler_result import (
+    DONE,
+    OUT_OF_RANGE,
+    HandlerResult,
+    handles,
+    refuse_with_zeros,
+    reply_with,
+)
+from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.mailboxes import LOG, MAILBOXES
+from sim_backend.firmware.ui.ui_module import UiModule
+from sim_backend.firmware.vm.memory import OutOfMemory
+
+_NO_PROGRAM = HandlerResult(Status.NO_ACTIVE_PROGRAM)
+
+_POINTS_APART = 12
+"""Breakpoints, of four bytes each, from those of a clump to those of the next one: the size of a clump's record."""
+
+
+class ProgramHandlers:
+    """The commands for programs; checks come in the firmware's order."""
+
+    def __init__(self, command: CommandModule, loader: Loader, ui: UiModule) -> None:
+        self._command, self._loader, self._ui = command, loader, ui
+
+    @handles(direct.StartProgram)
+    def start_program(self, command: direct.StartProgram) -> HandlerResult:
+        """Request the start of a file from the user interface; only its existence is checked."""
+        if not self._loader.exists(command.name):
+            return OUT_OF_RANGE
+        self._ui.execute(command.name)
+        return DONE
+
+    @handles(direct.StopProgram)
+    def stop_program(self, _: direct.StopProgram) -> HandlerResult:
+        """Stop the program."""
+        if not self._command.active:
+            return _NO_PROGRAM
+        self._command.stop()
+        return DONE
+
+    @handles(direct.GetCurrentProgramName)
+    def current_program(self, _: direct.GetCurrentProgramName) -> HandlerResult:
+        """Return the name the program was started by, including wildcards."""
+        if not self._command.active:
+            return refuse_with_zeros(direct.GetCurrentProgramName, Status.NO_ACTIVE_PROGRAM)
+        return reply_with(direct.CurrentProgram(self._command.program_name))
+
+    @handles(direct.MessageWrite)
+    def message_write(self, command: direct.MessageWrite) -> HandlerResult:
+        """Mailboxes exist only while a program runs; size, ending and box are checked before that."""
+        size = command.size
+        if not 0 < size <= direct.MESSAGE_LIMIT or command.data[size - 1]:
+            return OUT_OF_RANGE
+        if command.box >= MAILBOXES:
+            return HandlerResult(Status.ILLEGAL_MAILBOX)
+        if not self._command.active:
+            return _NO_PROGRAM
+        mailboxes = self._command.mailboxes
+        if mailboxes is None:
+            return DONE  # a file that is not a program counts as active for one pass
+        try:
+            mailboxes.write(command.box, command.data[:size])
+        except OutOfMemory:
+            return HandlerResult(Status.OUT_OF_MEMORY)
+        return DONE
+
+    @handles(direct.MessageRead)
+    def message_read(self, command: direct.MessageRead) -> HandlerResult:
+        """Fetch the oldest message of a box; without a program the box is not checked."""
+        status, message = self._fetch(command)
+        data = message[: direct.MESSAGE_LIMIT].ljust(direct.MESSAGE_LIMIT, b"\0")
+        return reply_with(direct.MailboxMessage(command.local_box, len(message) & 0xFF, data), status)
+
+    def _fetch(self, command: direct.MessageRead) -> tuple[Status, bytes]:
+        if not self._command.active:
+            return Status.NO_ACTIVE_PROGRAM, b""
+        if command.remote_box >= MAILBOXES:
+            return Status.ILLEGAL_MAILBOX, b""
+        mailboxes = self._command.mailboxes
+        if mailboxes is None:
+            return Status.MAILBOX_EMPTY, b""
+        try:
+            message = mailboxes.read(command.remote_box, remove=command.remove)
+        except OutOfMemory:
+            return Status.OUT_OF_MEMORY, b""
+        return (Status.MAILBOX_EMPTY, b"") if message is None else (Status.OK, message)
+
+    @handles(direct.DatalogRead)
+    def datalog_read(self, command: direct.DatalogRead) -> HandlerResult:
+        """Fetch the oldest record that the program wrote."""
+        mailboxes = self._command.mailboxes
+        if mailboxes is None:
+            status = Status.MAILBOX_EMPTY if self._command.active else Status.NO_ACTIVE_PROGRAM
+            return reply_with(direct.DatalogRecord(0, b""), status)
+        try:
+            record = mailboxes.read(LOG, remove=command.remove)
+        except OutOfMemory:
+            return reply_with(direct.DatalogRecord(0, b""), Status.OUT_OF_MEMORY)
+        status = Status.MAILBOX_EMPTY if record is None else Status.OK
+        return reply_with(direct.DatalogRecord(len(record or b""), record or b""), status)
+
+    @handles(enhanced.SetInterpreterState)
+    def set_interpreter_state(self, command: enhanced.SetInterpreterState) -> HandlerResult:
+        """Pause, step or continue the program."""
+        self._command.set_state(int(command.state))
+        return self._interpreter()
+
+    @handles(enhanced.GetInterpreterState)
+    def interpreter_state(self, _: enhanced.GetInterpreterState) -> HandlerResult:
+        """Return the interpreter's state, and the place of the next clump."""
+        return self._interpreter()
+
+    def _interpreter(self) -> HandlerResult:
+        return reply_with(enhanced.Interpreter(InterpreterState(self._command.state), *self._command.place))
+
+    @handles(enhanced.SetBreakpoint)
+    def set_breakpoint(self, command: enhanced.SetBreakpoint) -> HandlerResult:
+        """Store a breakpoint, but not the first one; a number beyond the last reaches those of a later clump."""
+        points = self._command.breakpoints
+        later, number = divmod(command.number, _POINTS_APART)
+        clump = command.clump + later
+        if command.clump < len(points) and clump < len(points) and 0 < number < len(points[clump]):
+            points[clump][number] = command.enabled, command.offset
+        return self._breakpoints(command.clump)
+
+    @handles(enhanced.GetBreakpoints)
+    def get_breakpoints(self, command: enhanced.GetBreakpoints) -> HandlerResult:
+        """Return the breakpoints of a clump."""
+        return self._breakpoints(command.clump)
+
+    def _breakpoints(self, clump: int) -> HandlerResult:
+        points = self._command.breakpoints
+        if clump >= len(points):
+            return OUT_OF_RANGE
+        return reply_with(enhanced.Breakpoints(*(value for point in points[clump] for value in point)))
+
+    @handles(direct.DatalogSetTimes)
+    def datalog_set_times(self, command: direct.DatalogSetTimes) -> HandlerResult:
+        """Set the data log's clock."""
+        self._command.set_times(command.sync_time)
+        return DONE

@@ -1,0 +1,1 @@
+"""Flash memory and its files."""

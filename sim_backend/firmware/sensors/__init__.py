@@ -1,0 +1,1 @@
+"""The four sensor ports: analog, colour and I2C."""

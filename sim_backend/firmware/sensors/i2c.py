@@ -1,0 +1,327 @@
+"""The I2C bus of an input port, bit by bit. Source: docs/firmware.md section 7.
+
+The firmware's end of the bus works in the interrupts of a timer: it moves the two wires, and the sensor's end follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+
+from sim_backend.firmware.sensors.i2c_sensor import BYTE_BITS
+from sim_backend.firmware.sensors.i2c_wires import Wires
+from sim_backend.firmware.versions import Version
+
+STEPS_PER_MS = 48_054_850 / 2048 / 1000
+"""Timer interrupts per millisecond; two make a clock pulse."""
+
+BUFFER = 16
+"""Size of the firmware's buffers in bytes."""
+
+_WRITE_PAUSE, _START_PAUSE, _TURN_PAUSE, _READ_PAUSE = 3, 2, 7, 2
+"""Timer interrupts between two bytes written, from the second start on, from the read address to the first byte read,
+and between two bytes read."""
+
+_END = True
+_PLACES = tuple(reversed(range(BYTE_BITS)))
+
+Steps = Generator[None, None, None]
+"""The steps of the firmware's end; every `yield` waits for the next interrupt of the timer."""
+
+
+class _ClockHeldError(Exception):
+    """The clock line differs from the level that the firmware set."""
+
+
+class I2CBus(Wires):
+    """The bus of one port: the firmware's end of its wires.
+
+    Reading and writing are apart, as a read that was cut short may continue without a write.
+    """
+
+    def __init__(self, version: Version) -> None:
+        super().__init__()
+        self._waits, self._ends_early, self._suspends = (
+            version.waits_for_clock,
+            version.ends_write_early,
+            version.suspends_reads,
+        )
+        self._sending: Steps | None = None
+        self._reading: Steps | None = None
+        self._suspended: Steps | None = None
+        self._bits_left = self._unread = self._place = 0
+        self._turns = self._sent = self._waiting = self._acknowledged = self._complete = self._bit_open = False
+        self._buffer = bytearray(BUFFER)
+
+    @property
+    def busy(self) -> bool:
+        """Whether interrupts have work to do."""
+        return self._sending is not None or self._reading is not None
+
+    @property
+    def left(self) -> bytes:
+        """The firmware's receive buffer: bytes that it has not taken."""
+        return bytes(self._buffer)
+
+    def begin(self, message: Iterable[int], rx_size: int, *, restarts: bool = True) -> None:
+        """Start to write `message`, address first, and then to read, with a second start before it or without.
+
+        A read that an earlier message did not come to follows one without a read.
+        """
+        self.set_pin(0, self._clock_level)
+        if self._sending is not None:  # that is cut short
+            self.set_clock(True)
+        self._suspend()
+        if rx_size:
+            self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
+            self._suspended = None
+        self.sensor.prepare(self._unread)
+        self._sent = self._acknowledged = self._waiting = False
+        self._sending = self._send(message)
+        next(self._sending)
+
+    def transfer(self, message: bytes, rx_size: int) -> bytes | None:
+        """Write `message` and read at once, without the timer.
+
+        Args:
+            message: The address first.
+            rx_size: Number of bytes to read, after a second start without a stop; 0 for none.
+
+        Returns:
+            The bytes read, or None if a byte was not acknowledged. A clock line held low hangs the firmware; here it
+            gives None.
+        """
+        self._suspend()
+        self.release()
+        self.set_pin(0, True)
+        self.set_pin(1, True)
+        self.sensor.prepare(rx_size)
+        self.set_data(False)
+        data = bytearray()
+        acknowledged = self.clock and all(map(self._put, message))
+        if acknowledged and rx_size:
+            if not message[0] & 1:  # otherwise the sensor sends already
+                self._put_bit(True)
+                self.set_data(False)
+                acknowledged = self._put(message[0] | 1)
+            data.extend(self._get(last=left == 1) for left in range(rx_size if acknowledged else 0, 0, -1))
+        self._stop_now()
+        return bytes(data) if acknowledged else None
+
+    def _put_bit(self, bit: bool) -> bool:
+        """Let the clock line rise once; return the data line."""
+        self.set_clock(False)
+        self.set_data(bit)
+        self.set_clock(True)
+        return self.data
+
+    def _put(self, byte: int) -> bool:
+        """Write a byte; return whether it was acknowledged."""
+        for place in _PLACES:
+            self._put_bit(bool(byte >> place & 1))
+        return not self._put_bit(True)
+
+    def _get(self, *, last: bool) -> int:
+        """Read a byte; all but the last are acknowledged."""
+        byte = 0
+        for _ in range(BYTE_BITS):
+            byte = byte << 1 | self._put_bit(True)
+        self._put_bit(last)
+        return byte
+
+    def _stop_now(self) -> None:
+        self._put_bit(False)
+        self.set_data(True)
+
+    def interrupt(self, times: int) -> None:
+        """Do the work of some interrupts of the timer."""
+        for _ in range(times):
+            if self._sending is not None:
+                self._sending = self._step(self._sending)
+            if self._reading is not None:
+                self._reading = self._step(self._reading)
+            elif self._sending is None:
+                return
+
+    def _step(self, steps: Steps) -> Steps | None:
+        """Do the work of one interrupt; return the rest of the steps, None after the last one.
+
+        A transfer is given up when the clock line is held low, and ends when the line is high again.
+        """
+        try:
+            return None if next(steps, _END) else steps
+        except _ClockHeldError:
+            waiting = self._wait_for_clock()
+            return None if next(waiting, _END) else waiting
+
+    def stop(self) -> None:
+        """Release both lines. Newer versions suspend a read after its bit; in older ones a transfer goes on unseen."""
+        self.release()
+        if not self._suspends:
+            return
+        if self._reading is not None and self._bit_open:
+            self._reading = self._step(self._reading)
+            self.release()
+        self._suspend()
+
+    def abandon(self) -> None:
+        """Leave the pins as they are; a transfer continues as in `stop`."""
+        if self._suspends:
+            self._suspend()
+
+    def _suspend(self) -> None:
+        """End the message, but keep the rest of a read for the end of the next message without one."""
+        if self._reading is not None:
+            self._suspended = self._reading
+        self._sending = self._reading = None
+
+    def written(self) -> bool | None:
+        """Return whether the message was written, or None while that is open."""
+        if self._sending is None:
+            return self._acknowledged and not self._turns
+        if self._bits_left or not (self._sent or self._waiting):
+            return None
+        if self._waiting or not self._turns:
+            return self._acknowledged
+        return True if self._ends_early and self._acknowledged else None
+
+    def received(self) -> bool | None:
+        """Return whether the bytes were read, or None while that is open."""
+        if self._complete or (self._sending is None and self._reading is None):
+            return self._complete
+        return None
+
+    def read(self, count: int) -> bytes:
+        """Take the bytes read out of the buffer."""
+        data, self._complete = bytes(self._buffer[:count]), False
+        self._buffer[:count] = bytes(len(data))
+        return data
+
+    def _wait_for_clock(self) -> Steps:
+        self._waiting = True
+        self.set_clock(True)
+        while not self.clock:
+            yield
+        self.free_data()
+        self._waiting = False
+
+    def _pulse(self) -> Steps:
+        """Let the clock line rise at the next interrupt, and wait for the one after it."""
+        yield
+        self._raise_clock()
+        yield
+        self._check_clock()
+
+    def _raise_clock(self) -> None:
+        if self._waits and self.clock_high:
+            raise _ClockHeldError
+        self.set_clock(True)
+        self._bit_open = True
+
+    def _check_clock(self) -> None:
+        self._bit_open = False
+        if self._waits and not self.clock:
+            raise _ClockHeldError
+
+    def _send(self, message: Iterable[int]) -> Steps:
+        """Write the bytes; only the first one must be acknowledged.
+
+        The data line falls in vain where a read that went on without the clock pin has left this at low.
+        """
+        self.pull_data()
+        self.set_clock(True)
+        yield
+        address = None
+        for byte in message:
+            if address is not None:
+                yield from _pause(_WRITE_PAUSE)
+                self.pull_data()
+            yield from self._send_byte(byte)
+            if address is None:
+                address, self._acknowledged = byte, not self.data
+            self.set_clock(False)
+            if not self._acknowledged:
+                break
+        self._sent = True
+        if self._acknowledged and self._unread and not self._turns:
+            self._reading = self._resume(self._suspended) if self._suspended else self._read()
+            return
+        yield from self._stop()
+        if self._acknowledged and self._turns and address is not None:
+            yield from self._turn(address + 1 & 0xFF)
+
+    def _send_byte(self, byte: int) -> Steps:
+        """Write a byte; it ends with the clock line high for the acknowledge."""
+        for bits_left in _PLACES:
+            self._bits_left = bits_left
+            self.set_clock(False)
+            self.set_data(bool(byte >> bits_left & 1))
+            yield
+            self._raise_clock()
+            yield
+            self._check_clock()
+        self.set_clock(False)
+        self.free_data()
+        yield from self._pulse()
+
+    def _stop(self) -> Steps:
+        self.pull_data()
+        yield from self._pulse()
+        self.set_data(True)
+
+    def _turn(self, address: int) -> Steps:
+        """Send a second start and the read address, and read."""
+        yield
+        self.set_clock(False)
+        yield
+        yield from self._pulse()
+        self.pull_data()
+        yield from _pause(_START_PAUSE)
+        self._check_clock()
+        self.set_clock(False)
+        self._bits_left = BYTE_BITS
+        yield
+        self._acknowledged = False
+        yield from self._send_byte(address)
+        self._acknowledged = not self.data
+        self.set_clock(False)
+        if self._acknowledged:
+            self._turns = False
+            self._reading = self._read()
+        else:
+            yield from self._stop()
+
+    def _resume(self, reading: Steps) -> Steps:
+        """Go on with a read where it was suspended."""
+        yield from _pause(_WRITE_PAUSE)
+        yield from reading
+
+    def _read(self) -> Steps:
+        """Read the bytes that are wanted; all but the last are acknowledged."""
+        self.pull_data()
+        yield from _pause(_TURN_PAUSE)
+        self.free_data()
+        while self._unread:
+            for bits_left in _PLACES:
+                yield
+                self._raise_clock()
+                yield
+                self._check_clock()
+                value = self._buffer[self._place] | self.data
+                self._buffer[self._place] = value << 1 & 0xFF if bits_left else value
+                self.set_clock(False)
+            self.set_pin(1, self._unread == 1)
+            yield from self._pulse()
+            self._unread -= 1
+            self._place = (self._place + 1) % BUFFER
+            self.set_clock(False)
+            self.free_data()
+            if self._unread:
+                yield from _pause(_READ_PAUSE)
+        yield
+        self.set_clock(True)
+        self._complete = True
+
+
+def _pause(steps: int) -> Steps:
+    for _ in range(steps):
+        yield

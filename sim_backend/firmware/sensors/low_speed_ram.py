@@ -1,0 +1,59 @@
+"""RAM of the low speed module, from which a port sends more than its message.
+
+An empty message makes a port send until its 8-bit byte counter wraps: the buffer with the last bytes sent and the
+memory after it, which has the receive buffers, some counters and the module's IO map. Order and sizes were taken from
+the bytes on the wire in the recorded conversation i2c_sizes. A retry continues in the map where the last attempt ended.
+The map's layout is in docs/firmware.md section 5.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from firmware_protocol.iomap import LOW_SPEED
+from sim_backend.firmware.sensors.i2c import BUFFER
+from sim_backend.firmware.sensors.low_speed_channel import Channel
+
+WRAP = 256
+"""Number of bytes sent for an empty message."""
+
+_POINTERS = 2
+_COUNTERS = 1
+_TIMER_RUNS = b"\x01"
+_PADDING = bytes(6)
+_MAP_END = bytes(2)
+
+
+def after_send_buffer(ports: Sequence[Channel], active: Callable[[], int], index: int) -> Iterator[int]:
+    """Yield the bytes that a port sends for an empty message; each is read when it is sent.
+
+    Args:
+        ports: All ports.
+        active: Returns the state byte of the map.
+        index: The port.
+    """
+    start = index * (BUFFER + _POINTERS)
+    for place in range(start, start + WRAP):
+        ram = _ram(ports, active())
+        yield ram[place] if place < len(ram) else 0
+
+
+def _ram(ports: Sequence[Channel], active: int) -> bytes:
+    send = b"".join(port.sending + bytes([port.sent, 0]) for port in ports)
+    receive = b"".join(port.bus.left + bytes([0, port.received]) for port in ports)
+    counters = bytes(port.waited for port in ports) + bytes(port.failures for port in ports) + bytes(_COUNTERS)
+    return send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
+
+
+def after_map_buffer(ports: Sequence[Channel], active: int, index: int) -> bytes:
+    """Return the bytes that a port sends in its next attempt."""
+    port = ports[index]
+    start = LOW_SPEED.field("OutBuf", index).offset + port.tx_out
+    return _io_map(ports, active)[start : start + port.tx_size].ljust(port.tx_size, b"\0")
+
+
+def _io_map(ports: Sequence[Channel], active: int) -> bytes:
+    received = b"".join(port.rx + bytes([port.rx_in, port.rx_out, port.rx_size]) for port in ports)
+    sent = b"".join(port.tx + bytes([port.tx_size, port.tx_out, port.tx_spare]) for port in ports)
+    states = zip(*((port.mode, port.state, port.error) for port in ports), strict=True)
+    return received + sent + b"".join(map(bytes, states)) + bytes([active]) + _MAP_END

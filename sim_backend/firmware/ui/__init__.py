@@ -1,0 +1,1 @@
+"""The user interface of the brick: menus, files, keys, battery and power."""

@@ -1,0 +1,85 @@
+"""The start of a brick that has switched itself off. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui import states, times
+from sim_backend.firmware.ui.battery import Battery
+from sim_backend.firmware.ui.battery_warning import BatteryWarning
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.states import STARTING, UiState
+from sim_backend.firmware.ui.status_bar import StatusBar
+
+
+class Boot:
+    """The states of a start, which are those of a power-on."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        battery: Battery,
+        warning: BatteryWarning,
+        keys: KeyInput,
+        screen: ScreenRefresh,
+        status_bar: StatusBar,
+    ) -> None:
+        self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
+        self._keys, self._screen, self._status_bar = keys, screen, status_bar
+
+    @property
+    def finds_empty(self) -> bool:
+        """Whether the battery is empty, which is to be shown once."""
+        sampled = self._battery.samples(self._clock.now_ms) > 0
+        unseen = sampled and not (self._battery.bars or self._warning.given)
+        return unseen and self._registers.state == UiState.LOGO
+
+    def end(self) -> None:
+        """After the last state take keys and requests; a button that is held does not count."""
+        registers = self._registers
+        if registers.starting and registers.state == UiState.WAITING:
+            registers.flags, registers.starting = int(UiFlag.ENABLE_STATUS), False
+            self._keys.ignore()
+
+    def go_on(self) -> None:
+        """Enter the next state."""
+        registers, now_ms = self._registers, self._clock.now_ms
+        if registers.is_on and registers.state in (UiState.START, UiState.EMPTY):
+            self._show_logo(now_ms)
+            return
+        state, wait_ms = STARTING.get(registers.state, (UiState.WAITING, 1)) if registers.is_on else (UiState.START, 1)
+        registers.state, registers.next_step_ms = int(state), now_ms + wait_ms
+        if state == UiState.MELODY:
+            self._screen.begin(now_ms + 1)
+        elif state == UiState.ENTRY:
+            self._screen.mark(marks.ENTRY)
+        elif state == UiState.WAITING:
+            registers.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
+            self._screen.mark(marks.MENU)
+            self._status_bar.draw(everything=False)
+
+    def follow(self) -> None:
+        """Show that the battery is empty instead of the logo, once."""
+        registers, now_ms = self._registers, self._clock.now_ms
+        since_ms = self._battery.since_sample_ms(now_ms)
+        if not self.finds_empty or since_ms < times.EMPTY_FOUND_MS - 1:
+            return
+        if since_ms < times.EMPTY_FOUND_MS:
+            self._screen.mark(marks.EMPTY)
+            return
+        self._warning.omit()
+        registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.BUSY | UiFlag.ENABLE_STATUS)
+        self._status_bar.draw(everything=True)
+        registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
+
+    def _show_logo(self, now_ms: int) -> None:
+        """Show the logo until a refresh of the screen ends."""
+        registers = self._registers
+        registers.flags = int(UiFlag.BUSY)
+        self._screen.mark(marks.LOGO)
+        registers.state = int(UiState.LOGO)
+        registers.next_step_ms = self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS

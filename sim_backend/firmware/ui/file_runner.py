@@ -1,0 +1,203 @@
+"""How the user interface runs a file: a program or a sound, and the message about its end.
+
+Source: docs/firmware.md section 8.
+"""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import ProgramStatus, UiFlag
+from sim_backend.firmware.files.names import extension, pack_name, unpack_name
+from sim_backend.firmware.io_control import IoControl
+from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui import states, times
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.sleep_timer import SleepTimer
+from sim_backend.firmware.ui.states import Programs, Run, UiState
+
+
+class FileRunner:
+    """Opens, runs and ends a file that a telegram, the map or the menu has requested."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        keys: KeyInput,
+        menu: Menu,
+        screen: ScreenRefresh,
+        sound: SoundModule,
+        programs: Programs,
+        io_control: IoControl,
+        sleep_timer: SleepTimer,
+    ) -> None:
+        self._clock, self._registers, self._keys, self._menu, self._screen = clock, registers, keys, menu, screen
+        self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
+        self._file, self._run = registers.program_name, Run.TONE
+        self._opened_ms = self._message_ends_ms = 0
+
+    @property
+    def shows_program(self) -> bool:
+        """Whether the picture of a program that runs is below the status bar."""
+        runs = self._registers.state == UiState.RUNNING and self._run is Run.PROGRAM
+        return runs and self._clock.now_ms > self._opened_ms
+
+    @property
+    def shows_message(self) -> bool:
+        """Whether the end of a file is shown."""
+        return self._registers.runs_file and self._run is Run.MESSAGE
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether a file has the screen, and not only since this pass."""
+        begins = self._run is Run.TONE and self._registers.next_step_ms == self._clock.now_ms + times.FADE_MS
+        return self._registers.runs_file and not begins
+
+    def program_ended(self) -> None:
+        """Show the end of a program from the next pass on."""
+        if self._registers.runs_file and self._run is Run.PROGRAM:
+            self._run, self._registers.next_step_ms = Run.ENDED, self._clock.now_ms + 1
+
+    def choose(self, name: bytes) -> None:
+        """Set the file to run when its turn comes."""
+        self._file, self._run = name, Run.TONE
+
+    def begin(self) -> None:
+        """Accept a request; one in the next pass can still replace the file."""
+        registers, now_ms = self._registers, self._clock.now_ms
+        registers.set(UiFlag.BUSY)
+        registers.state, registers.next_step_ms = int(UiState.OPENING), now_ms + 1
+        self._io_control.stays_on = False
+        self._menu.interrupt()
+        self._sleep_timer.restart(now_ms - 1)
+
+    def enter(self) -> None:
+        """Give the screen to the requested file."""
+        registers = self._registers
+        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + times.FADE_MS
+        self._screen.mark(marks.OPENING)
+        self.choose(registers.program_name)
+
+    def begin_from_menu(self) -> None:
+        """Run a file from its page; the state stays as it is."""
+        registers = self._registers
+        registers.set(UiFlag.BUSY)
+        registers.from_menu, registers.next_step_ms = True, self._clock.now_ms + 1
+        self.choose(pack_name(self._menu.runs))
+
+    def go_on(self) -> None:
+        """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
+        registers, now_ms = self._registers, self._clock.now_ms
+        match self._run:
+            case Run.TONE if self._sound.state:
+                registers.next_step_ms = now_ms + 1
+            case Run.TONE:
+                registers.set(UiFlag.BUSY)
+                self._run, registers.next_step_ms = Run.DRAWING, now_ms + 1
+                if registers.from_menu:
+                    self._screen.mark(marks.OPENING)
+                self._screen.mark(marks.RUNNING.framed(registers.flags & UiFlag.ENABLE_STATUS))
+            case Run.DRAWING if self._screen.drawing:
+                registers.next_step_ms = now_ms + 1
+            case Run.DRAWING if extension(self._file) in states.KNOWN:
+                self._run, registers.next_step_ms = Run.TO_OPEN, now_ms + 1
+            case Run.DRAWING:  # an unknown file leaves the user interface busy forever, as on a real brick
+                self._lose_request()
+                self.show_menu()
+            case Run.TO_OPEN if self._waits_to_open:
+                registers.next_step_ms = now_ms + 1
+            case Run.TO_OPEN:
+                self._open(now_ms)
+            case Run.PROGRAM if self._programs.active:
+                registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
+            case Run.SOUND if self._sound.playing:
+                registers.next_step_ms = now_ms + 1
+                self._show_running(now_ms)
+                if self._keys.read() == Key.EXIT:
+                    self._sound.break_off()
+                    self._run = Run.ENDED
+            case Run.SOUND:
+                self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
+            case Run.MESSAGE if now_ms < self._message_ends_ms:
+                registers.next_step_ms = self._message_ends_ms
+            case Run.MESSAGE:
+                self._open_menu()
+            case _:
+                self._show_end(now_ms)
+
+    def takes_button(self) -> bool:
+        """Return whether a button ends the message about a file's end, which reads none in its last pass."""
+        unread = self.shows_message and self._clock.now_ms < self._message_ends_ms
+        return unread and self._keys.read_button() is not None
+
+    def end_message(self) -> None:
+        """End the message about the end of a file in this pass."""
+        self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
+
+    def show_menu(self) -> None:
+        """Show the page of the file, with the brick on: again where it was started there, else by drawing the menus."""
+        registers = self._registers
+        registers.off_ms, registers.next_step_ms = NEVER, self._clock.now_ms + 1
+        if registers.from_menu:
+            registers.from_menu = False
+            self._menu.show_page()
+            return
+        registers.state = int(UiState.MENU)
+        self._menu.show_file(unpack_name(self._file))
+        self._menu.redraw()
+
+    @property
+    def _waits_to_open(self) -> bool:
+        """Whether a program waits: the screen is not erased, or enter, which may have started it, still acts."""
+        waits = self._keys.enter_acts or bool(self._screen.erase_mask)
+        return waits and extension(self._file) in states.PROGRAMS
+
+    def _open(self, now_ms: int) -> None:
+        """Start a file by its extension."""
+        kind, self._registers.next_step_ms = extension(self._file), now_ms + 1
+        if kind in states.PROGRAMS:
+            if self._programs.status == ProgramStatus.IDLE:
+                self._run, self._opened_ms = Run.PROGRAM, now_ms
+                self._programs.start(self._file)
+        elif kind == states.SOUND:
+            self._run, self._opened_ms = Run.SOUND, now_ms
+            self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
+        else:
+            self._run = Run.ENDED
+
+    def _show_running(self, now_ms: int) -> int:
+        """Change the picture of a running file from time to time; return the passes since the change was planned."""
+        passed_ms = (now_ms - self._opened_ms) % times.PLAYING_MS
+        if not passed_ms and self._registers.flags & UiFlag.ENABLE_STATUS:
+            self._screen.mark(marks.PLAYING)
+        return passed_ms
+
+    def _show_end(self, now_ms: int) -> None:
+        registers = self._registers
+        registers.clear(states.RUNNING_FLAGS)
+        registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
+        self._run = Run.MESSAGE
+        self._screen.mark(marks.MESSAGE)
+        registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
+
+    def _open_menu(self) -> None:
+        """Accept buttons and requests again; a request made meanwhile is lost."""
+        registers = self._registers
+        registers.clear(UiFlag.BUSY)
+        self._programs.reset()
+        self._screen.mark(marks.CLOSING)
+        if registers.from_menu and registers.flags & UiFlag.EXECUTE_FILE:
+            registers.from_menu = False
+            self.begin()
+        else:
+            self._lose_request()
+            self.show_menu()
+
+    def _lose_request(self) -> None:
+        if not self._registers.from_menu:
+            self._registers.clear(UiFlag.EXECUTE_FILE)

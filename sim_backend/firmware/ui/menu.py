@@ -1,0 +1,394 @@
+"""The menus of the user interface as far as telegrams see them: the effects of keys.
+
+Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs and
+the pages of volume and sleep. Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import menu_places as places
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.menu_places import Place, Places
+from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
+from sim_backend.firmware.ui.sensor_view import SensorView
+from sim_backend.firmware.ui.sleep_timer import SleepTimer
+from sim_backend.firmware.ui.states import UiState
+from sim_backend.firmware.ui.stored_settings import StoredSettings
+
+_STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
+
+_OPENED: dict[Place, tuple[Marks, ...]] = {
+    places.TYPES: (marks.MENU, marks.TYPES),
+    **dict.fromkeys(places.LISTS, (marks.LIST, marks.PAGE)),
+}
+"""What the passes of a page that is drawn in two draw below the main menu."""
+
+_LIST_MS, _MOVE_MS = 5, 4
+"""Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
+
+_PAIR_MS = {1: 7, -1: 6}
+"""The latter for a list of two files, by the direction to the other one."""
+
+_FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
+"""The drawing of a file's page, pass by pass."""
+
+_CONNECTIONS = 3
+
+_SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
+"""Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
+
+
+def _nothing() -> None: ...
+
+
+def _message(passes: int, before: int) -> list[Marks]:
+    """Return the drawing of a message, which begins after some of its passes."""
+    erased, *drawn = marks.REPORT
+    message = [*[NOTHING] * before, erased, NOTHING, NOTHING, *drawn]
+    return message + [NOTHING] * (passes - len(message))
+
+
+class Menu:
+    """The place in the menus.
+
+    Args:
+        registers: The settings that the menus change, and the flags.
+        sleep_timer: Its time is another setting.
+        stored: The settings as they are kept without power.
+        loader: Has the files.
+        screen: Draws the menus.
+        view: The value of a sensor or motor that is shown.
+        data_log: Whether the main menu has an item for the data log.
+
+    Attributes:
+        shows_key: Whether states of the last key are left.
+        switches_off: Whether the last key switches the brick off.
+        runs: Name of the file that it runs, if any.
+        program: The program that is made on the brick.
+    """
+
+    def __init__(
+        self,
+        registers: UiRegisters,
+        sleep_timer: SleepTimer,
+        stored: StoredSettings,
+        loader: Loader,
+        screen: ScreenRefresh,
+        view: SensorView,
+        *,
+        data_log: bool,
+    ) -> None:
+        self._registers, self._sleep_timer, self._stored = registers, sleep_timer, stored
+        self._loader, self._screen = loader, screen
+        self.shows_key = self.switches_off = False
+        self.runs = self._file = ""
+        self.program, self.view = ProgramSteps(loader), view
+        self._places = Places(loader.flash.names_ending, self.program, self.view, data_log=data_log)
+        self._steps: list[tuple[UiState, Marks]] = []
+        self._state: UiState | None = None
+        self._drawn = NOTHING
+        self._set: Callable[[], object] = _nothing
+        self.reset()
+
+    def reset(self) -> None:
+        """Go to the first item of the main menu."""
+        self._place = [0]
+        self._confirms: bool | None = None
+        self._volume = self._registers.volume
+
+    def show_file(self, name: str) -> None:
+        """Go to the page of the file that was started, or up from it to the list if the question was shown."""
+        self._place, asked, self._confirms, self._file = [*places.PROGRAMS, 0, 0], self._confirms, None, name
+        if asked:
+            self._place.pop()
+
+    def show_page(self) -> None:
+        """Show the page again of the file that was started there."""
+        self.shows_key, self._steps, self._drawn, self.runs = True, [], marks.PAGE, ""
+
+    def redraw(self) -> None:
+        """Draw the page after a file from state DRAWING on."""
+        self.shows_key, self._drawn, self.runs = True, NOTHING, ""
+        self._steps = [(UiState.DRAWING, drawn) for drawn in _FILE_PAGE]
+        if places.is_list(tuple(self._place[:-1])):
+            del self._steps[1:]
+            self._draw_list(places.PROGRAMS)
+
+    def go_on_from(self, state: int) -> None:
+        """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
+        keys = {shown: key for key, shown in _STATES.items()}
+        if state in keys:
+            self.press(keys[UiState(state)])
+            del self._steps[0]
+            return
+        drawn = self._page
+        later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
+        first = marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn
+        self.shows_key, self.runs, self._drawn = True, "", first
+        self._steps = [(each, drawn if each == UiState.DRAWING else NOTHING) for each in later]
+
+    @property
+    def shows_value(self) -> bool:
+        """Whether the value of a sensor or motor is shown, until exit is pressed."""
+        return self.view.shown and not self.shows_key
+
+    @property
+    def begins_file(self) -> bool:
+        """Whether the next step runs a file, which comes before a request to start one."""
+        return bool(self.runs) and self.shows_key and not self._steps
+
+    def press(self, key: int) -> None:
+        """Follow a key, a value of `Key`; other values do nothing."""
+        if key not in tuple(Key):
+            return
+        self.shows_key, self._steps, self._drawn, self.runs = True, [], NOTHING, ""
+        self._show(_STATES[Key(key)])
+        if self._confirms is not None:
+            self._answer(key)
+        elif key in (Key.LEFT, Key.RIGHT):
+            self._move(1 if key == Key.RIGHT else -1)
+        elif key == Key.EXIT:
+            self._leave()
+        else:
+            self._enter()
+        if not (self.runs or self.switches_off or self.view.chosen or any(self._steps[-1][1])):
+            self._draw_last(self._page)
+
+    def _show(self, state: UiState) -> None:
+        """Add the states of a key."""
+        self._steps += [(state, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING)]
+
+    def _draw_last(self, *drawn: Marks) -> None:
+        """Show the last state for a pass for each of the marks, which are made at the end of the pass."""
+        self._steps[-1:] = [(self._steps[-1][0], each) for each in drawn]
+
+    @property
+    def _page(self) -> Marks:
+        """The drawing at the end of a key's states."""
+        menu = tuple(self._place[:-1])
+        if menu == places.TYPES:
+            return NOTHING
+        steps = self.program.is_step([*menu]) or self.program.is_run([*menu])
+        runs = places.action(tuple(self._place)) == places.RUN
+        below = menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS
+        return marks.PAGE if steps or runs or below else marks.MENU
+
+    def next_state(self) -> UiState | None:
+        """Return the next state of the last key, which lasts a pass; the drawing of the one before is shown."""
+        self._draw()
+        if self._state == UiState.DRAWING:
+            self._set()
+            self._set = _nothing
+        self.shows_key = bool(self._steps)
+        self._state, self._drawn = self._steps.pop(0) if self._steps else (None, NOTHING)
+        return self._state
+
+    def _draw(self) -> None:
+        """Draw for the current state; a page shows the status bar, and draws its icons that have changed."""
+        self._screen.mark(self._drawn)
+        if self._drawn not in (NOTHING, marks.ENTRY):
+            self._registers.set(UiFlag.ENABLE_STATUS)
+        if self._drawn.update & marks.ICONS:
+            self._registers.set(UiFlag.UPDATE)
+
+    def interrupt(self) -> None:
+        """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
+        self._draw()
+        self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
+
+    def _answer(self, key: int) -> None:
+        """Answer whether to switch off."""
+        if key in (Key.LEFT, Key.RIGHT):
+            self._confirms = key == Key.LEFT
+            return
+        self.switches_off = bool(self._confirms) and key == Key.ENTER
+        self.reset()
+        if self.switches_off:
+            del self._steps[1:]
+
+    def _move(self, step: int) -> None:
+        menu = tuple(self._place[:-1])
+        self._place[-1] += step
+        if places.action(menu) == places.DELETE:
+            self._place[-1] = places.NO if step > 0 else places.YES
+            return
+        items = self._places.items(menu)
+        if items == len(_PAIR_MS) and (places.is_list(menu) or places.is_page(menu)):
+            self._place[-1] = max(step, 0)
+        elif items:
+            self._place[-1] %= items
+        if self._places.is_missing(tuple(self._place)):
+            self._place[-1] += step
+        if menu == places.VOLUME:
+            self._set = partial(self._set_volume, self._place[-1])
+        if menu in (places.VOLUME, places.SLEEP):
+            self._draw_last(marks.BAR, NOTHING)
+        if places.action(tuple(self._place)) == places.RUN:
+            self._draw_last(*_FILE_PAGE)
+        self._draw_slowly()
+        if places.is_list(menu) and (files := self._places.items(menu)):
+            passes = _PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1]
+            self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
+
+    def _list_drawn(self, files: int) -> list[Marks]:
+        """Return the drawing, pass by pass, of a list of files from its first one on, after the menu."""
+        if not files:
+            return [NOTHING] * (_NO_FILE_MS - 1)
+        return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
+
+    def _leave(self) -> None:
+        if len(self._place) == 1:
+            self._confirms = True
+            return
+        if tuple(self._place[:-1]) == places.VOLUME:
+            self._set = partial(self._set_volume, self._volume)
+            self._show(UiState.EXIT)
+            self._place.pop()
+        left = [*self._place]
+        if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
+            self._place[-1] = 0
+            return
+        self._place.pop()
+        menu = tuple(self._place[:-1])
+        if self.program.is_step(self._place[:-1]):
+            self._set = partial(self.program.leave, left)
+            self._draw_last(marks.STEP, marks.PAGE)
+        elif self.program.is_step(self._place):
+            self._draw_last(marks.STEP)
+            self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.DRAWING, marks.TYPES)]
+        if places.is_list(menu):
+            self._place[-1] = 0
+            self._draw_list(menu)
+        self._draw_slowly()
+
+    def leave_view(self) -> None:
+        """Leave the value of a sensor or motor for the list of items to show."""
+        self._screen.mark(marks.LIST)
+        self.shows_key, self._steps, self._drawn = True, [], NOTHING
+        self._place.pop()
+        self._show(UiState.EXIT)
+        self._draw_last(self._page)
+        self._draw_slowly()
+
+    def _draw_slowly(self) -> bool:
+        """Draw an item of the list of items to show, if that takes longer."""
+        slow = self.view.is_slow(tuple(self._place))
+        if slow:
+            self._draw_last(marks.PAGE, *_OPENED[places.VALUES])
+        return slow
+
+    def _draw_list(self, menu: tuple[int, ...]) -> None:
+        """Show a list after the page of a file, or leave it if it is empty."""
+        files = self._places.items(menu)
+        self._draw_last(marks.MENU, *self._list_drawn(files))
+        if not files:
+            self._place.pop()
+            self._show(UiState.EXIT)
+
+    def _set_volume(self, volume: int) -> None:
+        self._registers.volume = volume
+
+    def _store_volume(self, volume: int) -> None:
+        self._registers.volume = self._stored.volume = volume
+        self._stored.save()
+
+    def _store_sleep(self, number: int) -> None:
+        self._stored.sleep = number
+        self._sleep_timer.limit_minutes = self._stored.sleep_minutes
+        self._stored.save()
+
+    def _enter(self) -> None:
+        menu, place = tuple(self._place[:-1]), tuple(self._place)
+        if menu == places.VOLUME:
+            self._volume = place[-1]
+            self._show(UiState.EXIT)
+            self._leave()
+            self._set = partial(self._store_volume, place[-1])
+        elif menu == places.SLEEP:
+            self._set = partial(self._store_sleep, self._place.pop())
+            self._show(UiState.EXIT)
+        elif menu == places.MY_FILES and not self._places.listed(place):
+            self._find_nothing()
+        elif places.action(place) == places.RUN:
+            self.runs = self._file
+        elif places.is_page(menu[:-1]):
+            self._place.pop()
+            self._answer_page(places.action(menu), place[-1])
+        elif self.view.opens(place):
+            return
+        elif self.program.is_run([*menu]):
+            self._leave_steps(place[-1])
+        elif place in (places.TRY_ME, places.SEARCH):
+            self._draw_last(marks.MENU)
+            self._show(UiState.ENTER)
+            if place == places.TRY_ME and self._places.listed(place):
+                self._open(place)
+            else:
+                self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
+        else:
+            self._open(place)
+
+    def _leave_steps(self, item: int) -> None:
+        """Run the program, for which a file is missing, or leave it for the main menu."""
+        if item == RUN:
+            self._draw_last(*marks.NOT_RUN)
+        elif item == LEAVE:
+            self._place = [PROGRAM]
+
+    def _answer_page(self, action: int | None, answer: int) -> None:
+        """Send a file, or delete it if that is the answer."""
+        if action == places.SEND:
+            self._draw_last(*_message(_SENT_MS, before=2))
+            self._show(UiState.EXIT)
+        elif answer == places.YES:
+            self._place.pop()
+            left = self._places.items(tuple(self._place[:-1])) - 1
+            self._set = partial(self._loader.delete, self._file)
+            self._draw_last(*_message(_DELETED_MS, before=4))
+            self._show(UiState.EXIT)
+            self._draw_last(marks.MENU, *self._list_drawn(left))
+            self._place[-1] = 0
+            if not left:
+                self._place.pop()
+                self._show(UiState.EXIT)
+
+    def _find_nothing(self, drawn: Marks = NOTHING) -> None:
+        """Leave a list of files that is empty."""
+        self._draw_last(drawn, NOTHING)
+        self._show(UiState.EXIT)
+
+    def _open(self, place: tuple[int, ...]) -> None:
+        first = 0
+        names = self._places.listed(place[:-1]) if places.is_list(place[:-1]) else ()
+        if names:
+            self._file = names[place[-1] % len(names)]
+        if place == places.VOLUME:
+            first = self._volume = self._stored.volume
+        elif place == places.SLEEP:
+            first = self._stored.sleep
+        elif places.is_page(place):
+            first = places.first_action(place)
+        self._place.append(first)
+        if places.is_list(place):
+            self._draw_last(*2 * self._list_drawn(self._places.items(place)))
+        elif places.is_list(place[:-1]):
+            page = _FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
+            self._draw_last(NOTHING, *page)
+        if place in (places.VOLUME, places.SLEEP):
+            self._draw_last(marks.PAGE, marks.BAR, NOTHING)
+        elif places.action(place) == places.SEND:
+            self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
+        elif self.program.is_step([*place]) or self.program.is_run([*place]):
+            self._set = partial(self.program.enter, [*place])
+            self._draw_last(*self.program.drawn([*place]))
+        elif place[0] in places.SLOW and not self._draw_slowly():
+            self._draw_last(*_OPENED.get(place, (NOTHING, NOTHING)))

@@ -1,0 +1,85 @@
+"""The keys of the menus, and the states that each of them goes through. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui import states
+from sim_backend.firmware.ui.file_runner import FileRunner
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.states import UiState
+
+
+class MenuKeys:
+    """Follows a key in the menus, one state in each pass."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        keys: KeyInput,
+        menu: Menu,
+        files: FileRunner,
+        screen: ScreenRefresh,
+    ) -> None:
+        self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
+        self._screen = screen
+
+    @property
+    def active(self) -> bool:
+        """Whether keys are for the menus."""
+        registers = self._registers
+        shown = registers.state in states.IN_MENU or self._menu.shows_key
+        return registers.is_on and not registers.from_menu and shown
+
+    @property
+    def awaited(self) -> bool:
+        """Whether a key counts: the menu is drawn."""
+        shown = self._registers.state == UiState.WAITING or self._menu.shows_value
+        return self._registers.is_on and shown
+
+    def follow(self) -> None:
+        """Follow a key, if it counts."""
+        registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
+        key = self._keys.read() if self.awaited else 0
+        if menu.shows_value:
+            if key == Key.EXIT:
+                menu.leave_view()
+                registers.next_step_ms = now_ms + 1
+        elif key:
+            menu.press(key)
+            self.show()
+
+    def show(self) -> None:
+        """Show the next state of a key; after the last one wait for another key, run a file, or switch off."""
+        registers, menu = self._registers, self._menu
+        state = menu.next_state()
+        if state is not None:
+            registers.state, registers.next_step_ms = int(state), self._clock.now_ms + 1
+            if menu.view.shown:
+                registers.clear(UiFlag.BUSY)
+                menu.view.end()
+        elif menu.runs:
+            self._files.begin_from_menu()
+        elif menu.view.chosen:
+            self._begin_view()
+        else:
+            registers.state = int(UiState.WAITING)
+            registers.force_off = registers.force_off or int(menu.switches_off)
+            menu.switches_off = False
+
+    def _begin_view(self) -> None:
+        """Show the value of a sensor or motor; the state stays as it is."""
+        view = self._menu.view
+        self._registers.set(UiFlag.BUSY | UiFlag.UPDATE)
+        self._screen.mark(marks.VALUE)
+        view.shown = True
+        if view.delays:
+            self._registers.next_step_ms = self._clock.now_ms + 1
+        else:
+            view.set_sensor()

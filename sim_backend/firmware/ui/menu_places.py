@@ -1,0 +1,104 @@
+"""The places in the menus: the numbers of the items that lead there, and how many items each menu has.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
+from sim_backend.firmware.ui.sensor_view import VIEW, SensorView
+from sim_backend.firmware.ui.stored_settings import SLEEP_MINUTES
+
+Place = tuple[int, ...]
+
+MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
+DATA_LOG, VALUES = LISTS = (2,), (VIEW,)
+SEARCH = (*BLUETOOTH, 0)
+VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
+PROGRAMS = (*MY_FILES, 0)
+RUN, SEND, DELETE = range(3)
+_ACTIONS, _LOG_ACTIONS, _TRIED_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND), (DELETE, RUN)
+"""Items of a file's page, of that of a data log, and of that of a file to try."""
+NO, YES = range(2)
+"""Answers to the question whether to delete a file."""
+
+SLOW = range(1, 4)
+"""Items of the main menu whose pages are drawn in two passes."""
+
+_ITEMS = {(): 7, MY_FILES: 4, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
+"""Items of the menus that are known."""
+
+_LOG = ".log"
+EXTENSIONS = (".rxe", ".rpg", ".rso", _LOG)
+"""Files of the items of the first menu."""
+_TRIED = ".rtm"
+"""Files of the last item of the main menu."""
+
+_LIST_LEVEL = 2
+
+
+def is_list(menu: Place) -> bool:
+    """Return whether a menu is a list of files."""
+    return menu == TRY_ME or (len(menu) == _LIST_LEVEL and menu[: len(MY_FILES)] == MY_FILES)
+
+
+def is_page(menu: Place) -> bool:
+    """Return whether a menu is a file's page."""
+    return is_list(menu[:-1])
+
+
+def extension(files: Place) -> str:
+    """Return the end of the names in a list of files."""
+    return _TRIED if files == TRY_ME else EXTENSIONS[files[-1]]
+
+
+def actions(page: Place) -> Sequence[int]:
+    """Return what the items of a file's page do."""
+    return {_LOG: _LOG_ACTIONS, _TRIED: _TRIED_ACTIONS}.get(extension(page[:-1]), _ACTIONS)
+
+
+def first_action(page: Place) -> int:
+    """Return the item that a file's page begins with: run, if it can be run."""
+    return actions(page).index(RUN) if RUN in actions(page) else 0
+
+
+def action(place: Place) -> int | None:
+    """Return what an item of a file's page does; None elsewhere."""
+    return actions(place[:-1])[place[-1]] if is_page(place[:-1]) else None
+
+
+class Places:
+    """The menus of a brick.
+
+    Args:
+        files: Lists the files with an extension.
+        program: The program that is made on the brick.
+        view: The values that can be shown.
+        data_log: Whether the main menu has an item for the data log.
+    """
+
+    def __init__(
+        self, files: Callable[[str], Sequence[str]], program: ProgramSteps, view: SensorView, *, data_log: bool
+    ) -> None:
+        self._files, self._program, self._view, self._data_log = files, program, view, data_log
+
+    def items(self, menu: Place) -> int:
+        """Return the number of items of a menu, 0 if it is not known."""
+        if is_list(menu):
+            return len(self.listed(menu))
+        if is_page(menu):
+            return len(actions(menu))
+        if menu == MY_FILES and not self._data_log:
+            return len(EXTENSIONS) - 1
+        return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
+
+    def listed(self, menu: Place) -> Sequence[str]:
+        """Return the names of a list of files."""
+        return self._files(extension(menu))
+
+    def is_missing(self, place: Place) -> bool:
+        """Return whether the main menu leaves out an item."""
+        return place == DATA_LOG and not self._data_log

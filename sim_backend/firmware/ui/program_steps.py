@@ -1,0 +1,94 @@
+"""The page of the menus where a program of five steps is made on the brick. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from firmware_protocol.status import Status
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.screen_marks import Marks
+
+_ACTIONS = (0x3, 0x2, 0x9, 0x8, 0xF, 0x7, 0xB, 0xC, 0x4, 0xA, 0x5, 0x6, 0x1, 0xD, 0xE)
+_EVENTS = (0x11, 0x16, 0x17, 0x18, 0x13, 0x14, 0x12, 0x19, 0x15)
+_ENDS = (0x20, 0x1F)
+_CHOICES = (_ACTIONS, _EVENTS, _ACTIONS, _EVENTS, _ENDS)
+"""Icons of the items of each step."""
+
+PROGRAM = 1
+"""Item of the main menu."""
+
+_FIRST = 2
+"""Level of the first step, below the page that shows where to plug in motors and sensors."""
+
+_EMPTY = 0x01
+
+RUN, LEAVE, _SAVE = _ENDING = range(3)
+"""Items of the page after the last step."""
+
+_FILE = "Program.tmp"
+_HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
+_CODES = {icon: icon + 0x20 for icon in _ACTIONS} | {icon: icon + 0x30 for icon in _EVENTS} | {0x20: 0xFB, 0x1F: 0xFC}
+"""The file of the program: what precedes the steps, and the byte of each step by its icon."""
+
+
+class ProgramSteps:
+    """The steps that were chosen.
+
+    Args:
+        loader: Stores the program.
+
+    Attributes:
+        icons: The icon of each step, as the display's map has them.
+    """
+
+    def __init__(self, loader: Loader) -> None:
+        self._loader = loader
+        self.icons = bytes(len(_CHOICES))
+
+    def is_step(self, menu: list[int]) -> bool:
+        """Return whether a menu, given as the items that lead to it, is one of the steps."""
+        return menu[:1] == [PROGRAM] and _FIRST <= len(menu) < _FIRST + len(_CHOICES)
+
+    def is_run(self, menu: list[int]) -> bool:
+        """Return whether a menu is the page after the last step."""
+        return menu[:1] == [PROGRAM] and len(menu) == _FIRST + len(_CHOICES)
+
+    def items(self, menu: list[int]) -> int:
+        """Return the number of items of a step or of the page after the last one, 0 of another menu."""
+        if self.is_run(menu):
+            return len(_ENDING)
+        return len(_CHOICES[len(menu) - _FIRST]) if self.is_step(menu) else 0
+
+    def drawn(self, menu: list[int]) -> tuple[Marks, ...]:
+        """Return the drawing, pass by pass, of a menu that is opened: a step, or the page after the last one."""
+        if self.is_run(menu):
+            return marks.LAST_STEP, marks.PAGE
+        return marks.FIRST_STEP if len(menu) == _FIRST else marks.STEP, marks.PAGE
+
+    def enter(self, place: list[int]) -> None:
+        """Choose an item of a step, or begin with the first one; the choice of the last one stores the program."""
+        step = len(place) - 1 - _FIRST
+        if step == -1:
+            self.icons = bytes([_EMPTY] * len(_CHOICES))
+        elif self.is_step(place[:-1]):
+            self._set(step, _CHOICES[step][place[-1]])
+            if self.is_run(place):
+                self._store()
+
+    def _store(self) -> None:
+        """Store the program in place of the one before."""
+        content, loader = _HEADER + bytes(_CODES[icon] for icon in self.icons), self._loader
+        loader.delete(_FILE)
+        status, handle, _ = loader.create(_FILE, len(content))
+        if status == Status.OK:
+            loader.write(handle, content)
+            loader.close(handle)
+
+    def leave(self, place: list[int]) -> None:
+        """Go back from a step other than the first one, and forget the choice there, if it is a step."""
+        if self.is_step(place[:-1]):
+            self._set(len(place) - 1 - _FIRST, _EMPTY)
+
+    def _set(self, step: int, icon: int) -> None:
+        icons = bytearray(self.icons)
+        icons[step] = icon
+        self.icons = bytes(icons)

@@ -1,0 +1,50 @@
+"""Reaction of the user interface to the beginning and end of programs.
+
+Source: docs/firmware.md section 8.
+"""
+
+from __future__ import annotations
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import states
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.states import Programs
+
+
+class ProgramWatch:
+    """Disables the keys while a program is active, and ends its sound.
+
+    For a file that has the screen `FileRunner` enables the keys again.
+
+    Args:
+        registers: Those of the user interface.
+        programs: The command module.
+        sound: The sound module.
+        screen: The screen, if the end of a program switches it on.
+    """
+
+    def __init__(
+        self, registers: UiRegisters, programs: Programs, sound: SoundModule, screen: ScreenRefresh | None
+    ) -> None:
+        self._registers, self._programs, self._sound, self._screen = registers, programs, sound, screen
+        self._was_active = False
+
+    def note_end(self) -> None:
+        """Notice in the next pass that a program, perhaps one that could not start, is over."""
+        self._was_active = True
+
+    def follow(self) -> None:
+        """Check whether a program is active, once in a pass of the user interface."""
+        registers, active = self._registers, self._programs.active
+        began, ended = active and not self._was_active, self._was_active and not active
+        if began:
+            registers.set(states.RUNNING_FLAGS)
+        elif ended:
+            self._sound.end_program(registers.volume)
+            if not registers.runs_file:
+                registers.flags = registers.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
+            if self._screen:
+                self._screen.restore()
+        self._was_active = active

@@ -1,0 +1,108 @@
+"""What the radio requests of the user interface: a question, or a message. Source: docs/firmware.md section 8."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.radio_answers import RadioState
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sound import ATTENTION, SoundModule
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui import states, times
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.question import Question
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.screen_marks import Marks
+from sim_backend.firmware.ui.states import UiState
+
+
+class RadioDialog:
+    """Shows the radio's question or message, and ends its request."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        registers: UiRegisters,
+        keys: KeyInput,
+        menu: Menu,
+        screen: ScreenRefresh,
+        sound: SoundModule,
+        radio: Radio,
+    ) -> None:
+        self._clock, self._registers, self._keys, self._menu = clock, registers, keys, menu
+        self._screen, self._sound, self._radio = screen, sound, radio
+        self._report: list[Marks] = []
+        self._question = Question(screen, partial(registers.set, UiFlag.REDRAW_STATUS))
+
+    @property
+    def asks(self) -> bool:
+        """Whether a question waits for an answer."""
+        return self._registers.state == UiState.QUESTION and self._question.waits
+
+    @property
+    def ignores_keys(self) -> bool:
+        """Whether a question is shown that takes no key: it is not drawn yet, or answered."""
+        return self._registers.state == UiState.QUESTION and not self._question.waits
+
+    def follow(self) -> None:
+        """Show the radio's request, unless the user interface is busy."""
+        registers = self._registers
+        if registers.state == UiState.REPORT and self._clock.now_ms >= registers.next_step_ms:
+            self._go_on_with_report()
+        asks = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
+        shown = UiState.QUESTION if asks & RadioState.ASKING else UiState.REPORT
+        busy = registers.flags & UiFlag.BUSY or registers.from_menu or registers.starting
+        if asks and not busy and registers.state != shown:
+            registers.state = int(shown)
+            if shown == UiState.QUESTION:
+                self.begin_question(self._clock.now_ms + 1)
+            else:
+                self.begin_report()
+            self._menu.interrupt()
+        if asks and registers.state in states.RADIO_SHOWN:
+            registers.set(UiFlag.BUSY)
+
+    def begin_question(self, at_ms: int) -> None:
+        """Show a question from `at_ms` on."""
+        self._registers.next_step_ms = at_ms
+        self._question.begin()
+
+    def go_on_with_question(self) -> None:
+        """Draw the question, or follow a key, until it is answered."""
+        question = self._question
+        if not question.sounded:
+            question.sounded = True
+            self._sound.play_own(ATTENTION, self._registers.volume)
+        elif question.waits:
+            question.press(self._keys.read())
+        elif question.go_on():
+            self._end(RadioState.ASKING)
+            return
+        self._registers.next_step_ms = self._clock.now_ms + 1
+
+    def begin_report(self) -> None:
+        """Show a message."""
+        self._report, self._registers.next_step_ms = [*marks.REPORT], self._clock.now_ms + 2
+
+    def _go_on_with_report(self) -> None:
+        """Draw the message part by part, each when the previous one is drawn; later end it."""
+        if not self._report:
+            self._end(RadioState.REPORTING)
+            return
+        shown_ms = 1
+        if not self._screen.drawing:
+            self._screen.mark(self._report.pop(0).framed(self._registers.flags & UiFlag.ENABLE_STATUS))
+            shown_ms = 1 if self._report else times.REPORT_MS
+        self._registers.next_step_ms = self._clock.now_ms + shown_ms
+
+    def _end(self, state: RadioState) -> None:
+        """End the request: draw the menu again, unless a file was requested meanwhile."""
+        registers = self._registers
+        self._radio.state &= ~int(state)
+        registers.clear(UiFlag.BUSY)
+        registers.state, registers.next_step_ms = int(UiState.MENU), self._clock.now_ms + 1
+        self._menu.go_on_from(registers.state)

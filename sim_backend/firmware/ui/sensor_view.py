@@ -1,0 +1,103 @@
+"""The page of the menus that shows the value of a sensor or motor. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.sensors.input import InputModule
+
+VIEW = 3
+"""Item of the main menu."""
+
+_PAGE_LEVEL = 3
+"""Items that lead to the page: view, kind of value, and the port."""
+
+_SOUND_AND_LIGHT = (
+    (SensorType.SOUND_DB, SensorMode.PERCENT),
+    (SensorType.SOUND_DBA, SensorMode.PERCENT),
+    (SensorType.LIGHT_ACTIVE, SensorMode.PERCENT),
+    (SensorType.LIGHT_INACTIVE, SensorMode.PERCENT),
+)
+_I2C = (SensorType.LOW_SPEED_9V, SensorMode.RAW)
+_TOUCH = (SensorType.SWITCH, SensorMode.BOOLEAN)
+_MOTOR = None
+
+_Values = tuple[tuple[SensorType, SensorMode] | None, ...]
+
+_VALUES: _Values = (
+    *_SOUND_AND_LIGHT,
+    _I2C,
+    _I2C,
+    _MOTOR,
+    _MOTOR,
+    _TOUCH,
+    _I2C,
+    _I2C,
+    (SensorType.COLOR_FULL, SensorMode.RAW),
+)
+_OLD_VALUES: _Values = (
+    *_SOUND_AND_LIGHT,
+    (SensorType.REFLECTION, SensorMode.PERCENT),
+    (SensorType.TEMPERATURE, SensorMode.CELSIUS),
+    (SensorType.TEMPERATURE, SensorMode.FAHRENHEIT),
+    (SensorType.ANGLE, SensorMode.ANGLE_STEPS),
+    *(_MOTOR, _MOTOR, _TOUCH, _I2C, _I2C),
+)
+"""Type and mode of the values that can be shown; the second table without a colour sensor and a data log."""
+
+_INCHES = 4
+"""Item that is drawn in three passes; in old firmware the first one is."""
+
+_SENSOR_PORTS, _MOTOR_PORTS = 4, 3
+
+
+class SensorView:
+    """The value that is shown.
+
+    Args:
+        inputs: The inputs.
+        modern: Whether the firmware has a data log and the newer sensors.
+
+    Attributes:
+        chosen: Whether the page is about to be shown, or its sensor to be set.
+        shown: Whether the page is shown.
+        delays: Whether the sensor is set one pass after the beginning of the page.
+    """
+
+    def __init__(self, inputs: InputModule, *, modern: bool) -> None:
+        self._inputs = inputs
+        self.chosen = self.shown = False
+        self.delays = modern
+        self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
+        self._item = self._port = 0
+
+    def items(self, menu: tuple[int, ...]) -> int:
+        """Return the number of items of a menu below View, 0 of another one."""
+        if menu[:1] != (VIEW,) or len(menu) >= _PAGE_LEVEL:
+            return 0
+        if len(menu) == 1:
+            return len(self._values)
+        return _SENSOR_PORTS if self._values[menu[1] % len(self._values)] else _MOTOR_PORTS
+
+    def is_slow(self, place: tuple[int, ...]) -> bool:
+        """Return whether a place in the menus is an item of View that is drawn in three passes."""
+        return place == (VIEW, self._slow)
+
+    def opens(self, place: tuple[int, ...]) -> bool:
+        """Return whether a place in the menus leads to the page, and choose it then."""
+        if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
+            return False
+        self.chosen, (_, self._item, self._port) = True, place
+        return True
+
+    def set_sensor(self) -> None:
+        """Set type and mode of the sensor's input."""
+        self.chosen = False
+        value = self._values[self._item]
+        if value:
+            self._inputs.store(self._port, type=value[0], mode=value[1])
+
+    def end(self) -> None:
+        """Leave the page: the input has no type then."""
+        self.shown = False
+        if self._values[self._item]:
+            self._inputs.store(self._port, type=SensorType.NONE)

@@ -1,0 +1,336 @@
+"""The user interface module: it takes keys and requests, and gives each part of the user interface its turn in a pass.
+
+Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_protocol.iomap import ProgramStatus, UiFlag
+from sim_backend.firmware.button import Button, ButtonState
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.files.names import pack_name
+from sim_backend.firmware.io_control import IoControl
+from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.radio import Radio
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sound import SoundModule
+from sim_backend.firmware.ui import states
+from sim_backend.firmware.ui.battery import Battery
+from sim_backend.firmware.ui.battery_warning import BatteryWarning
+from sim_backend.firmware.ui.boot import Boot
+from sim_backend.firmware.ui.file_runner import FileRunner
+from sim_backend.firmware.ui.key_input import KeyInput
+from sim_backend.firmware.ui.keys import ENTER, EXIT, KEYS, Key
+from sim_backend.firmware.ui.menu import Menu
+from sim_backend.firmware.ui.menu_keys import MenuKeys
+from sim_backend.firmware.ui.power_off import PowerOff
+from sim_backend.firmware.ui.program_steps import ProgramSteps
+from sim_backend.firmware.ui.program_watch import ProgramWatch
+from sim_backend.firmware.ui.radio_dialog import RadioDialog
+from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.sensor_view import SensorView
+from sim_backend.firmware.ui.sleep_timer import SleepTimer
+from sim_backend.firmware.ui.states import Programs, UiState
+from sim_backend.firmware.ui.status_bar import StatusBar
+from sim_backend.firmware.ui.stored_settings import StoredSettings
+from sim_backend.firmware.versions import Version
+
+_EXIT_MASK, _ENTER_MASK = 1 << EXIT, 1 << ENTER
+
+
+class UiModule:
+    """Menus, files, radio, battery and power as the user of a brick meets them.
+
+    Attributes:
+        due_ms: See `Module`.
+        registers: Values of the Ui map.
+        battery: The supply.
+        sleep_timer: Decides when to switch off.
+        status_bar: The icons at the top of the screen.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        version: Version,
+        *,
+        buttons: Sequence[Button],
+        screen: ScreenRefresh,
+        sound: SoundModule,
+        loader: Loader,
+        inputs: InputModule,
+        programs: Programs,
+        radio: Radio,
+        io_control: IoControl,
+    ) -> None:
+        self._clock, self._buttons, self._screen, self._programs = clock, buttons, screen, programs
+        self._radio, self._io_control, self._enter_keeps_program = radio, io_control, version.enter_keeps_program
+        self.registers = registers = UiRegisters()
+        self.battery, self.sleep_timer, self._stored = Battery(), SleepTimer(clock), StoredSettings(loader)
+        battery, sleep_timer = self.battery, self.sleep_timer
+        self._load_settings()
+        sound.volume = registers.volume
+        self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
+        view = SensorView(inputs, modern=version.data_log)
+        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, data_log=version.data_log)
+        self._files = FileRunner(clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer)
+        self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
+        self._warning = BatteryWarning(clock, registers, battery, keys, screen, self.status_bar)
+        self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar)
+        self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
+        self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
+        self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen)
+        self._watch = ProgramWatch(registers, programs, sound, screen if version.end_restores_screen else None)
+        self.due_ms, self._event_ms = 0, NEVER
+
+    def _load_settings(self) -> None:
+        self._stored.load()
+        self.registers.volume, self.sleep_timer.limit_minutes = self._stored.volume, self._stored.sleep_minutes
+
+    @property
+    def program_steps(self) -> ProgramSteps:
+        """The program that is made on the brick."""
+        return self._menu.program
+
+    @property
+    def map_state(self) -> int:
+        """The state in the map. A written state takes effect in the same pass.
+
+        While a file has the screen, only those of the menus do.
+        """
+        return self.registers.state
+
+    @map_state.setter
+    def map_state(self, state: int) -> None:
+        self._enter(state)
+
+    def _enter(self, state: int) -> None:
+        registers = self.registers
+        ran, before, registers.state = registers.runs_file, registers.state, state
+        if before == state or not registers.is_on:
+            return
+        if ran and state == UiState.DRAWING:
+            registers.from_menu = True
+        elif ran and state == UiState.MENU:
+            self._files.show_menu()
+        elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
+            self._go_on_from(state)
+        elif not ran and state == UiState.REPORT:
+            self._dialog.begin_report()
+        elif not ran and state == UiState.QUESTION:
+            self._dialog.begin_question(self._clock.now_ms)
+        elif ran:
+            registers.next_step_ms = NEVER
+
+    def _go_on_from(self, state: int) -> None:
+        """Continue from a state that was written to the map."""
+        registers, now_ms = self.registers, self._clock.now_ms
+        registers.next_step_ms, registers.from_menu = now_ms + 2 * (state == UiState.RUNNING), False
+        registers.starting = state == UiState.START
+        self._files.choose(registers.program_name)
+        if state in states.MENU_STATES:
+            self._menu.go_on_from(state)
+        elif state == UiState.RUNNING:
+            registers.set(UiFlag.BUSY)
+        elif state == UiState.LOGO:
+            registers.next_step_ms = self._screen.next_pause(now_ms + 2)
+
+    def wake(self) -> None:
+        """Run in this module's next turn."""
+        self.due_ms = self._event_ms = self._clock.now_ms
+
+    def wake_later(self) -> None:
+        """Run in the next pass."""
+        self.due_ms = self._event_ms = min(self.due_ms, self._clock.now_ms + 1)
+
+    def set_battery(self, raw: int) -> None:
+        """Change the battery: a 10-bit converter value, plus `battery.RECHARGEABLE`."""
+        self.battery.raw = raw
+        self.due_ms = min(self.due_ms, self.battery.next_sample_ms(self._clock.now_ms))
+
+    def stay_awake(self) -> None:
+        """Restart the sleep timer."""
+        self.sleep_timer.restart(self._clock.now_ms)
+        self.wake_later()
+
+    def set_sleep_minutes(self, minutes: int) -> None:
+        """Change the time until power-off to the low 8 bits, 0 for never. The timer keeps running."""
+        self.sleep_timer.limit_minutes = minutes & 0xFF
+        self.wake()
+
+    def execute(self, name: str) -> None:
+        """Request the start of a file; the request is lost if the user interface is still busy."""
+        self.registers.program_name = pack_name(name)
+        self.registers.set(UiFlag.EXECUTE_FILE)
+        self.wake()
+
+    def program_ended(self) -> None:
+        """Notice in the next pass that a program, perhaps one that could not start, is over."""
+        self._watch.note_end()
+        self._files.program_ended()
+        self.wake_later()
+
+    def show_status(self, shown: bool) -> None:
+        """Show the status bar and the firmware's own screen, or leave the screen to a program."""
+        self.registers.put(UiFlag.ENABLE_STATUS, shown)
+        self.wake()
+
+    def press(self, pressed: int) -> None:
+        """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
+        registers, runs = self.registers, self._programs.status == ProgramStatus.RUNNING
+        if pressed & _EXIT_MASK or (pressed and not runs):
+            self.sleep_timer.restart(self._clock.now_ms)
+        kept = self._enter_keeps_program and pressed & _ENTER_MASK
+        if runs and pressed & _EXIT_MASK and not kept:
+            self._programs.stop()
+            self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
+        if registers.is_on and not self._menu_keys.active:
+            if not (registers.runs_file or registers.state == UiState.OPENING or self._dialog.asks):
+                self._keys.read_button()
+            for number, key in KEYS[::-1]:
+                if pressed >> number & 1 and not self._keys.disabled(key):
+                    self._warning.press()
+                    if self._warning.shown or self._dialog.ignores_keys:
+                        self._keys.click()
+        self.wake()
+
+    def run(self, now_ms: int) -> None:
+        """Run one pass: battery's sample, keys, the radio's request, the next step, status bar, battery, power."""
+        registers = self.registers
+        self._watch.follow()
+        self._follow_radio(now_ms - 1)
+        if self.battery.since_sample_ms(now_ms) == 0:
+            self.battery.sample()
+            registers.set(UiFlag.UPDATE)
+        again = self.sleep_timer.follow_request(now_ms, resets=bool(registers.flags & UiFlag.RESET_SLEEP_TIMER))
+        registers.put(UiFlag.RESET_SLEEP_TIMER, again)
+        self._boot.end()
+        self._follow_keys(now_ms)
+        self._dialog.follow()
+        self._step(now_ms)
+        self.status_bar.follow()
+        self._boot.follow()
+        self._follow_exit()
+        self._warning.follow()
+        self._power_off.follow()
+        self._follow_radio(now_ms)
+        self._schedule()
+
+    def _follow_radio(self, until_ms: int) -> None:
+        """Redraw the status bar after a command to the radio, and in the pass after some of its answers."""
+        if self._radio.follow(until_ms):
+            self.registers.set(UiFlag.REDRAW_STATUS)
+
+    def _follow_keys(self, now_ms: int) -> None:
+        """Follow a key of the menus, or one that ends a message or the warning of a low battery."""
+        registers, warning, files = self.registers, self._warning, self._files
+        shows = warning.shown or files.shows_message
+        if self._menu_keys.active:
+            self._menu_keys.follow()
+        elif not (registers.is_on or registers.runs_file or shows):
+            self._start_by_key(now_ms)
+        elif files.takes_button():
+            self._keys.click()
+            files.end_message()
+        elif warning.takes_button():
+            self._take_key(now_ms)
+        elif shows and registers.button and not (warning.is_new or self._keys.held):
+            registers.button = 0  # it counts even if it is disabled
+            self._take_key(now_ms)
+
+    def _start_by_key(self, now_ms: int) -> None:
+        """Start the brick again by enter, once it has been off for a while."""
+        registers = self.registers
+        if self._power_off.takes_keys and self._keys.read() == Key.ENTER:
+            registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
+
+    def _take_key(self, now_ms: int) -> None:
+        """Follow a key outside of the menus; a button has clicked when it was pressed."""
+        registers, warning = self.registers, self._warning
+        if not warning.answered:
+            self._keys.click()
+        warning.answered = False
+        self.sleep_timer.restart(now_ms)
+        if self._files.shows_message:
+            self._files.end_message()
+            return
+        registers.clear(UiFlag.BUSY)
+        self._enter(warning.returns_to)
+        self._screen.rest(now_ms)
+        registers.next_step_ms = now_ms + 1 if registers.is_on else NEVER
+
+    def _step(self, now_ms: int) -> None:
+        """Begin with a requested file, or take the next step of the state."""
+        registers = self.registers
+        waits = registers.flags & UiFlag.BUSY or registers.starting or self._menu.begins_file
+        if registers.flags & UiFlag.EXECUTE_FILE and not waits:
+            self._files.begin()
+        elif now_ms >= registers.next_step_ms:
+            registers.next_step_ms = NEVER
+            self._advance(now_ms)
+
+    def _advance(self, now_ms: int) -> None:
+        registers, state = self.registers, self.registers.state
+        if registers.starting:
+            if state == UiState.START:
+                self._restart(now_ms)
+            self._boot.go_on()
+        elif self._menu.shows_key:
+            self._menu_keys.show()
+        elif self._menu.view.chosen:
+            self._menu.view.set_sensor()
+        elif state == UiState.OPENING:
+            self._files.enter()
+        elif registers.runs_file:
+            self._files.go_on()
+        elif state == UiState.LOGO:
+            registers.state, registers.next_step_ms = int(UiState.MELODY), now_ms + 1
+            self._menu.go_on_from(registers.state)
+        elif state == UiState.DRAWING:
+            registers.state = int(UiState.WAITING)
+        elif state == UiState.QUESTION:
+            self._dialog.go_on_with_question()
+
+    def _restart(self, now_ms: int) -> None:
+        """Start again after the brick was switched off: as at power-on, but the other modules continue."""
+        registers = self.registers
+        self._load_settings()
+        self._warning.allow()
+        registers.run_state, registers.error = 1, 0
+        self.battery.restart(now_ms - 1)
+        registers.off_ms, self._screen.on = NEVER, True
+        self._menu.reset()
+
+    def _follow_exit(self) -> None:
+        """Switch the brick off while exit's state says that it was held, but not in a start, nor once a file runs."""
+        counts = self.registers.is_on and not (self.registers.starting or self._files.has_begun)
+        if counts and self._buttons[EXIT].state & ButtonState.LONG_PRESS:
+            self.registers.force_off = 1
+
+    def _schedule(self) -> None:
+        registers, now_ms, keys = self.registers, self._clock.now_ms, self._keys
+        due = min(registers.next_step_ms, self._power_off.due_ms)
+        if self._radio.next_redraw_ms < due:
+            due = int(self._radio.next_redraw_ms)
+        if self.sleep_timer.limit_minutes and registers.is_on:
+            due = min(due, self.sleep_timer.expires_ms)
+        if keys.repeat_ms != NEVER and keys.held:
+            due = min(due, keys.repeat_ms)
+        unread = (
+            self.status_bar.due
+            or self._warning.due
+            or self._boot.finds_empty
+            or registers.button
+            or self._warning.answered
+            or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
+            or ((self._menu_keys.awaited or self._power_off.takes_keys) and keys.changed)
+        )
+        due = now_ms + 1 if unread or (self._programs.active and not registers.runs_file) else max(due, now_ms + 1)
+        self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
+
+    def skip_samples(self, until_ms: int) -> None:
+        """Skip samples of the battery that change nothing."""
+        self.due_ms = self.battery.skipped(self.due_ms, min(until_ms, self._event_ms))
