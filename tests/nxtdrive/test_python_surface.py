@@ -195,7 +195,8 @@ def test_a_mission_is_one_call_that_returns_its_report(tmp_path):
         '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
     )
     states = []
-    report = nxtdrive.run_mission(path, nxt="sim://open", observers=[lambda record: states.append(record.state)])
+    observers = [lambda record: states.append(record.state)]
+    report = nxtdrive.run_mission(path, nxt="sim://open", camera="geometric", observers=observers)
     assert report.ending in ("achieved", "time_up")
     assert [each.target for each in report.targets] == ["lena"]
     assert "search" in states

@@ -125,7 +125,7 @@ def test_another_client_is_told_that_the_server_is_busy(serve):
 
 @pytest.mark.slow
 def test_the_example_decides_a_mission(serve):
-    served = serve("figure7", profile="adaptive")
+    served = serve("figure6", "lena", profile="adaptive")
     command = [sys.executable, str(DECIDER), str(served.server.address[1])]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode in (0, 1), done.stderr

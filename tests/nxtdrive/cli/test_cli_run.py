@@ -52,8 +52,9 @@ def small(tmp_path) -> str:
 
 
 @pytest.mark.slow
-def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
-    code, folder = _run("--console", "thesis", "--no-video")
+@pytest.mark.parametrize("eyes", [pytest.param("sim", marks=pytest.mark.nightly), "geometric"])
+def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys, eyes):
+    code, folder = _run("--console", "thesis", "--camera", eyes, "--no-video")
     assert code == 0
     lines = capsys.readouterr().out.splitlines()
     said = [line for line in lines if line.startswith("[client2] ")]
@@ -90,7 +91,7 @@ def test_a_run_leaves_its_pictures_and_a_video_of_its_length(capsys, small):
 
 @pytest.mark.slow
 def test_json_is_one_record_a_line_and_a_summary_at_the_end(capsys, small):
-    code, folder = _run(small, "--nxt", "sim://open", "--json", "--no-video")
+    code, folder = _run(small, "--nxt", "sim://open", *UNSEEN, "--json")
     assert code == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert lines[:-1] == _journal(folder)
@@ -213,7 +214,7 @@ def test_ctrl_c_leaves_a_complete_folder(tmp_path, number):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 def test_ctrl_c_while_the_video_is_made_leaves_only_the_video_out(tmp_path, small):
-    command = [sys.executable, "-m", "nxtdrive", "run", small, "--nxt", "sim://open"]
+    command = [sys.executable, "-m", "nxtdrive", "run", small, "--nxt", "sim://open", "--camera", "geometric"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         while not list(tmp_path.glob("runs/*/camera.webm*")):

@@ -7,6 +7,7 @@ import os
 import socket
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -94,6 +95,7 @@ def _eventually(condition):
     deadline_s = time.monotonic() + STARTS_S
     while not (found := condition()):
         assert time.monotonic() < deadline_s
+        threading.Event().wait(0.02)
     return found
 
 

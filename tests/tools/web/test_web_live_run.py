@@ -82,7 +82,9 @@ def test_watchers_do_not_change_the_journal_and_get_the_end(start, tmp_path, cap
 
 @pytest.mark.slow
 def test_a_page_pauses_answers_and_stops_the_run(start):
-    process, address = start("--nxt", "sim://?pace=fast", "--profile", "adaptive", "--confirm-recovery")
+    process, address = start(
+        "--nxt", "sim://?pace=fast", "--profile", "adaptive", "--confirm-recovery", "--camera", "geometric"
+    )
     with _watch(address) as page:
         page.send('{"type": "pause"}')
         _until(page, "record", reason="operator_pause")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nxtdrive.tools.web.messages import Drive, StartMission, Stop, read_message
@@ -36,6 +36,7 @@ def test_anything_else_is_refused_with_a_sentence(text):
         read_message(text)
 
 
+@settings(max_examples=40)
 @given(
     st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda inner: st.dictionaries(st.text(), inner))
 )

@@ -30,9 +30,9 @@ HOST = {"host": "127.0.0.1:7080"}
 QUICK = '[mission]\nname = "quick"\ntargets = ["lena"]\n[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
 
 
-def _server(folder: Path, address: str = "sim://open?pace=realtime") -> Server:
+def _server(folder: Path, address: str = "sim://open?pace=realtime", camera: str | None = None) -> Server:
     hub = Hub()
-    robot = Robot(Address.parse(address), None, read_mission_file(None), hub, folder / "runs")
+    robot = Robot(Address.parse(address), camera, read_mission_file(None), hub, folder / "runs")
     return Server(robot, hub, Missions(folder), Runs(folder / "runs"), address)
 
 
@@ -51,8 +51,10 @@ def _journal(folder: Path) -> RunFolder:
 
 
 @contextmanager
-def _running(folder: Path, address: str = "sim://open?pace=realtime") -> Iterator[TestClient]:
-    server = _server(folder, address)
+def _running(
+    folder: Path, address: str = "sim://open?pace=realtime", camera: str | None = None
+) -> Iterator[TestClient]:
+    server = _server(folder, address, camera)
     server.robot.open()
     try:
         yield _client(server)
@@ -209,7 +211,7 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
 @pytest.mark.slow
 def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
     _quick(tmp_path)
-    with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:
+    with _running(tmp_path, "sim://open?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "mission": "quick.toml"})
         assert _until(page, lambda each: each["type"] == "run")["name"] == "quick"
         assert _until(page, lambda each: each["type"] == "record")["record"]["kind"] == "start"
@@ -223,7 +225,7 @@ def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("by_program", [pytest.param(False, marks=pytest.mark.nightly), True])
 def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(by_program, tmp_path):
-    with _running(tmp_path, "sim://?pace=fast") as client, client.websocket_connect("/ws") as page:
+    with _running(tmp_path, "sim://?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
         question = _until(page, lambda each: each["type"] == "question" and each["open"])
         assert len(question["candidates"]) > 1
@@ -273,7 +275,7 @@ def test_runs_are_listed_and_replayed(tmp_path):
     client = _client(_server(tmp_path))
     assert client.get("/api/runs").json() == []
     with closing(_journal(tmp_path / "runs" / "quick-001")) as journal:
-        run_mission(str(_quick(tmp_path)), nxt="sim://open", observers=[journal])
+        run_mission(str(_quick(tmp_path)), nxt="sim://open", camera="geometric", observers=[journal])
     (listed,) = client.get("/api/runs").json()
     assert (listed["name"], listed["ending"], listed["map"]) == ("quick-001", "unfinished", False)
     replay = client.get("/api/runs/quick-001").json()
