@@ -136,7 +136,7 @@ class Webcam:
     @property
     def pictures(self) -> frozenset[str]:
         """Names that `observe` knows."""
-        return frozenset(picture.name for picture in self._world.file.pictures)
+        return frozenset(self._world.pictures)
 
     @property
     def generator(self) -> Random:

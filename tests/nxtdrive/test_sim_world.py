@@ -7,7 +7,10 @@ import pytest
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.errors import AddressError, ConfigError, LinkLost
 from nxtdrive import open_brick
+from nxtdrive.mission.camera import GEOMETRIC, open_mission_camera
+from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.testing import SimWorld
+from nxtdrive.vision.eyes import GeometricEyes
 from sim_backend.bundled import PICTURES
 from sim_backend.devices import TouchSensor
 
@@ -179,6 +182,12 @@ def test_a_mission_waits_where_it_lost_the_target(sim_world, sim_brick, tmp_path
     assert report.achieved
     assert "wait" in report.path
     assert sim_world.truth.distance_mm("lena") < 600
+
+
+def test_a_picture_that_was_brought_in_is_found_by_geometry(sim_world, sim_brick, mission_for):
+    sim_world.put("lena", x_mm=2000)
+    camera = open_mission_camera(GEOMETRIC, sim_brick)
+    assert isinstance(mission_eyes(mission_for("lena"), sim_brick, camera, GEOMETRIC), GeometricEyes)
 
 
 def test_an_address_lives_as_long_as_its_world():
