@@ -52,9 +52,8 @@ def small(tmp_path) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("eyes", [pytest.param("sim", marks=pytest.mark.nightly), "geometric"])
-def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys, eyes):
-    code, folder = _run("--console", "thesis", "--camera", eyes, "--no-video")
+def test_the_built_in_mission_shows_every_behaviour_in_one_go(capsys):
+    code, folder = _run("--console", "thesis", "--no-video")
     assert code == 0
     lines = capsys.readouterr().out.splitlines()
     said = [line for line in lines if line.startswith("[client2] ")]
