@@ -16,21 +16,18 @@ SHOWN = 100
 """Characters of a line that a message shows at most."""
 
 REMEDY = "Correct it there."
-COMMON_MISTAKES = [
-    (re.compile(mistake), hint)
-    for mistake, hint in (
-        (r"""^[^#]*["'][^"'#]*\\""", "In a path write / for each \\, or put it between single quotes."),
-        (r"^[^#]*[“”„«»‘’]", 'Write plain quotation marks: ".'),
-        (r"^[^\[#]*=\s*-?\d+,\d", "Write a decimal point, not a comma."),
-        (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
-        (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
-        (
-            r"""^(?:\[[^\]"'#]*|[^="'#]*)[^\x00-\x7f]""",
-            "Put a name with letters beyond a-z between quotation marks.",
-        ),
-        (r"""=\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
-    )
-]
+COMMON_MISTAKES = (
+    (r"""^[^#]*["'][^"'#]*\\""", "In a path write / for each \\, or put it between single quotes."),
+    (r"^[^#]*[“”„«»‘’]", 'Write plain quotation marks: ".'),
+    (r"^[^\[#]*=\s*-?\d+,\d", "Write a decimal point, not a comma."),
+    (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
+    (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
+    (
+        r"""^(?:\[[^\]"'#]*|[^="'#]*)[^\x00-\x7f]""",
+        "Put a name with letters beyond a-z between quotation marks.",
+    ),
+    (r"""=\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
+)
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
 
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -57,7 +54,7 @@ def _line_of(error: ValueError, text: str) -> str:
     if number is None:
         return f". {REMEDY}"
     line = text.split("\n")[int(number[1]) - 1].strip()
-    hint = next((hint for mistake, hint in COMMON_MISTAKES if mistake.search(line)), REMEDY)
+    hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)
     return f": `{line[:SHOWN]}`. {hint}"
 
 
