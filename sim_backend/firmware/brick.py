@@ -23,7 +23,8 @@ from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.limits import Channel
+from sim_backend.firmware.limits import BLUETOOTH, Channel
+from sim_backend.firmware.long_read import LongRead
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
 from sim_backend.firmware.module_search import ModuleSearch
@@ -123,7 +124,7 @@ class SimBrick:
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
-        channel = Channel()
+        channel = Channel(LongRead(self.loader, BLUETOOTH.buffer))
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)
         comm_map = self._maps[0]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from sim_backend.firmware.long_read import LongRead
+from sim_backend.firmware.long_read import LongRead
 
 
 class Limits(NamedTuple):
@@ -37,11 +36,9 @@ class Channel:
         limits: Limits of that link.
         inbox: Its receive buffer, with the bytes that follow it in the Comm map.
         outbox: Its send buffer, with the last reply.
-        long_read: The long Read over Bluetooth; the handler of Read sets it.
+        long_read: The long Read over Bluetooth.
     """
 
-    long_read: LongRead
-
-    def __init__(self) -> None:
-        self.limits = USB
+    def __init__(self, long_read: LongRead) -> None:
+        self.limits, self.long_read = USB, long_read
         self.inbox = self.outbox = memoryview(bytearray(USB.buffer))

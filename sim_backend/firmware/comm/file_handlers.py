@@ -8,8 +8,7 @@ from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handle
 from sim_backend.firmware.files.flash import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import pack_name
-from sim_backend.firmware.limits import BLUETOOTH, Channel
-from sim_backend.firmware.long_read import LongRead
+from sim_backend.firmware.limits import Channel
 
 
 class FileHandlers:
@@ -17,7 +16,6 @@ class FileHandlers:
 
     def __init__(self, loader: Loader, channel: Channel) -> None:
         self._loader, self._channel = loader, channel
-        self._long = channel.long_read = LongRead(loader, BLUETOOTH.buffer)
 
     @property
     def _over_usb(self) -> bool:
@@ -59,9 +57,9 @@ class FileHandlers:
     @handles(system.Read)
     def read(self, command: system.Read) -> HandlerResult:
         """Read on; the reply has the requested length, padded with zeros."""
-        limits = self._channel.limits
+        limits, long = self._channel.limits, self._channel.long_read
         if limits.streams and command.size > limits.read:
-            return HandlerResult(sent=b"" if self._long.left else self._long.begin(command.handle, command.size))
+            return HandlerResult(sent=b"" if long.left else long.begin(command.handle, command.size))
         size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
         if status == Status.ILLEGAL_HANDLE:
