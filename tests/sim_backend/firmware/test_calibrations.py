@@ -6,14 +6,9 @@ from firmware_protocol import direct, system
 from firmware_protocol.status import Status
 from nxtdrive.tools.dev.faults.assembler import Variables, assemble, store
 from sim_backend.firmware.brick import SimBrick
+from tests.sim_backend.firmware.asking import status_of
 
 PROGRAM = assemble(Variables(), [[0x4025, 0]])
-
-
-def status_of(brick, command):
-    reply = brick.receive(command.encode())
-    brick.tick()
-    return Status(reply[2])
 
 
 def started(firmware, *, files=(), opened=0):

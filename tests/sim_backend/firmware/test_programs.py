@@ -14,6 +14,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.vm.data import NONE
 from sim_backend.firmware.vm.rxe import BadProgram, Type, parse
+from tests.sim_backend.firmware.asking import ask, status_of
 
 ADD, SUB, MUL, DIV, MOV, SET, INDEX, REPLACE, SIZE = 0x00, 0x01, 0x03, 0x04, 0x1B, 0x1C, 0x15, 0x16, 0x17
 JMP, BRCMP, SYSCALL, STOP, FINISH, ACQUIRE, RELEASE, CALL, RETURN = 0x25, 0x26, 0x28, 0x29, 0x2A, 0x2C, 0x2D, 0x2E, 0x2F
@@ -22,18 +23,6 @@ LT, EQ = 0, 4
 MESSAGE_WRITE, MESSAGE_READ, PLAY_TONE, DATALOG_WRITE = 26, 27, 10, 44
 FOREVER = [0x4025, 0]
 READY_MS = 8
-
-
-def ask(brick, command):
-    reply = brick.receive(command.encode())
-    brick.tick()
-    return Status(reply[2]), type(command).reply_type.unpack(reply)
-
-
-def status_of(brick, command):
-    reply = brick.receive(command.encode())
-    brick.tick()
-    return Status(reply[2])
 
 
 def started(content, name="test.rxe", brick=None):

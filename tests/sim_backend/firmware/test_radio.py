@@ -7,6 +7,7 @@ from firmware_protocol.iomap import COMM, UI
 from firmware_protocol.status import Status
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
+from tests.sim_backend.firmware.asking import ask_bench as ask
 
 RENAME = system.SetBrickName("A long name 345")
 RESET = system.BluetoothFactoryReset()
@@ -18,11 +19,6 @@ STATE = UI.field("BluetoothState").read()
 @pytest.fixture
 def bench():
     return Bench(SimBrick())
-
-
-def ask(bench, command):
-    reply = bytes.fromhex(bench.telegram(command.encode().hex()))
-    return reply[2], reply[3:]
 
 
 def begin(bench, *operations):

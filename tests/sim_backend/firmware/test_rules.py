@@ -20,18 +20,7 @@ from sim_backend.firmware.sensors.analog import NORMALIZE
 from sim_backend.firmware.ui.battery import RECHARGEABLE
 from sim_backend.firmware.ui.sleep_timer import MINUTE_MS
 from sim_backend.firmware.versions import FIRMWARES
-
-
-def ask(brick, command):
-    reply = brick.receive(command.encode())
-    brick.tick()
-    return Status(reply[2]), type(command).reply_type.unpack(reply)
-
-
-def status_of(brick, command):
-    reply = brick.receive(command.encode())
-    brick.tick()
-    return Status(reply[2])
+from tests.sim_backend.firmware.asking import ask, status_of
 
 
 def ask_by_radio(brick, command):

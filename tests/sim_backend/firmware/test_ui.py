@@ -10,6 +10,7 @@ from nxtdrive.tools.dev.faults.assembler import Variables, assemble, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.ui.battery import RECHARGEABLE
 from sim_backend.firmware.versions import FIRMWARES
+from tests.sim_backend.firmware.asking import ask_bench as ask
 
 LOOP = bytes.fromhex(
     "4d696e6473746f726d734e585400000501000e0004000a0000000a00000000000400010004000501000004000a000100ffffffff00000000"
@@ -35,11 +36,6 @@ def bench(request):
             ask(bench, system.Write(handle, content[start : start + 58]))
         ask(bench, system.Close(handle))
     return bench
-
-
-def ask(bench, command):
-    reply = bytes.fromhex(bench.telegram(command.encode().hex()))
-    return reply[2], reply[3:]
 
 
 def observe(bench, question, passes):
