@@ -74,7 +74,7 @@ class FileRunner:
         registers.state, registers.next_step_ms = int(UiState.OPENING), now_ms + 1
         self._io_control.stays_on = False
         self._menu.interrupt()
-        self._sleep_timer.restart(now_ms - 1)
+        self._sleep_timer.restart(now_ms - 1)  # the firmware counts this pass, too
 
     def enter(self) -> None:
         """Give the screen to the requested file."""
