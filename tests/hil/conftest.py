@@ -1,4 +1,4 @@
-"""Two guests for the stage, with USB and with Bluetooth; each test gets one, everything plugged in, in a fresh world.
+"""Two guests for the stage, for USB and for Bluetooth; each test gets one, everything plugged in, in a fresh world.
 
 A guest whose kernel has failed, or that does not answer, is replaced before the next test.
 """
@@ -22,6 +22,7 @@ from nxtdrive.tools.rig.rig import Done, Rig
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 MISSION = HERE / "red-mission.toml"
+WORLD = str(HERE / "red.toml")
 STOP_MM = 700
 """Where the profiles stop before a target at most, from the middle of the axle."""
 
@@ -35,9 +36,17 @@ COMMAND_S, MISSION_S, WAIT_S = 200.0, 400.0, 120.0
 
 COMMAND = "python -m pytest tests/hil --hil -n 2"
 
-ON_SECOND_GUEST = ("test_bluetooth", "test_pairing", "test_web", "test_wheel")
-"""Their guest, "bluetooth", has a kernel that bears connections that fail; that of the others, "usb", has the newest.
-Each guest has about half of the work, so that two processes take about the same time."""
+USB, BLUETOOTH = "usb", "bluetooth"
+"""The guests: the first has the newest kernel, the second one that bears Bluetooth connections that fail."""
+
+GUEST = {
+    "test_commands": USB,
+    "test_missions": USB,
+    "test_bluetooth": BLUETOOTH,
+    "test_pairing": BLUETOOTH,
+}
+"""The guest that the tests of a file need. Those of other files take the one that is there, so that of two processes
+the one that is done first goes on with them."""
 
 LOSES_BLUETOOTH = "loses_bluetooth"
 """Mark of tests in which a Bluetooth connection fails, which may break the kernel: they come last."""
@@ -62,10 +71,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 class ByGuest(LoadScopeScheduling):
-    """Gives each process the tests of one guest."""
+    """Gives each process the tests of one guest, then files of tests that run on either."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return _guest(nodeid)
+        return GUEST.get(_file(nodeid), _file(nodeid))
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> ByGuest | None:
@@ -73,8 +82,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> ByGuest |
     return ByGuest(config, log) if config.getoption("--hil") else None
 
 
-def _guest(nodeid: str) -> str:
-    return "bluetooth" if Path(nodeid.split("::")[0]).stem in ON_SECOND_GUEST else "usb"
+def _file(nodeid: str) -> str:
+    return Path(nodeid.split("::")[0]).stem
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
@@ -150,16 +159,20 @@ class Guests:
     def __init__(self) -> None:
         self._rigs: dict[str, Rig] = {}
 
-    def get(self, name: str) -> Rig:
-        """A rig with everything plugged in, in a fresh world: the one of this name, unless it is broken."""
+    def get(self, name: str | None) -> Rig:
+        """A rig with everything plugged in, in a fresh world: the one of this name, unless it is broken.
+
+        Without a name any that is there.
+        """
+        name = name or next(iter(self._rigs), USB)
         if name in self._rigs:
             with contextlib.suppress(RigError):
                 if not self._rigs[name].broken:
-                    self._rigs[name].reset()
+                    self._rigs[name].reset(WORLD)
                     return self._rigs[name]
             self.end(name)
-        avoid = kernel.BROKEN_RFCOMM if name == "bluetooth" else ()
-        self._rigs[name] = Rig.start(str(HERE / "red.toml"), name=f"hil-{name}", avoid=avoid)
+        avoid = kernel.BROKEN_RFCOMM if name == BLUETOOTH else ()
+        self._rigs[name] = Rig.start(WORLD, name=f"hil-{name}", avoid=avoid)
         return self._rigs[name]
 
     def end(self, name: str) -> None:
@@ -183,11 +196,10 @@ def guests() -> Iterator[Guests]:
 @pytest.fixture
 def bench(request: pytest.FixtureRequest, guests: Guests) -> Iterator[Bench]:
     """The guest of this test."""
-    name = _guest(request.node.nodeid)
-    rig = guests.get(name)
+    rig = guests.get(GUEST.get(_file(request.node.nodeid)))
     yield Bench(rig)
     if request.node.get_closest_marker(LOSES_BLUETOOTH) and rig.linux in kernel.BROKEN_RFCOMM:
-        guests.end(name)  # no other kernel is to be had, so each such test has a guest of its own
+        guests.end(BLUETOOTH)  # no other kernel is to be had, so each such test has a guest of its own
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.hil.conftest import MISSION_S
+from tests.hil.conftest import HERE, MISSION_S, STOP_MM
 
 
 def journal(bench):
@@ -12,13 +12,19 @@ def journal(bench):
     return [json.loads(line) for line in lines]
 
 
-@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
-def test_the_robot_drives_to_the_sheet(bench, profile):
-    done = bench.run(bench.mission(profile), timeout_s=MISSION_S)
+def test_the_thesis_drives_to_the_sheet(bench):
+    done = bench.run(bench.mission("thesis"), timeout_s=MISSION_S)
     assert done.code == 0, done.err + done.out
     assert "achieved" in done.out
     assert bench.reached()
     assert journal(bench)[-1]["ending"] == "achieved"
+
+
+def test_the_robot_drives_to_a_picture(bench):
+    bench.rig.reset(str(HERE / "picture.toml"))
+    done = bench.run(bench.mission(file=HERE / "picture-mission.toml"), timeout_s=MISSION_S)
+    assert done.code == 0, done.err + done.out
+    assert bench.rig.truth()["distances_mm"]["fox"] < STOP_MM
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])

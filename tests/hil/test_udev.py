@@ -44,11 +44,16 @@ def test_a_brick_that_is_plugged_in_later_gets_the_rule(ruled):
     ruled.rig.wait_for(f"stat -c %G {NODE} | grep plugdev", "the rule at work")
 
 
-def test_a_mission_goes_on_when_the_brick_comes_back_under_udevd(ruled):
-    with ruled.during(ruled.mission()) as done:
+@pytest.mark.parametrize("profile", ["adaptive", "thesis"])
+def test_a_mission_goes_on_when_brick_and_camera_come_back_under_udevd(ruled, profile):
+    with ruled.during(ruled.mission(profile)) as done:
         ruled.moving()
         ruled.rig.fault(unplug="usb")
         ruled.at_rest()
         ruled.rig.plug("usb")
+        ruled.moving()
+        ruled.rig.fault(unplug="camera")
+        ruled.at_rest(6.0)
+        ruled.rig.plug("camera")
     assert done[0].code == 0, done[0].err + done[0].out
     assert ruled.reached()

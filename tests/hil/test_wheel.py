@@ -51,10 +51,16 @@ def python(request):
     return next(filter(works, names), None) or pytest.skip(f"no Python here of {names}")
 
 
-def test_pip_installs_the_wheel_and_the_command_reaches_the_brick(bench, python, tmp_path_factory):
-    version = subprocess.check_output([python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"], text=True)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with the wheel."""
     folder = tmp_path_factory.mktemp("wheels")
     pip("wheel", "-q", "--no-deps", "-w", str(folder), str(copy_sources(tmp_path_factory.mktemp("source"))))
+    return folder
+
+
+def test_pip_installs_the_wheel_and_the_command_reaches_the_brick(bench, python, folder):
+    version = subprocess.check_output([python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"], text=True)
     [wheel] = folder.glob("nxtdrive-*.whl")
     only = ("--only-binary", ":all:", "--python-version", version.strip(), "-d", str(folder))
     pip("download", "-q", *only, str(wheel), "pip")

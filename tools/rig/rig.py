@@ -128,14 +128,17 @@ class Rig:
             raise
         return rig
 
-    def reset(self) -> None:
-        """Begin with a fresh brick and a fresh world, plugged in.
+    def reset(self, world: str) -> None:
+        """Begin with a fresh brick in a fresh world, plugged in.
+
+        Args:
+            world: A world file or the name of a bundled world.
 
         Raises:
             RigError: The world does not start, or the guest does not see the devices.
         """
         self.run("pkill -INT nxtdrive", timeout_s=READY_S)
-        self._ask_world({"reset": True})
+        self._ask_world({"reset": world})
         gone = "! cat /sys/bus/usb/devices/*/idVendor | grep -v 1d6b && ! test -e /sys/class/bluetooth/hci0"
         self.wait_for(gone, "that the devices are gone")
         self.plug_all()

@@ -2,8 +2,8 @@
 
 Started by `tools.rig.rig`. The control port takes lines of JSON and answers each with a line: ``{"unplug": "usb"}``,
 ``{"cover": true}`` (the lens), ``{"halt": 130}``, ``{"mute": true}``, ``{"radio": "vanish"}`` (or "return", "hang up"),
-``{"pin": "1234"}`` (only paired computers may connect), ``{"truth": true}``, ``{"reset": true}`` (a fresh brick and
-world at the same ports); ``{"error": "..."}`` if it cannot.
+``{"pin": "1234"}`` (only paired computers may connect), ``{"truth": true}``, ``{"reset": "open"}`` (a fresh brick in a
+fresh world, a file or a bundled one, at the same ports); ``{"error": "..."}`` if it cannot.
 """
 
 from __future__ import annotations
@@ -38,6 +38,9 @@ Request = dict[str, Any]
 Asked = tuple[Request, queue.Queue[Request]]
 """A request, and where its answer goes."""
 
+Reset = tuple[str, queue.Queue[Request]]
+"""The next world, and where to say that it is there."""
+
 
 class World:
     """The simulation and its doors.
@@ -66,7 +69,7 @@ class World:
         )
         self._status = self._server.status()
         self._requests = requests
-        self._reset: queue.Queue[Request] | None = None
+        self._reset: Reset | None = None
 
     @property
     def ports(self) -> dict[str, int]:
@@ -77,8 +80,8 @@ class World:
             "bluetooth": self.radio.port if self.radio else 0,
         }
 
-    def run(self, stopped: Callable[[], bool]) -> queue.Queue[Request] | None:
-        """Serve until told to stop, or to give way to a fresh world; returns where to say that it is there."""
+    def run(self, stopped: Callable[[], bool]) -> Reset | None:
+        """Serve until told to stop, or to give way to the world that it returns."""
 
         def turn() -> bool:
             self._handle()
@@ -100,7 +103,7 @@ class World:
         while self._reset is None and not self._requests.empty():
             request, answer = self._requests.get()
             if "reset" in request:
-                self._reset = answer
+                self._reset = request["reset"], answer
                 return
             try:
                 answer.put(self._answer(request))
@@ -179,16 +182,17 @@ def _serve_worlds(
     args: argparse.Namespace, requests: queue.Queue[Asked], control: int, stopped: Callable[[], bool]
 ) -> None:
     """Serve one world after the other, all at the ports of the first."""
-    reset: queue.Queue[Request] | None = None
+    there: queue.Queue[Request] | None = None
     while not stopped():
         with contextlib.ExitStack() as closing:
             world = World(args, requests, closing)
-            if reset is None:
+            if there is None:
                 print(json.dumps({**world.ports, "control": control}), flush=True)
                 vars(args).update(world.ports)
             else:
-                reset.put({})
-            reset = world.run(stopped)
+                there.put({})
+            if reset := world.run(stopped):
+                args.world, there = reset
 
 
 def main() -> None:
