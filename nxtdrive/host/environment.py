@@ -43,16 +43,24 @@ def require(extra: str, *packages: str, what: str) -> None:
 
 
 def pip_command(*words: str) -> str:
-    """Return a shell command that runs pip on this environment, for remedies; pip need not be installed in it.
+    """Return a shell command that runs pip (uv's in an environment of uv) on this environment, for remedies.
 
     Args:
         words: Such as ``"install", "textual"``.
     """
     if PathFinder.find_spec("pip"):  # importlib.util's asks setuptools's hook, too, which warns
         command = [sys.executable, "-m", "pip", *words]
+    elif _made_by_uv():
+        command = ["uv", "pip", words[0], "--python", sys.executable, *words[1:]]
     else:  # of an environment made --without-pip: the Python that made it has pip
         maker = getattr(sys, "_base_executable", "") or "python3"
         command = [maker, "-m", "pip", "--python", sys.executable, *words]
     if os.name == "nt":
         return " ".join(f'"{word}"' if set(word) & set(" <>&") else word for word in command)
     return shlex.join(command)
+
+
+def _made_by_uv() -> bool:
+    """Whether uv made this environment, by the line that it writes into pyvenv.cfg."""
+    file = Path(sys.prefix, "pyvenv.cfg")
+    return file.exists() and any(line.split("=")[0].strip() == "uv" for line in file.read_text("utf-8").splitlines())

@@ -15,18 +15,32 @@ from nxtdrive.host.environment import install_extra, require
 
 ROOT = Path(__file__).parents[2]
 PRINT = "from nxtdrive.host.environment import pip_command; print(pip_command('debug'))"
+MAKER = getattr(sys, "_base_executable", sys.executable)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the shell is POSIX's here")
 @pytest.mark.parametrize("with_pip", [pytest.param(True, marks=pytest.mark.nightly), False])
 def test_the_printed_command_works_on_the_environment_that_printed_it(tmp_path, with_pip):
+    if not with_pip and subprocess.run([MAKER, "-c", "import pip"], capture_output=True, check=False).returncode:
+        pytest.skip(f"{MAKER} has no pip")
     folder = tmp_path / "my env"
     venv.create(folder, with_pip=with_pip)
     python = folder / "bin" / "python3"
     printed = subprocess.run([python, "-c", PRINT], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     done = subprocess.run(shlex.split(printed), capture_output=True, text=True, check=True)
     assert f"sys.executable: {python}" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="the shell is POSIX's here")
+def test_an_environment_of_uv_is_uv_s_to_install_in(tmp_path):
+    venv.create(tmp_path, with_pip=False)
+    with (tmp_path / "pyvenv.cfg").open("a") as settings:
+        settings.write("uv = 0.9.7\n")
+    python = tmp_path / "bin" / "python3"
+    printed = subprocess.run([python, "-c", PRINT], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert shlex.split(printed) == ["uv", "pip", "debug", "--python", str(python)]
 
 
 def test_an_extra_is_that_of_the_installed_package(monkeypatch):

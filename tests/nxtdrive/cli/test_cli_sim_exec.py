@@ -120,9 +120,10 @@ def test_a_pulled_cable_is_a_missing_device(execute, tmp_path):
 def test_a_signal_reaches_the_program():
     program = """
 import signal, sys
-signal.signal(signal.SIGTERM, lambda *_: sys.exit(5))
+signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # one that comes before sigwait stays pending
 print("up", flush=True)
-signal.pause()
+signal.sigwait([signal.SIGTERM])
+sys.exit(5)
 """
     command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--", sys.executable, "-c", program]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as execution:
