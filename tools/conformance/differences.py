@@ -38,6 +38,13 @@ ICONS = "LEGO's icons are not drawn"
 
 _FRAME_BUFFER = "Display.Normal,"
 
+ADDRESSES = "addresses in the firmware's memory"
+"""Cause of pointers that are read, which say where a compiler put tables: docs/firmware.md, section 6."""
+
+_DISPLAY_BYTE = re.compile(r"Display offset (\d+),")
+_FIRST_AFTER_POINTERS = 108
+"""Byte of the Display map that follows its pointers."""
+
 _BYTE_NUMBER = re.compile(r", byte \d+$")
 
 
@@ -123,6 +130,8 @@ def _compare_bytes(step: Step, got: str) -> Difference | None:
     cause = f"{name}: {_BYTE_NUMBER.sub('', field)}{_statuses(field, ours[start:], theirs[start:])}"
     if field.startswith(_FRAME_BUFFER) and not any(ours[offset:]):
         cause = ICONS
+    elif (byte := _DISPLAY_BYTE.match(field)) and int(byte[1]) < _FIRST_AFTER_POINTERS:
+        cause = ADDRESSES
     return Difference(step.number, cause, text)
 
 

@@ -138,10 +138,10 @@ class Loader:
         status, number, file = self._find(name)
         if file is None:
             return Opened(status, number)
-        if not file.appendable:
-            return Opened(Status.APPEND_NOT_POSSIBLE, number)
         if self._is_being_written(name):
             return Opened(Status.FILE_IS_BUSY, number)
+        if not file.appendable:
+            return Opened(Status.APPEND_NOT_POSSIBLE, number)
         if file.data_size >= file.size:
             return Opened(Status.FILE_IS_FULL, number)
         if len(self._writers) >= WRITERS:

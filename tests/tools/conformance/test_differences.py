@@ -7,6 +7,8 @@ from nxtdrive.tools.conformance.recording import Step
 
 VERSIONS = "07000288007c011d01"
 SCREEN = "019401000a0077000200"
+POINTERS = "019401000a0064000200"
+BEHIND_POINTERS = "019401000a006c000100"
 UI_FLAGS, UI_END = "019401000c001a000100", "019401000c002c000100"
 
 
@@ -34,6 +36,8 @@ def cause(sent, ours, theirs):
         (UI_END, "02940001000c00010040", "02940001000c00010041", "IOMapRead: Ui offset 44"),
         (SCREEN, "02940001000a0002000000", "02940001000a0002002214", "LEGO's icons are not drawn"),
         (SCREEN, "02940001000a0002000001", "02940001000a0002002214", "IOMapRead: Display.Normal"),
+        (POINTERS, "02940001000a0002000000", "02940001000a000200e0c7", "addresses in the firmware's memory"),
+        (BEHIND_POINTERS, "02940001000a0001000000", "02940001000a0001000001", "IOMapRead: Display.StatusIcons"),
         ("019401770c001a000100", "02940001770c00010040", "02940001770c00010041", "IOMapRead: data"),
         ("0194", "02940001770c00010040", "02940001770c00010041", "IOMapRead: data"),
         ("0199", "0299", "029900", "telegram 01 99: reply of 2 bytes, not 3"),
