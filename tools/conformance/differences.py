@@ -41,9 +41,9 @@ _FRAME_BUFFER = "Display.Normal,"
 ADDRESSES = "addresses in the firmware's memory"
 """Cause of pointers that are read, which say where a compiler put tables: docs/firmware.md, section 6."""
 
-_DISPLAY_BYTE = re.compile(r"Display offset (\d+),")
-_FIRST_AFTER_POINTERS = 108
-"""Byte of the Display map that follows its pointers."""
+_MAP_BYTE = re.compile(r"(\w+) offset (\d+),")
+_POINTERS_END = {"Comm": 8, "Display": 108, "Loader": 4, "Ui": 4}
+"""First byte behind the pointers that an IO map begins with."""
 
 _BYTE_NUMBER = re.compile(r", byte \d+$")
 
@@ -130,7 +130,7 @@ def _compare_bytes(step: Step, got: str) -> Difference | None:
     cause = f"{name}: {_BYTE_NUMBER.sub('', field)}{_statuses(field, ours[start:], theirs[start:])}"
     if field.startswith(_FRAME_BUFFER) and not any(ours[offset:]):
         cause = ICONS
-    elif (byte := _DISPLAY_BYTE.match(field)) and int(byte[1]) < _FIRST_AFTER_POINTERS:
+    elif (byte := _MAP_BYTE.match(field)) and int(byte[2]) < _POINTERS_END.get(byte[1], 0):
         cause = ADDRESSES
     return Difference(step.number, cause, text)
 
