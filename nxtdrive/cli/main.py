@@ -81,7 +81,7 @@ COMMANDS = {
     "bench": ("bench", "measure this machine: protocol, simulation, detectors, behaviors, motion"),
     "completion": ("completion", "print a script with which a shell completes commands and options"),
 }
-"""Command -> (module in this package, one line of help); a module is imported when its command is used."""
+"""Command -> (module in `nxtdrive.cli.commands`, one line of help); a module is imported when its command is used."""
 
 
 _EPILOG = """\
@@ -317,7 +317,7 @@ def make_parser(named: Container[str]) -> argparse.ArgumentParser:
 
 
 def _add_command(commands: argparse._SubParsersAction[Parser], name: str, module: str, summary: str) -> None:
-    command = cast("CommandModule", importlib.import_module(f"nxtdrive.cli.{module}"))
+    command = cast("CommandModule", importlib.import_module(f"nxtdrive.cli.commands.{module}"))
     parser = commands.add_parser(
         name,
         help=summary,

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.sim_exec import environment
+from nxtdrive.cli.commands.sim_exec import environment
 from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, UsbDoor

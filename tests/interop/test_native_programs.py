@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.sim_exec import umockdev_interpreter
+from nxtdrive.cli.commands.sim_exec import umockdev_interpreter
 
 PATIENCE_S = 60
 

@@ -12,8 +12,8 @@ from hypothesis.extra import numpy as arrays
 from firmware_protocol.iomap import DISPLAY, DisplayFlag
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.brick import Brick
+from nxtdrive.cli.commands.screenshot import GLASS, INK
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.cli.screenshot import GLASS, INK
 from nxtdrive.onboard.display import Display
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
@@ -105,7 +105,7 @@ def test_the_command_writes_an_image(tmp_path, capsys):
 
 
 def test_black_pixels_are_squares_of_ink(tmp_path):
-    from nxtdrive.cli import screenshot
+    from nxtdrive.cli.commands import screenshot
 
     picture = np.zeros((64, 100), bool)
     picture[1, 2] = True

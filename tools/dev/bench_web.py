@@ -136,7 +136,10 @@ def measure_web(*, seconds: float = SECONDS, drives: int = DRIVES) -> Iterable[F
     yield at_most("extra web, installed, without bytecode", installed_mb("web"), "MB", SIZE_MB)
     yield at_most("modules of the extra web that `import nxtdrive` loads", _loaded("import nxtdrive"), "", 0)
     yield at_most(
-        "modules of the extra web that `nxtdrive list` loads", _loaded("import nxtdrive.cli.list_bricks"), "", 0
+        "modules of the extra web that `nxtdrive list` loads",
+        _loaded("import nxtdrive.cli.commands.list_bricks"),
+        "",
+        0,
     )
 
 

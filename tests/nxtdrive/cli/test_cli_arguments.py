@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from nxtdrive.cli import sweep
+from nxtdrive.cli.commands import sweep
 from nxtdrive.cli.main import COMMANDS, DONE, USAGE, main, make_parser
 
 NO_NUMBERS = ("nan", "inf", "-inf", "-nan", "1e400", "", " ", "text", "0x", "1,5")
@@ -210,7 +210,7 @@ def test_mistakes_between_arguments_are_reported_at_once(words, says, capsys):
 
 def test_a_brick_is_renamed_and_nothing_on_it_is_lost(capsys, tmp_path):
     from nxtdrive.brick import Brick
-    from nxtdrive.cli import name as command
+    from nxtdrive.cli.commands import name as command
     from nxtdrive.cli.main import _parse
     from nxtdrive.transports import open_transport
 

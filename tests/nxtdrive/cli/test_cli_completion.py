@@ -11,7 +11,7 @@ import sys
 import pytest
 import shtab
 
-from nxtdrive.cli.completion import SHELLS
+from nxtdrive.cli.commands.completion import SHELLS
 from nxtdrive.cli.main import COMMANDS, DONE, main, make_parser
 
 PROBE = """

@@ -9,8 +9,8 @@ import pytest
 
 from firmware_protocol.direct import GetInputValues
 from firmware_protocol.enums import InputPort, SensorType
+from nxtdrive.cli.commands.monitor import _plots
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
-from nxtdrive.cli.monitor import _plots
 from nxtdrive.cli.safe_console import SafeConsole
 from nxtdrive.tools.monitor import HISTORY_S, TYPES, History, MotorState, SensorState, Snapshot, look, recognize
 from sim_backend.devices import GenericI2CDevice, TemperatureSensor, UltrasonicSensor

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
-from nxtdrive.cli.sim_check import FIRMWARES
 from sim_backend.firmware import brick
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "firmware.jsonl"

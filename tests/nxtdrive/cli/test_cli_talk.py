@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.catalog import ALL_COMMANDS
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.explain import parse_hex
+from nxtdrive.cli.commands.explain import parse_hex
 from nxtdrive.cli.main import DONE, REFUSED, USAGE, main
 
 
@@ -56,7 +56,7 @@ def test_explain_reads_one_telegram_a_line(monkeypatch, capsys):
 @given(st.binary(max_size=80))
 def test_any_bytes_are_explained_as_json(telegram):
     from firmware_protocol.explain import explain
-    from nxtdrive.cli.explain import as_json
+    from nxtdrive.cli.commands.explain import as_json
 
     assert json.loads(json.dumps(as_json(explain(telegram))))["telegram"] in telegram.hex()
 

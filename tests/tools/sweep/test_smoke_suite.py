@@ -6,7 +6,7 @@ The missions of some classes; those of all classes every night.
 import pytest
 
 from behaviors.executive import Ending
-from nxtdrive.cli.sweep import SUITES
+from nxtdrive.cli.commands.sweep import SUITES
 from nxtdrive.tools.sweep.chart_coverage import transitions
 from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan, sweep, workers

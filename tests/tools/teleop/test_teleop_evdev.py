@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nxtdrive.cli.sim_exec import umockdev_interpreter
+from nxtdrive.cli.commands.sim_exec import umockdev_interpreter
 
 SCRIPT = Path(__file__).with_name("evdev_gamepad.py")
 LEFT_Y, RIGHT_X = 1, 3

@@ -124,7 +124,7 @@ def test_a_page_may_have_fewer_pictures(run, options, count):
 
 
 def test_pictures_that_are_too_many_are_thinned(run, monkeypatch):
-    monkeypatch.setattr("nxtdrive.cli.export.MAX_PAGE_BYTES", 40)
+    monkeypatch.setattr("nxtdrive.cli.commands.export.MAX_PAGE_BYTES", 40)
     assert _exported(run).count("data:image/jpeg") == 1
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.commands.web import add_port_argument, require_extra
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument, add_robot_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.progress import with_progress
 from nxtdrive.cli.prompt import can_ask
-from nxtdrive.cli.web import add_port_argument, require_extra
 from nxtdrive.host.listening import listen
 from nxtdrive.signals import held
 

@@ -33,7 +33,7 @@ USB = "usb://"
 
 
 def serve(args: argparse.Namespace) -> int:
-    """Serve until a signal arrives; see `nxtdrive.cli.sim` for the arguments.
+    """Serve until a signal arrives; see `nxtdrive.cli.commands.sim` for the arguments.
 
     Raises:
         ConfigError: A door cannot be opened, or a file has mistakes.

@@ -8,8 +8,8 @@ import shlex
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.commands.mission import report_file
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.mission import report_file
 from nxtdrive.cli.options import add_action, add_json_argument, new_file, writing
 from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
 

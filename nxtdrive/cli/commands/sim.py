@@ -8,9 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from input_files.plain import whole_number
+from nxtdrive.cli.commands.sim_check import add_check_arguments, check
+from nxtdrive.cli.commands.sim_record import add_record_arguments, record
 from nxtdrive.cli.options import add_action, add_json_argument, number
-from nxtdrive.cli.sim_check import add_check_arguments, check
-from nxtdrive.cli.sim_record import add_record_arguments, record
 
 DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.
@@ -132,7 +132,7 @@ def _size(text: str) -> tuple[int, int]:
 def _serve(args: argparse.Namespace) -> int:
     if not (args.pty or args.tcp or args.nxt_server or args.usbip or args.uvc):
         args.refuse("give at least one door: --pty LINK, --tcp PORT, --nxt-server PORT, --usbip PORT or --uvc PORT")
-    from nxtdrive.cli.sim_serve import serve
+    from nxtdrive.cli.commands.sim_serve import serve
 
     return serve(args)
 
@@ -141,6 +141,6 @@ def _exec(args: argparse.Namespace) -> int:
     program = args.program[1:] if args.program[:1] == ["--"] else args.program
     if not program:
         args.refuse("name the program to run: nxtdrive sim exec -- COMMAND")
-    from nxtdrive.cli.sim_exec import execute
+    from nxtdrive.cli.commands.sim_exec import execute
 
     return execute(args, program)

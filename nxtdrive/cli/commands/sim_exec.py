@@ -17,8 +17,8 @@ from pathlib import Path
 
 import sim_backend.doors
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.commands.sim_serve import links
 from nxtdrive.cli.output import complain
-from nxtdrive.cli.sim_serve import links
 from nxtdrive.signals import SIGNALLED, handling
 from nxtdrive.transports.base import WallClock
 from sim_backend.doors.door import wait_readable
@@ -37,7 +37,7 @@ CAN_UMOCKDEV = "import gi; gi.require_version('UMockdev', '1.0'); from gi.reposi
 
 
 def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
-    """Run the program; returns its exit code. See `nxtdrive.cli.sim` for the arguments.
+    """Run the program; returns its exit code. See `nxtdrive.cli.commands.sim` for the arguments.
 
     Raises:
         ConfigError: There is no such program, or a file has mistakes.

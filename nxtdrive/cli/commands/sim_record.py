@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import AddressError, ConfigError
+from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, writing
 from nxtdrive.cli.output import write_line
-from nxtdrive.cli.sim_check import FIRMWARES
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
+from nxtdrive.cli.commands.web import add_port_argument, add_server_arguments, require_extra
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.web import add_port_argument, add_server_arguments, require_extra
 from nxtdrive.host.environment import require
 from nxtdrive.host.listening import LOOPBACK, listen
 

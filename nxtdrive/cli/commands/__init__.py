@@ -1,0 +1,1 @@
+"""The commands of `nxtdrive`, a module each, named after them; `nxtdrive.cli.main` says what a module must have."""
