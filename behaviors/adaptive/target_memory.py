@@ -20,7 +20,7 @@ from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
-RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 4.0, "color": 17.0, "onnx": 12.0}
+RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
 OTHER_RANGE_HEIGHTS = 12.0
 """A detector finds its target up to this many times the target's height away. Source: docs/vision.md section 1.2."""
 
@@ -204,6 +204,10 @@ class TargetMemory:
     def faces(self, target: str, place: Point, viewpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the probability that a target at `place` can be recognised from each of the viewpoints (n, 2)."""
         return self.beliefs[target].faces(place, viewpoints)
+
+    def searched(self, target: str) -> bool:
+        """Whether a scan for the target has ended without finding it."""
+        return any(which == target for which, _ in self._looked_from)
 
     def novelty(self, target: str, place: Point) -> float:
         """Return how much of a look from there is not a repetition of one from nearby, 0..1."""

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nxtdrive.cli.world_template import USUAL_STOP_MM, TemplateTarget, toml_path
+from nxtdrive.cli.template_target import RED_BOX, USUAL_STOP_MM, TemplateTarget
+from nxtdrive.cli.world_template import toml_path
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -62,20 +63,30 @@ rounds = 1                 # most rounds through the list; later ones try again 
 """
 
 
-_BOX = """\
-[target.box]
+_TABLES = {
+    "color": """\
+[target.{name}]
 detector = "color"         # a patch of strong colour:
-color = "red"              #   red, orange, yellow, green, cyan, blue or magenta
-height_mm = 100            # real height of the patch; distances are computed from it"""
-
-_PICTURE = """\
+color = "{color}"              #   red, orange, yellow, green, cyan, blue or magenta
+height_mm = {height_mm:<15g}# real height of the patch; distances are computed from it""",
+    "picture": """\
 [target.{name}]
 detector = "picture"       # something flat you have photographs of
 pictures = [{file}]
-height_mm = {height_mm:<15g}# real height of the print; distances are computed from it"""
-
-RED_BOX = TemplateTarget("box", height_mm=100.0, width_mm=200.0)
-"""What a new mission looks for when no picture is given."""
+height_mm = {height_mm:<15g}# real height of the print; distances are computed from it""",
+    "marker": """\
+[target.{name}]
+detector = "marker"        # a printed ArUco or AprilTag marker
+family = "aruco_4x4_50"
+id = {id}
+height_mm = {height_mm:<15g}# with its black border; distances are computed from it""",
+    "qr": """\
+[target.{name}]
+detector = "qr"            # a printed QR code
+text = {text}
+height_mm = {height_mm:<15g}# of the code, without the white around it; distances are computed from it""",
+}
+"""Table of the target, by its detector."""
 
 
 def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
@@ -88,10 +99,9 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
     from behaviors.mission import AdaptiveParameters, ThesisParameters
     from behaviors.robot_description import CameraTable, RobotTable
 
-    table = _BOX
-    if target.picture is not None:
-        file = toml_path(target.picture, folder)
-        table = _PICTURE.format(name=target.name, file=file, height_mm=target.height_mm)
+    options = {key: value if key == "color" else json.dumps(value) for key, value in target.options.items()}
+    options |= {"file": toml_path(target.picture, folder)} if target.picture is not None else {}
+    table = _TABLES[str(target.options["detector"])].format(name=target.name, height_mm=target.height_mm, **options)
     name = json.dumps(target.name)
     pad = " " * max(1, 15 - len(name))
     parts = [_HEAD.format(title=json.dumps(f"find {target.name}"), name=name, pad=pad, target=table)]

@@ -5,26 +5,20 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.checking import FRAME_SHAPE, RIM
+from nxtdrive.cli.template_target import FARTHEST_STOP_MM, TemplateTarget
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
     from sim_backend.simulation import Simulation
 
 START_X_MM = 600.0
+FRAMES = 3
+"""Looks at one place: a code may be illegible in one frame by its noise."""
 LENS_FORWARD_MM = 60.0
-LENS_HEIGHT_MM = 200.0
-USUAL_STOP_MM = 420.0
-FARTHEST_STOP_MM = 2000.0
-"""Largest ``arrive_mm`` of a mission."""
-HALF_VIEW = math.tan(math.radians(30.0))
-"""Half the width of a frame, as a share of the distance; at 60 degrees of view."""
-HALF_VIEW_UP = FRAME_SHAPE * HALF_VIEW
 
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
@@ -69,8 +63,8 @@ name = {name}
 file = {file}
 at_mm = [{x_mm:g}, {row_mm:g}]
 facing_deg = 180               # towards the robot's start
-size_mm = [{width_mm:g}, {height_mm:g}]
-centre_height_mm = {centre_mm:g}"""
+size_mm = [{width_mm:.6g}, {height_mm:.6g}]
+centre_height_mm = {centre_mm:.6g}"""
 
 BOX = """\
 [[boxes]]
@@ -79,45 +73,6 @@ at_mm = [{x_mm:g}, {row_mm:g}]
 size_mm = [200, 200]
 height_mm = {height_mm:g}
 texture = "{color}_box\""""
-
-
-@dataclass(frozen=True, slots=True)
-class TemplateTarget:
-    """The target of a first mission.
-
-    Attributes:
-        name: In mission and world.
-        height_mm: Its real height.
-        width_mm: Its real width.
-        picture: Its image file; None for the red box.
-    """
-
-    name: str
-    height_mm: float
-    width_mm: float
-    picture: Path | None = None
-
-    @property
-    def top_mm(self) -> float:
-        """Upper edge above the floor: a picture is level with the camera, if it is not too high for that."""
-        return self.height_mm if self.picture is None else max(LENS_HEIGHT_MM, self.height_mm / 2) + self.height_mm / 2
-
-    @property
-    def whole_mm(self) -> float:
-        """Smallest distance from which the whole target is in view."""
-        wide_mm = self.width_mm / 2 / HALF_VIEW
-        high_mm = max(self.top_mm - LENS_HEIGHT_MM, min(LENS_HEIGHT_MM, self.height_mm / 2)) / HALF_VIEW_UP
-        return 10 * math.ceil(RIM * max(wide_mm, high_mm) / 10)
-
-    @property
-    def stop_mm(self) -> float:
-        """Distance at which the robot has arrived: as usual, or so far away that the whole target is in view."""
-        return max(USUAL_STOP_MM, self.whole_mm)
-
-    @property
-    def distance_mm(self) -> float:
-        """Distance of the target from the lens at the start, well within a detector's range."""
-        return max(self.stop_mm + 300.0, min(1800.0, 7 * self.height_mm))
 
 
 def world_text(target: TemplateTarget, folder: Path) -> str:
@@ -130,15 +85,16 @@ def world_text(target: TemplateTarget, folder: Path) -> str:
     Raises:
         ConfigError: The name of the picture cannot be written in TOML.
     """
-    row_mm = math.ceil(max(1200.0, target.width_mm / 2 + 400.0) / 100) * 100.0
+    row_mm = math.ceil(max(1200.0, target.size_mm[0] / 2 + 400.0) / 100) * 100.0
     x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
-    place = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": target.height_mm}
+    place: dict[str, object] = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm}
+    place["height_mm"] = target.height_mm
     if target.picture is None:
         thing = BOX.format(**place, color="red")
     else:
-        image = toml_path(target.picture, folder)
-        centre_mm = target.top_mm - target.height_mm / 2
-        thing = PICTURE.format(**place, file=image, width_mm=target.width_mm, centre_mm=centre_mm)
+        width_mm, height_mm = target.size_mm
+        place |= {"width_mm": width_mm, "height_mm": height_mm, "centre_mm": target.centre_mm}
+        thing = PICTURE.format(**place, file=toml_path(target.picture, folder))
     return WORLD.format(
         title=json.dumps(f"A room with {target.name}", ensure_ascii=False),
         width_mm=math.ceil((x_mm + 600.0) / 100) * 100,
@@ -186,7 +142,9 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
         raise ConfigError(
             f"{target.picture}: {target.width_mm:.0f} x {target.height_mm:.0f} mm is too large: the camera sees all of "
             f"it only from {target.stop_mm / 1000:.1f} m, and arrivals are at {FARTHEST_STOP_MM / 1000:g} m or less.",
-            remedy="Crop the photograph to a part of it, and give the height of that part.",
+            remedy="Print it smaller and give that --height-mm."
+            if target.sheet
+            else "Crop the photograph to a part of it, and give the height of that part.",
         )
     simulation = Simulation(parse_world(tomllib.loads(text), path))
     start_mm = simulation.truth.pose
@@ -195,31 +153,38 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
         if _found_mm(simulation, detector, START_X_MM, start_mm.y_mm, heading_deg) is not None:
             raise ConfigError(
                 f"{target.picture}: the picture detector finds it where it is not: it looks like a plain wall.",
-                remedy='Use a picture with more contrast and detail, or a marker (`detector = "marker"`).',
+                remedy="Use a picture with more contrast and detail, or a marker (--marker).",
             )
     for away_mm in (far_mm, (far_mm + near_mm) / 2, near_mm):
         x_mm = START_X_MM + far_mm - away_mm
         found_mm = _found_mm(simulation, detector, x_mm, start_mm.y_mm, 0.0)
-        if found_mm is None or abs(found_mm - away_mm) > 0.2 * away_mm:
+        if found_mm is not None and abs(found_mm - away_mm) <= 0.2 * away_mm:
+            continue
+        if target.sheet:
             raise ConfigError(
-                f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
-                f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm it has too few details for that.",
-                remedy="Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
-                'or use a marker (`detector = "marker"`).',
+                f"{target.name} is not found from {away_mm / 1000:.1f} m: {target.height_mm:g} mm is too small for it.",
+                remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
             )
+        raise ConfigError(
+            f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
+            f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm it has too few details for that.",
+            remedy="Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
+            "or use a marker (--marker).",
+        )
 
 
 def _found_mm(
     simulation: Simulation, detector: TargetDetector, x_mm: float, y_mm: float, heading_deg: float
 ) -> float | None:
-    """Return how far away a detector places its target in the frame from a pose; None where it finds nothing."""
+    """Return how far away a detector places its target in frames from a pose; None where it finds nothing."""
     from nxtdrive.vision.geometry import Pinhole
 
     simulation.world.place_robot((x_mm, y_mm), heading_deg)
-    simulation.advance(1000)
-    image = simulation.webcam.frame()
-    found = [] if image is None else detector.detector.detect(image)
-    if image is None or not found:
-        return None
-    pinhole = Pinhole.from_hfov(image.shape[1], simulation.webcam.hfov_deg)
-    return pinhole.locate(found[0], detector.height_mm)[1]
+    for _ in range(FRAMES):
+        simulation.advance(1000)
+        image = simulation.webcam.frame()
+        found = [] if image is None else detector.detector.detect(image)
+        if image is not None and found:
+            pinhole = Pinhole.from_hfov(image.shape[1], simulation.webcam.hfov_deg)
+            return pinhole.locate(found[0], detector.height_mm)[1]
+    return None

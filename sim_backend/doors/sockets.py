@@ -185,7 +185,7 @@ class SocketDoor:
         self._listener = listen(host, port)
         self._listener.setblocking(False)
         self.port: int = self._listener.getsockname()[1]
-        self.address = f"{dialect.scheme}://{_bracketed(host)}:{self.port}"
+        self.address = f"{dialect.scheme}://{bracketed(host)}:{self.port}"
 
     def arrivals(self) -> list[Client]:
         """Return the programs that connected since the last call."""
@@ -208,7 +208,7 @@ class SocketDoor:
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-            yield self._client(connection, f"{_bracketed(peer[0])}:{peer[1]}")
+            yield self._client(connection, f"{bracketed(peer[0])}:{peer[1]}")
 
     def _client(self, connection: socket.socket, name: str) -> SocketClient:
         return self._dialect(connection, name, self._now)
@@ -280,5 +280,6 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def _bracketed(host: str) -> str:
+def bracketed(host: str) -> str:
+    """Return a host as an address writes it: one of IPv6 in brackets."""
     return f"[{host}]" if ":" in host else host

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from sim_backend.doors.door import LOOPBACK
 from sim_backend.doors.mjpeg import coded
-from sim_backend.doors.sockets import BACKLOG, listen
+from sim_backend.doors.sockets import BACKLOG, bracketed, listen
 from sim_backend.doors.usb_device import Setup, Speed, Stall, UsbDevice
-from sim_backend.doors.usbip import REQUEST_S, attach_command
+from sim_backend.doors.usbip import REQUEST_S, UsbIpClient, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
 
 ENDPOINT_IN = 0x81
@@ -164,6 +164,7 @@ class UvcDoor:
 
     Attributes:
         port: The actual port.
+        address: Scheme, host and port.
         command: How to plug it into this computer.
         covered: Whether something covers the lens: black frames.
     """
@@ -184,6 +185,7 @@ class UvcDoor:
         """
         self._listener = listen(host, port)
         self.port: int = self._listener.getsockname()[1]
+        self.address = f"{UsbIpClient.scheme}://{bracketed(host)}:{self.port}"
         self.command = attach_command(host, self.port)
         self._device = Webcam(size, fps)
         self._asking: dict[_Cable, None] = {}

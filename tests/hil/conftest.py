@@ -6,6 +6,7 @@ A guest whose kernel has failed, or that does not answer, is replaced before the
 from __future__ import annotations
 
 import contextlib
+import json
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -140,9 +141,17 @@ class Bench:
         return f"rm -rf runs; nxtdrive run {file} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
 
     def reached(self) -> bool:
-        """Whether the robot stands before the sheet."""
+        """Whether the robot stands before what it was to find."""
         truth = self.rig.truth()
-        return bool(truth["distances_mm"]["red"] < STOP_MM and truth["speed_mm_s"] < 1)
+        return bool(min(truth["distances_mm"].values()) < STOP_MM and truth["speed_mm_s"] < 1)
+
+    def achieved(self, done: Done) -> None:
+        """Check that a mission has succeeded: by exit code, message, journal, and where the robot stands."""
+        assert done.code == 0, done.err + done.out
+        assert "achieved after" in done.out
+        last = self.run("tail -n 1 runs/*/journal.jsonl").out
+        assert json.loads(last)["ending"] == "achieved"
+        assert self.reached()
 
     def moving(self) -> None:
         """Wait until the robot drives."""

@@ -21,15 +21,11 @@ def test_info_over_the_kernels_bluetooth(radio):
 
 
 def test_a_mission_over_bluetooth(radio):
-    done = radio.run(radio.mission(nxt=BT), timeout_s=MISSION_S)
-    assert done.code == 0, done.err + done.out
-    assert radio.reached()
+    radio.achieved(radio.run(radio.mission(nxt=BT), timeout_s=MISSION_S))
 
 
 def test_a_mission_over_a_serial_port(radio):
-    done = radio.run(f"{BIND} && {radio.mission(nxt='serial:///dev/rfcomm0')}", timeout_s=MISSION_S)
-    assert done.code == 0, done.err + done.out
-    assert radio.reached()
+    radio.achieved(radio.run(f"{BIND} && {radio.mission(nxt='serial:///dev/rfcomm0')}", timeout_s=MISSION_S))
 
 
 def test_a_brick_that_hangs_up_is_called_again(radio):
@@ -37,8 +33,7 @@ def test_a_brick_that_hangs_up_is_called_again(radio):
         radio.moving()
         radio.rig.fault(radio="hang up")
         radio.at_rest()
-    assert done[0].code == 0, done[0].err + done[0].out
-    assert radio.reached()
+    radio.achieved(done[0])
 
 
 @pytest.mark.loses_bluetooth
@@ -49,8 +44,7 @@ def test_a_mission_goes_on_after_the_brick_was_out_of_range(radio, profile):
         radio.rig.fault(radio="vanish")
         radio.at_rest()
         radio.rig.fault(radio="return")
-    assert done[0].code == 0, done[0].err + done[0].out
-    assert radio.reached()
+    radio.achieved(done[0])
 
 
 @pytest.mark.loses_bluetooth

@@ -85,6 +85,7 @@ def test_a_halted_endpoint_is_cleared(bench, endpoint):
     bench.rig.fault(halt=endpoint)
     done = bench.run("nxtdrive info --nxt usb://")
     assert done.code == 0, done.err
+    assert "NXT" in done.out
 
 
 def test_a_mute_brick_is_reported(bench):

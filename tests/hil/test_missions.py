@@ -1,30 +1,17 @@
 """Whole missions over USB and webcam: the shipped commands, with no simulation in them."""
 
-import json
-
 import pytest
 
-from tests.hil.conftest import HERE, MISSION_S, STOP_MM
-
-
-def journal(bench):
-    lines = bench.run("cat runs/*/journal.jsonl").out.splitlines()
-    return [json.loads(line) for line in lines]
+from tests.hil.conftest import HERE, MISSION_S
 
 
 def test_the_thesis_drives_to_the_sheet(bench):
-    done = bench.run(bench.mission("thesis"), timeout_s=MISSION_S)
-    assert done.code == 0, done.err + done.out
-    assert "achieved" in done.out
-    assert bench.reached()
-    assert journal(bench)[-1]["ending"] == "achieved"
+    bench.achieved(bench.run(bench.mission("thesis"), timeout_s=MISSION_S))
 
 
 def test_the_robot_drives_to_a_picture(bench):
     bench.rig.reset(str(HERE / "picture.toml"))
-    done = bench.run(bench.mission(file=HERE / "picture-mission.toml"), timeout_s=MISSION_S)
-    assert done.code == 0, done.err + done.out
-    assert bench.rig.truth()["distances_mm"]["fox"] < STOP_MM
+    bench.achieved(bench.run(bench.mission(file=HERE / "picture-mission.toml"), timeout_s=MISSION_S))
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
@@ -38,6 +25,4 @@ def test_a_device_that_is_away_for_a_while_does_not_end_the_mission(bench, devic
         else:
             bench.at_rest()
         bench.rig.plug(device)
-    [done] = done
-    assert done.code == 0, done.err + done.out
-    assert bench.reached()
+    bench.achieved(done[0])

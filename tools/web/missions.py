@@ -54,7 +54,7 @@ class Missions:
             ValueError: There is none of this name, or it has mistakes; the text lists all of them.
         """
         if name and name not in self.names():
-            raise ValueError(f"There is no mission {name!r} in the folder {self.folder.name!r}.")
+            raise ValueError(f"There is no mission {name!r} in the folder {self.folder.resolve().name!r}.")
         try:
             mission = read_mission_file(self.file(name), self._robot)
             return mission if profile is None else with_profile(mission, profile)

@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=number("height", float, 10, 3000),
-        help="real height of the target (default: A4, 297)",
+        help="real height of the target (default: 297, an upright sheet of A4)",
     )
     try_.add_argument(
         "--hfov-deg",
@@ -127,6 +127,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _try(args: argparse.Namespace) -> int:
     from nxtdrive.vision.detection import Described
+    from nxtdrive.vision.detectors.qr import QrDetector
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
     name, detector, mission_hfov_deg = _target(args)
@@ -134,9 +135,11 @@ def _try(args: argparse.Namespace) -> int:
     still = _is_image(args.source)
     drawing = _AnnotatedOutput(args.out or Path("detected.png" if still else "detected.webm"))
     looks: list[Look] = []
+    others: set[str] = set()
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
-    if args.onnx and args.height_mm is None:
-        about["height"] = f"{detector.height_mm:g} mm, as is usual for such objects; measure yours and give --height-mm"
+    if args.target is None and args.height_mm is None:
+        why = "as is usual for such objects" if args.onnx else "as of an upright sheet of A4"
+        about["height"] = f"{detector.height_mm:g} mm, {why}; measure yours and give --height-mm"
     if not args.json:
         for title, text in about.items():
             write_line(f"{title}: {text}")
@@ -146,12 +149,16 @@ def _try(args: argparse.Namespace) -> int:
             look, detections = _look(frame, detector, pinhole)
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
+            if isinstance(detector.detector, QrDetector) and not look.found:
+                others.update(text for text, _ in detector.detector.codes(frame.image))
             if not args.json:
                 write_line(_line(name, look))
     except KeyboardInterrupt:
         pass  # write what has been recorded so far
     finally:
         drawing.close()
+    if others and not args.json:
+        write_line(f"codes with other texts: {', '.join(map(repr, sorted(others)))}")
     return _report(looks, drawing.path, about, args.json)
 
 

@@ -44,7 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the replay in one file, with its pictures (default: replay.html in the run folder)",
     )
     parser.add_argument(
-        "--mcap", metavar="FILE", type=Path, help="everything as messages for Lichtblick, Foxglove and the like"
+        "--mcap",
+        metavar="FILE",
+        nargs="?",
+        type=Path,
+        const=IN_FOLDER,
+        help="everything as messages for Lichtblick, Foxglove and the like (default: run.mcap in the run folder)",
     )
     parser.add_argument(
         "--csv",
@@ -113,10 +118,11 @@ def _fitting_fps(camera: CameraPictures) -> float:
     return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 
 
-def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
+def _write_mcap(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:
     from nxtdrive.recording.mcap_file import write_mcap
     from nxtdrive.recording.progress_lines import lines_of
 
+    path = past.path.parent / "run.mcap" if file == IN_FOLDER else file
     with writing(path):
         count = write_mcap(past.records, lines_of(past.records), pictures, path)
     _say(path, f"{count} messages")

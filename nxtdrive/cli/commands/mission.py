@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import shlex
 import sys
-import unicodedata
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
@@ -20,7 +20,7 @@ from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, wri
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from nxtdrive.cli.world_template import TemplateTarget
+    from nxtdrive.cli.template_target import TemplateTarget
 
 DESCRIPTION = """\
 Check mission files, show a mission with every number it runs with and the
@@ -30,6 +30,7 @@ EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
   nxtdrive mission new my.toml           # every key explained, and a room
   nxtdrive mission new --picture my-cat.jpg --height-mm 297
+  nxtdrive mission new --marker 7        # with the sheet to print
   nxtdrive mission check my.toml"""
 
 
@@ -55,14 +56,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         nargs="?",
         type=new_file,
-        help="the mission (default: my-mission.toml, or the picture's name); its room is called FILE-world.toml",
+        help="the mission (default: my-mission.toml, or the target's name); its room is called FILE-world.toml",
     )
-    new.add_argument("--picture", metavar="IMAGE", type=Path, help="what to look for: a photograph of something flat")
+    target = new.add_mutually_exclusive_group()
+    target.add_argument(
+        "--picture", metavar="IMAGE", type=Path, help="look for what this photograph shows, if it is flat"
+    )
+    target.add_argument(
+        "--marker",
+        metavar="ID",
+        type=number("id", int, 0, 49),
+        help="look for this ArUco marker (dictionary 4x4_50), and write the sheet to print",
+    )
+    target.add_argument("--qr", metavar="TEXT", help="look for a QR code with this text, and write the sheet to print")
     new.add_argument(
         "--height-mm",
         metavar="MM",
         type=_height_mm,
-        help="real height of what the photograph shows; measure it: A4 upright is 297, A4 across 210, A5 upright 210",
+        help="its real height. Measure that of what a photograph shows: A4 upright is 297, A4 across 210, A5 upright "
+        "210; a marker is printed 150 mm high and a QR code 160 unless you say so",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
@@ -144,53 +156,88 @@ def _short(value: object) -> str:
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.mission_template import RED_BOX, template
+    from nxtdrive.cli.mission_template import template
+    from nxtdrive.cli.template_target import RED_BOX
     from nxtdrive.cli.world_template import world_text
     from nxtdrive.recording.output_file import write_file
 
-    if args.picture is None and args.height_mm is not None:
-        raise ConfigError("--height-mm needs --picture.", remedy="Name the photograph of what has that height.")
-    target = RED_BOX if args.picture is None else _pictured(args.picture, args.height_mm)
-    mission = args.file or Path("my-mission.toml" if args.picture is None else f"{target.name}.toml")
+    target = _new_target(args)
+    mission = args.file or Path("my-mission.toml" if target is RED_BOX else f"{target.name}.toml")
     world = mission.with_name(f"{mission.stem}-world.toml")
-    for path in (mission, world):
-        if target.picture is not None and path.resolve() == target.picture.resolve():
+    sheet = [target.picture] if target.sheet and target.picture else []
+    for path in (mission, world, *sheet):
+        if args.picture is not None and path.resolve() == args.picture.resolve():
             raise ConfigError(f"{path} is the photograph, which would be overwritten.", remedy="Choose another name.")
         if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
     text = world_text(target, world.parent)
-    hint = "" if target.picture is None else _tried_out(target, target.picture, text, world)
-    for path, content in ((mission, template(target, mission.parent)), (world, text)):
+    hint = "" if target is RED_BOX else _tried_out(target, text, world)
+    contents = [template(target, mission.parent).encode(), text.encode(), *([target.sheet] if target.sheet else [])]
+    for path, content in zip((mission, world, *sheet), contents, strict=True):
         with writing(path):
-            write_file(path, content.encode())
+            write_file(path, content)
     run = f"nxtdrive run {shlex.quote(str(mission))}"
     write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name!r} in it. Try it there:")
     write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
+    for path in sheet:
+        wide_mm, high_mm = target.size_mm
+        write_line(f"Print {path} at 100 %: with its white margin it is {wide_mm:.0f} x {high_mm:.0f} mm.")
     if hint:
         write_line(f"hint: {hint}.")
     return DONE
 
 
-def _tried_out(target: TemplateTarget, picture: Path, text: str, world: Path) -> str:
-    """Look for a photographed target in its room; returns which other detector fits it, or an empty string.
+def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
+    """Look for a target in its room; returns which other detector fits a photograph, or an empty string.
 
     Raises:
         ConfigError: It is not found there.
     """
-    from nxtdrive.cli.world_template import try_out
+    from nxtdrive.cli.world_template import try_out, world_text
     from nxtdrive.mission.simpler_detector import simpler_detector
     from nxtdrive.vision.detectors import make_detector
     from nxtdrive.vision.sources import read_image
 
-    spec = {"detector": "picture", "pictures": [str(picture)], "height_mm": target.height_mm}
-    hint = simpler_detector(read_image(picture))
+    spec = {**target.options, "height_mm": target.height_mm}
+    if target.sheet:
+        with TemporaryDirectory() as folder:
+            there = replace(target, picture=Path(folder, "sheet.png"))
+            Path(folder, "sheet.png").write_bytes(target.sheet)
+            try_out(there, make_detector(spec), world_text(there, Path(folder)), Path(folder, "world.toml"))
+        return ""
+    spec |= {"pictures": [str(target.picture)]}
+    hint = simpler_detector(read_image(Path(str(target.picture))))
     try:
         try_out(target, make_detector(spec), text, world)
     except ConfigError as error:
         raise ConfigError(str(error.args[0]), remedy=f"But {hint}.") if hint else error from None
     return hint
+
+
+def _new_target(args: argparse.Namespace) -> TemplateTarget:
+    """Return what the new mission is to look for.
+
+    Raises:
+        ConfigError: There is no such picture, text or height.
+    """
+    from nxtdrive.cli.template_target import MARKER_MM, QR_MM, RED_BOX, marker_target, qr_target
+    from nxtdrive.vision.detectors.qr import QrDetector
+
+    folder = args.file.parent if args.file else Path()
+    if args.picture is not None:
+        return _pictured(args.picture, args.height_mm)
+    if args.marker is not None:
+        return marker_target(args.marker, args.height_mm or MARKER_MM, folder)
+    if args.qr is not None:
+        QrDetector(args.qr)
+        return qr_target(args.qr, args.height_mm or QR_MM, folder)
+    if args.height_mm is not None:
+        raise ConfigError(
+            "--height-mm needs --picture, --marker or --qr.", remedy="Name the photograph of what has that height."
+        )
+    return RED_BOX
 
 
 def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
@@ -200,7 +247,7 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
         ConfigError: It is not an image, or its height is not known and there is no terminal to ask in.
     """
     from firmware_protocol.errors import CameraError
-    from nxtdrive.cli.world_template import TemplateTarget
+    from nxtdrive.cli.template_target import TemplateTarget, plain_name
     from nxtdrive.vision.sources import read_image
 
     try:
@@ -209,14 +256,8 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
         raise ConfigError(*error.args, remedy=error.remedy) from None
     height_px, width_px = pixels.shape[:2]
     height_mm = _asked_height_mm(width_px > height_px) if height_mm is None else height_mm
-    return TemplateTarget(target_name(picture), height_mm, round(height_mm * width_px / height_px, 1), picture)
-
-
-def target_name(picture: Path) -> str:
-    """Return the name of the target that a photograph shows: its file's, without accents and with dashes for spaces."""
-    letters = unicodedata.normalize("NFKD", picture.stem.replace("ß", "ss"))
-    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
-    return re.sub(r"[^A-Za-z0-9_-]+", "-", plain).strip("-") or "picture"
+    width_mm = round(height_mm * width_px / height_px, 1)
+    return TemplateTarget(plain_name(picture.stem, "picture"), height_mm, width_mm, {"detector": "picture"}, picture)
 
 
 def _asked_height_mm(across: bool) -> float:

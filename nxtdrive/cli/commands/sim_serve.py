@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -56,8 +56,7 @@ def serve(args: argparse.Namespace) -> int:
         server = RealTimeServer(simulation, switchboard, [stream, *webcams], fps=fps, now=clock.now, wait=wait_readable)
         if not is_loopback(args.host):
             complain(f"warning: anyone who can reach {args.host} can drive this brick.")
-        attach = [door.command for door in doors if isinstance(door, UsbIpDoor)]
-        out.serving([door.address for door in doors], stream.url, attach + [webcam.command for webcam in webcams])
+        out.serving(doors, stream.url, webcams)
 
         def report(status: Status) -> None:
             if simulation.brick.powered_off:
@@ -106,14 +105,17 @@ class Output:
         self._live = None if as_json or not sys.stdout.isatty() else _live_line()
         self._off = False
 
-    def serving(self, doors: list[str], camera: str, attach: list[str]) -> None:
+    def serving(self, opened: Sequence[Door], camera: str, webcams: Sequence[UvcDoor]) -> None:
         """Report the addresses, and the commands that attach what is on USB/IP to this computer."""
+        doors = [door.address for door in opened]
+        attach = [door.command for door in (*opened, *webcams) if isinstance(door, UsbIpDoor | UvcDoor)]
         nxt = None if not doors else USB if doors[0].startswith(UsbIpClient.scheme) else doors[0]
         command = shlex.join(["nxtdrive", "run", "--nxt", nxt, "--camera", camera]) if nxt else None
         if self._json:
             self._event("serving", nxt=nxt, doors=doors, camera=camera, command=command, attach=attach)
             return
-        for address in (*(f"brick   {door}" for door in doors), f"camera  {camera}"):
+        cameras = [camera, *(webcam.address for webcam in webcams)]
+        for address in (*(f"brick   {door}" for door in doors), *(f"camera  {address}" for address in cameras)):
             write_line(address)
         if attach:
             write_text("\nTo plug into this computer, Linux with the package usbip, as root:")
@@ -122,6 +124,8 @@ class Output:
         if command:
             write_text("\nIn a second terminal:")
             write_line(f"  {command}")
+            if webcams:
+                write_line("With the attached webcam, if the computer has no other: --camera 0")
         write_text("\nCtrl-C ends it.", flush=True)
         if self._live:
             self._live.start()

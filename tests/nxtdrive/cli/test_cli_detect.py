@@ -93,6 +93,21 @@ def test_nothing_seen_is_said(picture, tmp_path, capsys):
     assert "nothing" in capsys.readouterr().out
 
 
+def test_a_sheet_with_another_code_is_said_to_have_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["mission", "new", "--qr", "7"]) == DONE
+    assert main(["detect", "try", "qr-7.png", "--qr", "8"]) == DONE
+    assert "codes with other texts: '7'" in capsys.readouterr().out
+
+
+def test_an_assumed_height_is_said(picture, tmp_path, capsys):
+    out = str(tmp_path / "seen.png")
+    assert main(["detect", "try", str(picture), "--color", "red", "--out", out]) == DONE
+    assert "height: 297 mm, as of an upright sheet of A4" in capsys.readouterr().out
+    assert main(["detect", "try", str(picture), "--color", "red", "--out", out, "--height-mm", "100"]) == DONE
+    assert "height:" not in capsys.readouterr().out
+
+
 def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
     mission = tmp_path / "m.toml"
     mission.write_text(
@@ -174,7 +189,7 @@ def test_a_network_finds_its_label_and_says_what_it_is(picture, tmp_path, capsys
 def test_what_the_network_is_goes_into_json_too(picture, network, tmp_path, capsys):
     told = _try(capsys, picture, "--onnx", network, "--label", "cup", "--height-mm", 95, "--out", tmp_path / "out.png")
     assert told["detector"]["labels"] == "bowl, cup, cat"
-    assert "height" not in told["detector"]
+    assert "height:" not in told["detector"]
     assert told["seen"] == 1
 
 

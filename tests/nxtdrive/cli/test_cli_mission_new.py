@@ -12,12 +12,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 import nxtdrive
 from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
-from nxtdrive.cli.commands.mission import target_name
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.template_target import plain_name
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.dev.onnx_models import red_model
@@ -140,6 +141,58 @@ def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
         assert nxtdrive.run_mission("m.toml", nxt="sim://m-world.toml?seed=0").achieved
     else:
         _find_in_the_room_as_written()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        (["--marker", "7"], "marker-7"),
+        (["--marker", "49", "--height-mm", "80"], "marker-49"),
+        (["--qr", "7"], "qr-7"),
+        (["--qr", "Küche im 1. Stock", "--height-mm", "200"], "qr-Kuche-im-1-Stock"),
+    ],
+)
+def test_a_sheet_to_print_becomes_a_mission_that_succeeds_in_its_room(options, name, capsys):
+    assert main(["mission", "new", *options]) == DONE
+    assert f"Print {name}.png at 100 %" in capsys.readouterr().out
+    assert main(["mission", "check", f"{name}.toml"]) == DONE
+    assert capsys.readouterr().out == f"{name}.toml: good\n"
+    report = nxtdrive.run_mission(f"{name}.toml", nxt=f"sim://{name}-world.toml?seed=0")
+    assert report.achieved
+    assert report.duration_s < 20.0  # it looks round where it was put
+
+
+@pytest.mark.parametrize(("options", "modules", "around"), [(["--marker", "7"], 6, 1), (["--qr", "7"], 21, 3)])
+def test_a_sheet_prints_at_its_true_size(options, modules, around):
+    assert main(["mission", "new", "m.toml", *options, "--height-mm", "120"]) == DONE
+    [sheet] = Path().glob("*.png")
+    with Image.open(sheet) as image:
+        width_mm = image.width / image.info["dpi"][0] * 25.4
+    assert width_mm == pytest.approx(120 * (modules + 2 * around) / modules, rel=1e-3)
+    assert load_world("m-world.toml").pictures[0].size_mm[0] == pytest.approx(width_mm, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["--marker", "7", "--height-mm", "20"], "Print it larger"),
+        (["--qr", "x" * 400], "shorter text"),
+        (["--qr", ""], "1 to 500"),
+        (["--marker", "7", "--height-mm", "3000"], "Print it smaller"),
+    ],
+)
+def test_a_sheet_that_cannot_be_found_is_refused_and_nothing_is_written(options, expected, capsys):
+    assert main(["mission", "new", *options]) == USAGE
+    assert expected in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_a_sheet_of_ours_is_not_overwritten_unasked(capsys):
+    Path("marker-7.png").write_bytes(b"mine")
+    assert main(["mission", "new", "m.toml", "--marker", "7"]) == USAGE
+    assert "marker-7.png exists already" in capsys.readouterr().err
+    assert Path("marker-7.png").read_bytes() == b"mine"
 
 
 @pytest.mark.slow
@@ -275,7 +328,7 @@ def test_the_photograph_is_not_overwritten_even_when_forced(mission, stem, capsy
     ],
 )
 def test_a_target_has_its_pictures_name_in_plain_letters(file, name):
-    assert target_name(Path(file)) == name
+    assert plain_name(Path(file).stem, "picture") == name
 
 
 def test_a_picture_whose_name_no_toml_file_can_hold_is_refused(capsys):

@@ -1,6 +1,8 @@
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from behaviors.mission import Mission, described_by
 from behaviors.robot_description import RobotFile
@@ -64,7 +66,9 @@ def sheet_with_code(text, quarters=0):
 
 
 @pytest.mark.parametrize("text", ["7", "kitchen", "größer"])
-@pytest.mark.parametrize(("distance_mm", "bearing_deg", "quarters"), [(400, 0, 0), (500, -8, 1), (600, 6, 2)])
+@pytest.mark.parametrize(
+    ("distance_mm", "bearing_deg", "quarters"), [(400, 0, 0), (600, -8, 1), (750, 6, 2), (900, 0, 0)]
+)
 def test_qr_code_is_found_where_it_is(make_scene, distractors, text, distance_mm, bearing_deg, quarters):
     scene = make_scene(sheet_with_code(text, quarters), distractors["brick"])
     (found,) = QrDetector(text).detect(scene.render(distance_mm, bearing_deg))
@@ -90,6 +94,19 @@ def test_the_nearer_of_two_equal_qr_codes_comes_first():
     heights = [one.box[3] for one in QrDetector("7").detect(frame)]
     assert len(heights) == 2
     assert heights[0] > 1.5 * heights[1]
+
+
+@given(st.integers(2, 60), st.integers(2, 60), st.integers(0, 2**32 - 1))
+def test_qr_survives_scraps_of_codes(height, width, seed):
+    """Parts of a code at any place and size, stretched over the frame, with noise."""
+    rng = np.random.default_rng(seed)
+    code = sheet_with_code("7")[100:480, 30:400]
+    top, left = rng.integers(0, 300), rng.integers(0, 300)
+    scrap = cv2.resize(code[top : top + 8 * height, left : left + 8 * width], (4 * width, 4 * height))
+    frame = np.full((240, 320, 3), 200, np.uint8)
+    frame[: 4 * height, : 4 * width] = scrap
+    noisy = np.clip(frame + rng.normal(0, rng.integers(1, 60), frame.shape), 0, 255).astype(np.uint8)
+    assert len(QrDetector("7").detect(noisy)) <= 1
 
 
 def test_qr_finds_none_in_photographs(distractors):
