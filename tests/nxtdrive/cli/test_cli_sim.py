@@ -82,6 +82,34 @@ def test_brick_and_camera_are_there_and_both_are_named_in_the_command(server, tm
 
 
 @pytest.mark.slow
+def test_a_webcam_that_is_to_be_attached_is_named(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "nxtdrive.cli.main",
+        "sim",
+        "serve",
+        "--usbip",
+        "0",
+        "--uvc",
+        "0",
+        "--world",
+        "open",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as served:
+        try:
+            lines = [served.stdout.readline() for _ in range(12)]
+        finally:
+            served.terminate()
+    text = "".join(lines)
+    brick, *cameras = (line.split()[1] for line in lines[:3])
+    assert brick.startswith("usbip://127.0.0.1:")
+    assert [camera.split("://")[0] for camera in cameras] == ["http", "usbip"]
+    assert text.count("attach -r 127.0.0.1") == 2
+    assert "--camera 0" in text
+
+
+@pytest.mark.slow
 def test_ctrl_c_ends_it_as_well(server, tmp_path):
     _serving(server)
     assert _end(server, signal.SIGINT)[-1]["event"] == "ended"
