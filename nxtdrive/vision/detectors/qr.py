@@ -21,7 +21,7 @@ SIDE_PX = 300
 """Size to which a code that was found is enlarged to be read."""
 
 SMALLEST_PX = 10
-"""Width and height of what can be a code in the frame: a module needs half a pixel."""
+"""Width and height in the frame below which no code can be read: half a pixel a module."""
 
 WHITE = 0.25
 """White around the code that is read with it, as a share of its size."""
