@@ -103,7 +103,8 @@ class SoundModule:
         self._from_ms = 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
-        self._is_melody = self._plays_buffer = self._begins_again = False
+        self._is_melody = True  # pieces are samples only after the header of a file has said so
+        self._plays_buffer = self._begins_again = False
         self._notes: list[tuple[int, int]] = []
 
     def play_tone(self, frequency_hz: int, duration_ms: int, *, loop: bool = False) -> None:
@@ -172,9 +173,14 @@ class SoundModule:
             self._silence()
         elif self.state in (SoundState.TONE, SoundState.FILE):
             self.flags, self._sounds = self.flags | SoundFlag.RUNNING, True
+            if self.state == SoundState.TONE and self._queue:  # the state was written while samples are played
+                self._ends_ms = max(self._ends_ms, ceil(self._queue[-1]))
             nothing = self._handle is None and self._read == self._played and self.mode != SoundMode.LOOP
             if self.state == SoundState.FILE and nothing:  # a program or telegram has written the state
-                self._silence()
+                if now_ms < self._ends_ms:  # a tone plays on
+                    self._end_state()
+                else:
+                    self._silence()
             elif now_ms >= self._ends_ms:
                 self._continue(now_ms)
         self.due_ms = self._ends_ms if self.state in (SoundState.TONE, SoundState.FILE) else NEVER
@@ -362,10 +368,14 @@ class SoundModule:
         self._close_file()
 
     def _end(self) -> None:
-        self.flags, self._sounds = self.flags & ~int(SoundFlag.RUNNING), False
+        self._end_state()
+        self._sounds, self._ends_ms, self._next_ms = False, 0, 0
+
+    def _end_state(self) -> None:
+        """End the sound for the map."""
+        self.flags &= ~int(SoundFlag.RUNNING)
         if self.state in (SoundState.FILE, SoundState.TONE, SoundState.STOP):
             self.state = int(SoundState.IDLE)
-        self._ends_ms = self._next_ms = 0
 
     def _close_file(self) -> None:
         if self._handle is not None:

@@ -130,6 +130,8 @@ class OutputModule:
         self._common_byte = self._regulation_options = 0
         self._clock = clock
         self._last_ms, self._woken = clock.now_ms, False
+        for control in self.controls:
+            rest(control, clock.now_ms)  # the period of regulation counts from power-on
 
     @property
     def common_byte(self) -> int:
