@@ -155,11 +155,15 @@ class LowSpeedModule:
         self.wake()
         return True
 
-    def error_at_once(self, port: int) -> int:
-        """Execute a transaction that was just started with that option, as for programs; return 0 or its error."""
+    def error_at_once(self, port: int) -> int | None:
+        """Execute a transaction that was just started with that option, as for programs.
+
+        Returns:
+            0 or its error; None without the option.
+        """
         channel = self.channels[port]
         if not (self._has_options and self.at_once >> port & 1 and self._low_speed(port)):
-            return 0
+            return None
         self._transfer(port, channel)
         return channel.error if channel.state == ChannelState.ERROR else 0
 

@@ -14,6 +14,9 @@ TRIES = 4
 READ_TIMEOUT = 100
 """Passes."""
 
+_LEAST_BYTES = 2
+"""Least number of bytes of a transfer at once, with one for a read."""
+
 
 class ChannelState(IntEnum):
     """State of a port's bus, as in the map."""
@@ -124,10 +127,12 @@ class Channel:
         self.state, self.mode = ChannelState.COMMUNICATING, ChannelMode.TRANSMITTING
 
     def transfer(self, message: bytes) -> None:
-        """Send a message and read at once, in one attempt."""
-        if not message:
+        """Send a message and read at once, in one attempt; one byte is just the address of a read."""
+        if len(message) + bool(self.rx_size) < _LEAST_BYTES:
             self.state, self.error = ChannelState.ERROR, ChannelError.NO_MESSAGE
             return
+        if len(message) == 1:
+            message = bytes([message[0] | 1])
         self._account()
         received = self.bus.transfer(message, self.rx_size)
         if received is None:

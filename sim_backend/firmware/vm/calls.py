@@ -109,6 +109,11 @@ class Call:
             inner = self._data.parts(place)[i]
             self._data.memory.set_bytes(self._data.index(inner), content + b"\0")
 
+    def end_pass(self) -> None:
+        """Take the rest of the pass: the program continues in the next one."""
+        memory = self._data.memory
+        memory.spend(max(memory.work_left, 0))
+
     def spend_pixels(self, count: int) -> None:
         """Count the work of drawing pixels, also those outside of the screen.
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.vm.calls import Call, Function
-from sim_backend.firmware.vm.pictures import DRAWN, draw_picture
+from sim_backend.firmware.vm.pictures import DRAWN, draw_content
 
 _CLEAR = 0x3
 """Bits of the options that clear the screen before drawing."""
@@ -64,16 +64,22 @@ def _rectangle(call: Call) -> None:
     call.devices.display.rectangle(*call.pair(1), *call.pair(2))
 
 
-def _picture(call: Call) -> int:
-    """Draw a picture file: status, point, file name, parameters, options."""
-    return draw_picture(
-        call.devices.display,
-        call.devices.loader,
-        call.text(2),
-        call.pair(1),
-        call.numbers(3),
-        enhanced=call.machine.dialect.enhanced_calls,
-    )
+def _picture(call: Call) -> None:
+    """Draw a picture file: status, point, file name, parameters, options.
+
+    Firmware 1.32 leaves the screen as it is if the file cannot be opened.
+    """
+    enhanced = call.machine.dialect.enhanced_calls
+    status, content = call.devices.loader.linear_content(call.text(2).decode("latin-1"))
+    if status and enhanced:
+        call.put(0, status)
+        return
+
+    def draw(call: Call) -> int:
+        display = call.devices.display
+        return status or draw_content(display, content, call.pair(1), call.numbers(3), enhanced=enhanced)
+
+    drawing(draw, 4, combines=False)(call)
 
 
 def _screen_mode(call: Call) -> None:
@@ -91,7 +97,7 @@ TABLE: Mapping[int, Function] = {
     15: drawing(_line, 3),
     16: drawing(_circle, 3, fills=True),
     17: drawing(_rectangle, 3, fills=True),
-    18: drawing(_picture, 4, combines=False),
+    18: _picture,
     19: _screen_mode,
 }
 """Number of each call to its function."""

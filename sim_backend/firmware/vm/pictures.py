@@ -12,7 +12,6 @@ from typing import NamedTuple
 from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.display import DisplayModule
-from sim_backend.firmware.files.loader import Loader
 
 _DESCRIPTION, _SPRITE, _MAP, _COPY, _PIXEL, _LINE, _RECTANGLE, _CIRCLE, _NUMBER = range(9)
 _WORDS = {_SPRITE: 3, _MAP: 2, _COPY: 8, _PIXEL: 4, _LINE: 5, _RECTANGLE: 5, _CIRCLE: 4, _NUMBER: 4}
@@ -117,20 +116,6 @@ def _interpolate(table: Sequence[tuple[int, int]], value: int) -> int:
             return s16(before[1]) + divide((value - before[0]) * rise, span)
         before = point
     return table[-1][1]
-
-
-def draw_picture(
-    display: DisplayModule,
-    loader: Loader,
-    name: bytes,
-    origin: Sequence[int],
-    parameters: Sequence[int],
-    *,
-    enhanced: bool,
-) -> int:
-    """Draw a picture file, which must be contiguous; return the status, which is FD also when all was drawn."""
-    status, content = loader.linear_content(name.decode("latin-1"))
-    return status or draw_content(display, content, origin, parameters, enhanced=enhanced)
 
 
 def draw_content(

@@ -17,6 +17,7 @@ from sim_backend.firmware.files.names import NAME_LIMIT
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.sensors.analog import FULL_SCALE
 from sim_backend.firmware.sensors.input import COLOR_TYPES
+from sim_backend.firmware.sensors.low_speed_channel import ChannelError
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui.sleep_timer import MINUTE_MS
 from sim_backend.firmware.vm.call_types import CALL_TYPES, ENHANCED_CALL_TYPES
@@ -115,10 +116,13 @@ def _ls_write(call: Call) -> None:
         call.put(0, Status.CHANNEL_INVALID)
     elif len(message) > LS_LIMIT or size > LS_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
+    elif not bus.write(port, message, size, options):
+        call.put(0, Status.CHANNEL_NOT_CONFIGURED)
     else:
-        call.put(
-            0, bus.error_at_once(port) if bus.write(port, message, size, options) else Status.CHANNEL_NOT_CONFIGURED
-        )
+        error = bus.error_at_once(port)
+        call.put(0, error or 0)
+        if error not in (None, ChannelError.NO_MESSAGE):
+            call.end_pass()
 
 
 def _ls_read(call: Call) -> None:
