@@ -173,7 +173,7 @@ class SimBrick:
             io_maps.output_map(self.output),
             io_maps.sound_map(self.sound),
             io_maps.io_control_map(self.io_control),
-            io_maps.command_map(self.command),
+            io_maps.command_map(self.command, self.ui),
             io_maps.ui_map(self.ui, self.radio),
         ]
         for live in maps:
@@ -203,8 +203,7 @@ class SimBrick:
         )
 
     def _program_ended(self) -> None:
-        self.display.end()
-        self.ui.program_ended()
+        self.ui.program_ended(had_screen=self.display.end())
 
     def _reset_devices(self) -> None:
         """Reset ports and motors, as at the start of a program and when the display no longer shows its end."""

@@ -96,7 +96,7 @@ class CommandModule:
         self.breakpoints: list[list[tuple[int, int]]] = []
         self.after_pool = b"\0"
         self._pool, self._written = fresh_pool(), dict[str, int]()
-        self.due_ms, self.calculates = NEVER, False
+        self.due_ms, self.calculates, self._missed_ms = NEVER, False, NEVER
         self.status = int(ProgramStatus.IDLE)
         self.activate = self.deactivate = 0
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
@@ -111,11 +111,16 @@ class CommandModule:
         return self._phase in (_Phase.RUNNING, _Phase.ENDED)
 
     @property
+    def running(self) -> bool:
+        """Whether a program runs, whatever ProgStatus is: the map can change it."""
+        return self._phase is _Phase.RUNNING
+
+    @property
     def state(self) -> int:
         """State of the interpreter, see `InterpreterState`."""
         if self._phase is _Phase.RUNNING:
             return self._state
-        if self._phase is _Phase.ENDED:
+        if self._phase is _Phase.ENDED or self._clock.now_ms == self._missed_ms:
             return InterpreterState.STOPPING
         return InterpreterState.IDLE if self._phase is _Phase.IDLE else InterpreterState.ENDED
 
@@ -198,7 +203,7 @@ class CommandModule:
 
     def reset(self) -> None:
         """Forget how the last program ended, and reset inputs and outputs, in the next pass."""
-        if self.status != ProgramStatus.IDLE and not self.active:
+        if self.status != ProgramStatus.IDLE:
             self.status = int(ProgramStatus.RESET)
             self.wake()
 
@@ -278,7 +283,7 @@ class CommandModule:
         except (BadProgram, OutOfMemory) as error:
             self._refuse(error.fault if isinstance(error, BadProgram) else Fault.OUT_OF_MEMORY)
             if self._handle is None:
-                self._phase = _Phase.WAITING
+                self._phase, self._missed_ms = _Phase.WAITING, now_ms
             return
         self.mailboxes = Mailboxes(memory)
         calibrations = Calibrations(memory)
@@ -348,5 +353,5 @@ class CommandModule:
             self._written = {}
         self.breakpoints = []
         self._phase = _Phase.WAITING
-        if self.activate:
+        if self.activate or self.status == ProgramStatus.RESET:
             self.wake()

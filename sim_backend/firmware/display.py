@@ -77,15 +77,15 @@ class DisplayModule:
 
     def release(self) -> None:
         """Give the screen back to the firmware's user interface."""
-        if self._drawn:
-            self.end()
+        if self.end():
             self._show_status(True)
 
-    def end(self) -> None:
-        """Forget the program's drawings when it has ended; the user interface takes the screen itself."""
-        if self._drawn:
+    def end(self) -> bool:
+        """Forget the program's drawings when it has ended; return whether it had the screen."""
+        had_screen, self._drawn = self._drawn, False
+        if had_screen:
             self.clear()
-            self._drawn = False
+        return had_screen
 
     def collect(self) -> None:
         """Keep what is drawn from now on until `combine`."""

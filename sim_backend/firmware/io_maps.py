@@ -171,9 +171,14 @@ def comm_map(radio: Radio, high_speed: HighSpeed, registers: UiRegisters) -> Liv
     return live
 
 
-def command_map(module: CommandModule) -> LiveMap:
+def command_map(module: CommandModule, ui: UiModule) -> LiveMap:
     """Make the map of the program interpreter and the memory pool; writing to it can start and stop programs."""
-    live = LiveMap(iomap.COMMAND, on_write=module.wake)
+
+    def wake() -> None:
+        module.wake()
+        ui.check_program()
+
+    live = LiveMap(iomap.COMMAND, on_write=wake)
     live.bind(
         module,
         Tick="tick",

@@ -63,6 +63,11 @@ class FileRunner:
         if self._registers.runs_file and self._run is Run.PROGRAM:
             self._run, self._registers.next_step_ms = Run.ENDED, self._clock.now_ms + 1
 
+    def check_program(self) -> None:
+        """See in this module's next turn whether the program still runs: its status may have been written."""
+        if self._registers.runs_file and self._run is Run.PROGRAM:
+            self._registers.next_step_ms = self._clock.now_ms
+
     def choose(self, name: bytes) -> None:
         """Set the file to run when its turn comes."""
         self._file, self._run = name, Run.TONE
@@ -113,7 +118,7 @@ class FileRunner:
                 registers.next_step_ms = now_ms + 1
             case Run.TO_OPEN:
                 self._open(now_ms)
-            case Run.PROGRAM if self._programs.active:
+            case Run.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
                 registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
             case Run.SOUND if self._sound.playing:
                 registers.next_step_ms = now_ms + 1
@@ -121,7 +126,7 @@ class FileRunner:
                 if self._keys.read() == Key.EXIT:
                     self._sound.break_off()
                     self._run = Run.ENDED
-            case Run.SOUND:
+            case Run.PROGRAM | Run.SOUND:
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
             case Run.MESSAGE if now_ms < self._message_ends_ms:
                 registers.next_step_ms = self._message_ends_ms
@@ -179,7 +184,8 @@ class FileRunner:
 
     def _show_end(self, now_ms: int) -> None:
         registers = self._registers
-        registers.clear(states.RUNNING_FLAGS)
+        if not self._programs.active:  # it goes on if only its status was written
+            registers.clear(states.RUNNING_FLAGS)
         registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         self._run = Run.MESSAGE
         self._screen.mark(marks.MESSAGE)

@@ -16,8 +16,6 @@ from sim_backend.firmware.ui.states import Programs
 class ProgramWatch:
     """Disables the keys while a program is active, and ends its sound.
 
-    For a file that has the screen `FileRunner` enables the keys again.
-
     Args:
         registers: Those of the user interface.
         programs: The command module.
@@ -29,11 +27,11 @@ class ProgramWatch:
         self, registers: UiRegisters, programs: Programs, sound: SoundModule, screen: ScreenRefresh | None
     ) -> None:
         self._registers, self._programs, self._sound, self._screen = registers, programs, sound, screen
-        self._was_active = False
+        self._was_active = self._had_screen = False
 
-    def note_end(self) -> None:
+    def note_end(self, *, had_screen: bool) -> None:
         """Notice in the next pass that a program, perhaps one that could not start, is over."""
-        self._was_active = True
+        self._was_active, self._had_screen = True, had_screen
 
     def follow(self) -> None:
         """Check whether a program is active, once in a pass of the user interface."""
@@ -43,8 +41,9 @@ class ProgramWatch:
             registers.set(states.RUNNING_FLAGS)
         elif ended:
             self._sound.end_program(registers.volume)
-            if not registers.runs_file:
-                registers.flags = registers.flags & ~states.RUNNING_FLAGS | int(UiFlag.ENABLE_STATUS)
+            registers.clear(states.RUNNING_FLAGS)
+            if self._had_screen and not registers.runs_file:
+                registers.set(UiFlag.ENABLE_STATUS)
             if self._screen:
                 self._screen.restore()
         self._was_active = active

@@ -93,6 +93,10 @@ class Programs(Protocol):
     def active(self) -> bool:
         """Whether a program is active."""
 
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended, either."""
+
     def start(self, name: bytes) -> None:
         """Start a program in the next pass."""
 

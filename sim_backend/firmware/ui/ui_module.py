@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_protocol.iomap import ProgramStatus, UiFlag
+from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.button import Button, ButtonState
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
@@ -167,11 +167,16 @@ class UiModule:
         self.registers.set(UiFlag.EXECUTE_FILE)
         self.wake()
 
-    def program_ended(self) -> None:
+    def program_ended(self, *, had_screen: bool) -> None:
         """Notice in the next pass that a program, perhaps one that could not start, is over."""
-        self._watch.note_end()
+        self._watch.note_end(had_screen=had_screen)
         self._files.program_ended()
         self.wake_later()
+
+    def check_program(self) -> None:
+        """See in this module's next turn whether a program still runs."""
+        self._files.check_program()
+        self.wake()
 
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
@@ -180,7 +185,7 @@ class UiModule:
 
     def press(self, pressed: int) -> None:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
-        registers, runs = self.registers, self._programs.status == ProgramStatus.RUNNING
+        registers, runs = self.registers, self._programs.running
         if pressed & _EXIT_MASK or (pressed and not runs):
             self.sleep_timer.restart(self._clock.now_ms)
         kept = self._enter_keeps_program and pressed & _ENTER_MASK
