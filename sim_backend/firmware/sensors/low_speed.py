@@ -57,10 +57,11 @@ class LowSpeedModule:
         self.due_ms = self._clock.now_ms + 1
 
     def reset(self) -> None:
-        """Drop all transactions; a bit of an idle port stays."""
+        """Drop all transactions: each counts as done in the next pass; a bit of an idle port stays."""
         for index, channel in enumerate(self.channels):
             if channel.state != ChannelState.IDLE:
-                self.active &= ~(1 << index)
+                self.active |= 1 << index
+                self.wake()
             channel.reset()
 
     def run(self, now_ms: int) -> None:

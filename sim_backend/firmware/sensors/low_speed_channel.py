@@ -95,8 +95,9 @@ class Channel:
         self.state = ChannelState.INIT
 
     def reset(self) -> None:
-        """Drop the transaction and the bytes waiting; the bus continues."""
-        self.state = ChannelState.IDLE
+        """Drop the transaction, which is done then, and the bytes waiting; the bus continues."""
+        if self.state != ChannelState.IDLE:
+            self.state = ChannelState.DONE
         self.tx_size = self.tx_out = self.rx_size = self.rx_in = self.rx_out = 0
 
     def initialize(self) -> None:

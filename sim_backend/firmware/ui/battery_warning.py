@@ -64,7 +64,10 @@ class BatteryWarning:
         registers.state, registers.next_step_ms = int(UiState.LOW_BATTERY), NEVER
         self._since_ms = self._clock.now_ms
         self._screen.mark(marks.WARNING)
-        self._status_bar.draw(everything=False)
+        if registers.flags & UiFlag.ENABLE_STATUS:
+            self._status_bar.draw(everything=False)
+        else:
+            registers.set(UiFlag.REDRAW_STATUS)
         self._screen.pop_up()
 
     def allow(self) -> None:
