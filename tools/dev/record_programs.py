@@ -2,7 +2,7 @@
 
 COMMAND starts a firmware that answers telegrams in hex and the control lines of docs/firmware.md section 0.1 on its
 standard input and output. The programs are those of tests/golden/programs; for firmware 1.32 NAME.1.32.rxe is taken if
-there is one.
+there is one. A program without a file for a firmware is left out.
 """
 
 from __future__ import annotations
@@ -37,11 +37,15 @@ def firmware(command: str) -> Iterator[Exchange]:
         to.close()
 
 
+def compiled(source: Path, version: str) -> Path:
+    """Return the file of a program for a firmware; it may not exist."""
+    own = source.with_suffix(f".{version}.rxe")
+    return own if own.exists() else source.with_suffix(".rxe")
+
+
 def record(source: Path, version: str, command: str) -> dict[str, object]:
     """Run one program on a firmware."""
-    own = source.with_suffix(f".{version}.rxe")
-    program = own if own.exists() else source.with_suffix(".rxe")
-    text = source.read_text()
+    program, text = compiled(source, version), source.read_text()
     with firmware(command) as exchange:
         run = run_program(exchange, program.read_bytes(), events_of(text), given_files(text))
     return {
@@ -57,9 +61,10 @@ def main(out: str, *firmwares: str) -> None:
     """Record all programs on all firmwares."""
     sources = sorted(path for path in COMPILED.iterdir() if path.suffix in (".nxc", ".nbc"))
     lines = [
-        json.dumps(record(source, *version.split("=", 1)), separators=(",", ":"), sort_keys=True)
-        for version in firmwares
+        json.dumps(record(source, version, command), separators=(",", ":"), sort_keys=True)
+        for version, command in (firmware.split("=", 1) for firmware in firmwares)
         for source in sources
+        if compiled(source, version).exists()
     ]
     with open(out, "wb") as file:
         file.write(gzip.compress("\n".join(lines).encode() + b"\n", mtime=0))
