@@ -1,4 +1,4 @@
-"""The IO control module: power-off and the boot loader."""
+"""The IO control module: power-off and the boot loader. Source: docs/firmware.md sections 5 (0x97) and 8.5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Several passes of one motor at once, where nothing else has work and no other motor regulates it."""
+"""Several passes of one motor at once, where nothing else has work and no other motor regulates it.
+
+Source: docs/firmware.md sections 9.2 and 9.3.
+"""
 
 from __future__ import annotations
 

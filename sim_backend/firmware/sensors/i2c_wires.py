@@ -1,4 +1,7 @@
-"""The two wires of an input port's I2C bus, with the firmware's pins at one end and a sensor at the other."""
+"""The two wires of an input port's I2C bus, with the firmware's pins at one end and a sensor at the other.
+
+Source: docs/firmware.md section 7.
+"""
 
 from __future__ import annotations
 

@@ -3,7 +3,8 @@
 An empty message makes a port send until its 8-bit byte counter wraps: the buffer with the last bytes sent and the
 memory after it, which has the receive buffers, some counters and the module's IO map. Order and sizes were taken from
 the bytes on the wire in the recorded conversation i2c_sizes. A retry continues in the map where the last attempt ended.
-The map's layout is in docs/firmware.md section 5.2.
+
+Source: docs/firmware.md section 7; the map's layout is in section 5.2.
 """
 
 from __future__ import annotations

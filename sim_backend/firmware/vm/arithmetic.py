@@ -1,4 +1,4 @@
-"""Instructions that calculate, compare and copy."""
+"""Instructions that calculate, compare and copy. Source: docs/firmware.md section 8.2."""
 
 from __future__ import annotations
 

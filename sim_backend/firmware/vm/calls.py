@@ -1,4 +1,4 @@
-"""A system call's arguments: the members of a cluster."""
+"""A system call's arguments: the members of a cluster. Source: docs/firmware.md section 8.4."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The brick as a program sees it: fields of ports, and the modules for system calls.
 
-Source: LEGO's executable file specification (numbers of the fields).
+Source: LEGO's executable file specification (numbers of the fields); docs/firmware.md section 8.4.
 """
 
 from __future__ import annotations

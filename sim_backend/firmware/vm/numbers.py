@@ -1,4 +1,4 @@
-"""Numbers as programs store them."""
+"""Numbers as programs store them. Source: docs/firmware.md section 8.2."""
 
 from __future__ import annotations
 

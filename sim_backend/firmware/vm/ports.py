@@ -1,4 +1,4 @@
-"""Instructions that read and write fields of ports."""
+"""Instructions that read and write fields of ports. Source: docs/firmware.md sections 8.2 and 8.4."""
 
 from __future__ import annotations
 
