@@ -116,6 +116,11 @@ class CommandModule:
         return self._phase is _Phase.RUNNING
 
     @property
+    def busy(self) -> bool:
+        """Whether a program is active, or one without a file was to start in this pass."""
+        return self.active or self._clock.now_ms == self._missed_ms
+
+    @property
     def state(self) -> int:
         """State of the interpreter, see `InterpreterState`."""
         if self._phase is _Phase.RUNNING:

@@ -55,8 +55,7 @@ class FileRunner:
     @property
     def has_begun(self) -> bool:
         """Whether a file has the screen, and not only since this pass."""
-        begins = self._run is Run.TONE and self._registers.next_step_ms == self._clock.now_ms + times.FADE_MS
-        return self._registers.runs_file and not begins
+        return self._registers.runs_file and self._run is not Run.BEGUN
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
@@ -84,9 +83,9 @@ class FileRunner:
     def enter(self) -> None:
         """Give the screen to the requested file."""
         registers = self._registers
-        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + times.FADE_MS
+        registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
-        self.choose(registers.program_name)
+        self._file, self._run = registers.program_name, Run.BEGUN
 
     def begin_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""
@@ -99,10 +98,12 @@ class FileRunner:
         """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
         registers, now_ms = self._registers, self._clock.now_ms
         match self._run:
+            case Run.BEGUN:
+                registers.set(UiFlag.BUSY)
+                self._run, registers.next_step_ms = Run.TONE, now_ms + 1
             case Run.TONE if self._sound.state:
                 registers.next_step_ms = now_ms + 1
             case Run.TONE:
-                registers.set(UiFlag.BUSY)
                 self._run, registers.next_step_ms = Run.DRAWING, now_ms + 1
                 if registers.from_menu:
                     self._screen.mark(marks.OPENING)

@@ -29,13 +29,18 @@ class ProgramWatch:
         self._registers, self._programs, self._sound, self._screen = registers, programs, sound, screen
         self._was_active = self._had_screen = False
 
+    @property
+    def due(self) -> bool:
+        """Whether the next pass may bring the end of a program, of which `FileRunner` does not learn."""
+        return not self._registers.runs_file if self._programs.active else self._programs.busy
+
     def note_end(self, *, had_screen: bool) -> None:
         """Notice in the next pass that a program, perhaps one that could not start, is over."""
         self._was_active, self._had_screen = True, had_screen
 
     def follow(self) -> None:
         """Check whether a program is active, once in a pass of the user interface."""
-        registers, active = self._registers, self._programs.active
+        registers, active = self._registers, self._programs.busy
         began, ended = active and not self._was_active, self._was_active and not active
         if began:
             registers.set(states.RUNNING_FLAGS)

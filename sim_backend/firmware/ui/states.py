@@ -71,6 +71,7 @@ STARTING: dict[int, tuple[UiState, int]] = {
 class Run(Enum):
     """Event that the state RUNNING waits for."""
 
+    BEGUN = auto()
     TONE = auto()
     DRAWING = auto()
     TO_OPEN = auto()
@@ -92,6 +93,10 @@ class Programs(Protocol):
     @property
     def active(self) -> bool:
         """Whether a program is active."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether a program is active, or was to start in this pass."""
 
     @property
     def running(self) -> bool:

@@ -1,8 +1,5 @@
 """Times of the user interface in ms, which are passes. Source: docs/firmware.md sections 8 and 8.5."""
 
-FADE_MS = 2
-"""Time from a request until the file waits for the end of a tone."""
-
 DISPLAY_OFF_MS = 3
 """Time from the decision to switch off until the display goes off."""
 

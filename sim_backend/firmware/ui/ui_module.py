@@ -328,12 +328,13 @@ class UiModule:
             self.status_bar.due
             or self._warning.due
             or self._boot.finds_empty
+            or self._watch.due
             or registers.button
             or self._warning.answered
             or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
             or ((self._menu_keys.awaited or self._power_off.takes_keys) and keys.changed)
         )
-        due = now_ms + 1 if unread or (self._programs.active and not registers.runs_file) else max(due, now_ms + 1)
+        due = now_ms + 1 if unread else max(due, now_ms + 1)
         self._event_ms, self.due_ms = due, min(due, self.battery.next_sample_ms(now_ms))
 
     def skip_samples(self, until_ms: int) -> None:
