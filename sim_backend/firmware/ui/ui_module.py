@@ -270,7 +270,8 @@ class UiModule:
     def _step(self, now_ms: int) -> None:
         """Begin with a requested file, or take the next step of the state."""
         registers = self.registers
-        waits = registers.flags & UiFlag.BUSY or registers.starting or self._menu.begins_file
+        begins_file = self._menu.begins_file or (registers.runs_file and not self._files.has_begun)
+        waits = registers.flags & UiFlag.BUSY or registers.starting or begins_file
         if registers.flags & UiFlag.EXECUTE_FILE and not waits:
             self._files.begin()
         elif now_ms >= registers.next_step_ms:
