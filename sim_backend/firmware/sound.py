@@ -362,7 +362,7 @@ class SoundModule:
 
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""
-        if self.state in (SoundState.STOP, SoundState.FILE) and not self._is_melody:
+        if self.state == SoundState.STOP or (self.state == SoundState.FILE and not self._is_melody):
             self._waves_end_ms = 0.0
         self._end()
         self._close_file()
