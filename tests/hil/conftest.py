@@ -137,8 +137,9 @@ class Bench:
             time.sleep(0.1)
 
     def mission(self, profile: str = "adaptive", nxt: str = "usb://", file: str | Path = MISSION) -> str:
-        """The command that runs the mission with the webcam."""
-        return f"rm -rf runs; nxtdrive run {file} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
+        """The command that runs the mission with the webcam, and prints the last record of its journal."""
+        run = f"rm -rf runs; nxtdrive run {file} --profile {profile} --nxt {nxt} --camera 0 --no-video --out runs"
+        return f"{run}; code=$?; tail -n 1 runs/*/journal.jsonl; exit $code"
 
     def reached(self) -> bool:
         """Whether the robot stands before what it was to find."""
@@ -149,8 +150,7 @@ class Bench:
         """Check that a mission has succeeded: by exit code, message, journal, and where the robot stands."""
         assert done.code == 0, done.err + done.out
         assert "achieved after" in done.out
-        last = self.run("tail -n 1 runs/*/journal.jsonl").out
-        assert json.loads(last)["ending"] == "achieved"
+        assert json.loads(done.out.splitlines()[-1])["ending"] == "achieved"
         assert self.reached()
 
     def moving(self) -> None:
@@ -160,6 +160,14 @@ class Bench:
     def at_rest(self, limit_s: float = 3.0) -> None:
         """Wait until the robot stands still; by default within the time of a lease and coasting."""
         self.until(lambda truth: truth["speed_mm_s"] < 1, limit_s)
+
+    def lose_brick_and_camera(self) -> None:
+        """Unplug the brick from the driving robot, then the camera; plug in each when the robot stands."""
+        for device, limit_s in (("usb", 3.0), ("camera", 6.0)):
+            self.moving()
+            self.rig.fault(unplug=device)
+            self.at_rest(limit_s)
+            self.rig.plug(device)
 
 
 class Guests:
