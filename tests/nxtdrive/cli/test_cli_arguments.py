@@ -246,7 +246,8 @@ def test_a_detector_is_tried_on_the_simulated_camera(capsys, tmp_path):
     seen = tmp_path / "seen.png"
     assert main(["detect", "try", "sim", "--color", "orange", "--frames", "2", "--out", str(seen)]) == DONE
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("frame    0  orange at ")
+    assert lines[0].startswith("height: 297 mm")
+    assert lines[1].startswith("frame    0  orange at ")
     assert lines[-1].startswith("seen in 2 of 2 frames")
     assert seen.exists()
 
