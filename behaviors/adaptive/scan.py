@@ -29,9 +29,9 @@ class ScanNumbers:
         longest_step_s: What takes longer is a pause, as on a slow link.
         beyond_mm: A target may be this far behind the source of an echo at the side of the sonar's cone.
         aim_deg: The beginning of an arc need not be met more exactly.
-        worth_a_turn: With less of a chance a scan is not worth its time, except the first one from the start: whoever
-            starts a robot puts it where a target is near.
-        start_mm: This near to where it was started the robot is still there.
+        worth_a_turn: A scan with less chance of success is skipped, except the first one at the start, since people
+            usually start the robot near a target.
+        start_mm: Within this distance of its starting point the robot is still at the start.
         frames_at_rest: This many frames are evaluated before a turn begins; a detection is believed when a second frame
             confirms it.
     """
@@ -101,8 +101,8 @@ class ScanSkill:
         world.targets.flush_looks()
         belief = world.targets.beliefs[perception.target]
         chance = belief.chance_from(*world.here, world.floor)
-        new_here = math.hypot(*world.here) < N.start_mm and not world.targets.searched(perception.target)
-        if chance < N.worth_a_turn and not new_here:
+        first = math.hypot(*world.here) < N.start_mm and not world.targets.searched(perception.target)
+        if chance < N.worth_a_turn and not first:
             return None
         if perception.doubts_turns:
             return self._scan_past_the_start()

@@ -67,7 +67,7 @@ _TABLES = {
     "color": """\
 [target.{name}]
 detector = "color"         # a patch of strong colour:
-color = "{color}"              #   red, orange, yellow, green, cyan, blue or magenta
+color = {color}              #   red, orange, yellow, green, cyan, blue or magenta
 height_mm = {height_mm:<15g}# real height of the patch; distances are computed from it""",
     "picture": """\
 [target.{name}]
@@ -99,7 +99,7 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
     from behaviors.mission import AdaptiveParameters, ThesisParameters
     from behaviors.robot_description import CameraTable, RobotTable
 
-    options = {key: value if key == "color" else json.dumps(value) for key, value in target.options.items()}
+    options = {key: json.dumps(value) for key, value in target.options.items()}
     options |= {"file": toml_path(target.picture, folder)} if target.picture is not None else {}
     table = _TABLES[str(target.options["detector"])].format(name=target.name, height_mm=target.height_mm, **options)
     name = json.dumps(target.name)

@@ -85,16 +85,15 @@ def world_text(target: TemplateTarget, folder: Path) -> str:
     Raises:
         ConfigError: The name of the picture cannot be written in TOML.
     """
-    row_mm = math.ceil(max(1200.0, target.size_mm[0] / 2 + 400.0) / 100) * 100.0
+    width_mm, height_mm = target.size_mm
+    row_mm = math.ceil(max(1200.0, width_mm / 2 + 400.0) / 100) * 100.0
     x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
-    place: dict[str, object] = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm}
-    place["height_mm"] = target.height_mm
+    place = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": height_mm}
     if target.picture is None:
-        thing = BOX.format(**place, color="red")
+        thing = BOX.format(**place, color=target.options["color"])
     else:
-        width_mm, height_mm = target.size_mm
-        place |= {"width_mm": width_mm, "height_mm": height_mm, "centre_mm": target.centre_mm}
-        thing = PICTURE.format(**place, file=toml_path(target.picture, folder))
+        file = toml_path(target.picture, folder)
+        thing = PICTURE.format(**place, file=file, width_mm=width_mm, centre_mm=target.centre_mm)
     return WORLD.format(
         title=json.dumps(f"A room with {target.name}", ensure_ascii=False),
         width_mm=math.ceil((x_mm + 600.0) / 100) * 100,

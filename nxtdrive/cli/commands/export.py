@@ -30,43 +30,27 @@ MAX_PAGE_BYTES = 40_000_000
 """All pictures of a page; without --fps a page has as many pictures per second as fit."""
 IN_FOLDER = Path()
 """Stands for the default file in the run folder."""
+PAGE, MESSAGES, TABLE = "replay.html", "run.mcap", "journal.csv"
+"""Default files; that of the video is the run's own."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("run_path", metavar="RUN", type=Path, help="a run folder")
-    parser.add_argument(
-        "--html",
-        metavar="FILE",
-        nargs="?",
-        type=Path,
-        const=IN_FOLDER,
-        help="the replay in one file, with its pictures (default: replay.html in the run folder)",
-    )
-    parser.add_argument(
-        "--mcap",
-        metavar="FILE",
-        nargs="?",
-        type=Path,
-        const=IN_FOLDER,
-        help="everything as messages for Lichtblick, Foxglove and the like (default: run.mcap in the run folder)",
-    )
-    parser.add_argument(
-        "--csv",
-        metavar="FILE",
-        nargs="?",
-        type=Path,
-        const=IN_FOLDER,
-        help="the journal as a table, one row per record (default: journal.csv in the run folder)",
-    )
-    parser.add_argument(
-        "--webm",
-        metavar="FILE",
-        nargs="?",
-        type=Path,
-        const=IN_FOLDER,
-        help="the camera's pictures as a video with boxes, state and time (default: camera.webm in the run folder)",
-    )
+    for option, file, what in (
+        ("--html", PAGE, "the replay in one file, with its pictures"),
+        ("--mcap", MESSAGES, "everything as messages for Lichtblick, Foxglove and the like"),
+        ("--csv", TABLE, "the journal as a table, one row per record"),
+        ("--webm", "camera.webm", "the camera's pictures as a video with boxes, state and time"),
+    ):
+        parser.add_argument(
+            option,
+            metavar="FILE",
+            nargs="?",
+            type=Path,
+            const=IN_FOLDER,
+            help=f"{what} (default: {file} in the run folder)",
+        )
     parser.add_argument(
         "--fps",
         metavar="NUMBER",
@@ -101,7 +85,7 @@ def _write_html(past: PastRun, pictures: CameraPictures | None, file: Path, fps:
     from nxtdrive.tools.web.replay_page import replay_page, thinned
 
     folder = past.path.resolve().parent
-    path = past.path.parent / "replay.html" if file == IN_FOLDER else file
+    path = _file(past, file, PAGE)
     said = "without pictures"
     if pictures:
         count = len(pictures.pictures)
@@ -122,7 +106,7 @@ def _write_mcap(past: PastRun, pictures: CameraPictures | None, file: Path) -> N
     from nxtdrive.recording.mcap_file import write_mcap
     from nxtdrive.recording.progress_lines import lines_of
 
-    path = past.path.parent / "run.mcap" if file == IN_FOLDER else file
+    path = _file(past, file, MESSAGES)
     with writing(path):
         count = write_mcap(past.records, lines_of(past.records), pictures, path)
     _say(path, f"{count} messages")
@@ -132,7 +116,7 @@ def _write_csv(past: PastRun, file: Path) -> None:
     from nxtdrive.recording.journal_csv import journal_csv
     from nxtdrive.recording.output_file import write_file
 
-    path = past.path.parent / "journal.csv" if file == IN_FOLDER else file
+    path = _file(past, file, TABLE)
     with writing(path):
         write_file(path, journal_csv(past.records).encode(errors="replace"))
     _say(path, f"{len(past.records)} rows")
@@ -146,10 +130,15 @@ def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> N
         raise ConfigError(
             f"{past.path.parent} has no pictures of the camera.", remedy="Runs without --no-video have them in camera/."
         )
-    path = past.path.parent / VIDEO if file == IN_FOLDER else file
+    path = _file(past, file, VIDEO)
     with writing(path):
         write_webm(pictures, past.records, path, with_progress(path.name))
     _say(path)
+
+
+def _file(past: PastRun, file: Path, default: str) -> Path:
+    """Return the file to write: as given, or the default one in the run folder."""
+    return past.path.parent / default if file == IN_FOLDER else file
 
 
 def _say(path: Path, *details: str) -> None:

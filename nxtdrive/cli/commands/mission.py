@@ -164,16 +164,17 @@ def _new(args: argparse.Namespace) -> int:
     target = _new_target(args)
     mission = args.file or Path("my-mission.toml" if target is RED_BOX else f"{target.name}.toml")
     world = mission.with_name(f"{mission.stem}-world.toml")
-    sheet = [target.picture] if target.sheet and target.picture else []
-    for path in (mission, world, *sheet):
+    text = world_text(target, world.parent)
+    contents = {mission: template(target, mission.parent).encode(), world: text.encode()}
+    if target.picture and target.sheet:
+        contents[target.picture] = target.sheet
+    for path in contents:
         if args.picture is not None and path.resolve() == args.picture.resolve():
             raise ConfigError(f"{path} is the photograph, which would be overwritten.", remedy="Choose another name.")
         if os.path.lexists(path) and not args.force:
             raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
-    text = world_text(target, world.parent)
-    hint = "" if target is RED_BOX else _tried_out(target, text, world)
-    contents = [template(target, mission.parent).encode(), text.encode(), *([target.sheet] if target.sheet else [])]
-    for path, content in zip((mission, world, *sheet), contents, strict=True):
+    hint = _tried_out(target, text, world)
+    for path, content in contents.items():
         with writing(path):
             write_file(path, content)
     run = f"nxtdrive run {shlex.quote(str(mission))}"
@@ -181,16 +182,16 @@ def _new(args: argparse.Namespace) -> int:
     write_line(f"  {run} --nxt {shlex.quote(f'sim://{world}')}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
-    for path in sheet:
+    if target.sheet:
         wide_mm, high_mm = target.size_mm
-        write_line(f"Print {path} at 100 %: with its white margin it is {wide_mm:.0f} x {high_mm:.0f} mm.")
+        write_line(f"Print {target.picture} at 100 %: with its white margin it is {wide_mm:.0f} x {high_mm:.0f} mm.")
     if hint:
         write_line(f"hint: {hint}.")
     return DONE
 
 
 def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
-    """Look for a target in its room; returns which other detector fits a photograph, or an empty string.
+    """Look for a target with a picture in its room; returns which other detector fits a photograph, or nothing.
 
     Raises:
         ConfigError: It is not found there.
@@ -200,6 +201,8 @@ def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
     from nxtdrive.vision.detectors import make_detector
     from nxtdrive.vision.sources import read_image
 
+    if target.picture is None:
+        return ""
     spec = {**target.options, "height_mm": target.height_mm}
     if target.sheet:
         with TemporaryDirectory() as folder:
@@ -208,7 +211,7 @@ def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
             try_out(there, make_detector(spec), world_text(there, Path(folder)), Path(folder, "world.toml"))
         return ""
     spec |= {"pictures": [str(target.picture)]}
-    hint = simpler_detector(read_image(Path(str(target.picture))))
+    hint = simpler_detector(read_image(target.picture))
     try:
         try_out(target, make_detector(spec), text, world)
     except ConfigError as error:
