@@ -2,49 +2,38 @@
 
 from __future__ import annotations
 
+import glob
 import json
+import os
 import re
-import shlex
 import shutil
+import signal
 import subprocess
 import sys
-from pathlib import Path
+import threading
 
 import pytest
 
 from behaviors.robot_description import load_robot_file
 from nxtdrive import open_brick
-from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from nxtdrive.cli.main import DONE, NO_BRICK, NOT_ACHIEVED, USAGE, main
 from nxtdrive.tools.web.classroom.config import read_classroom
-from sim_backend.bundled import PICTURES
 from sim_backend.faults_file import load_faults
-
-ROOT = Path(__file__).parents[2]
-EXAMPLES = ROOT / "examples"
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *EXAMPLES.glob("*/README.md")])
-BLOCK = re.compile(r"^ *```(\w*)\n(.*?)^ *```", flags=re.DOTALL | re.MULTILINE)
-COMMAND = re.compile(
-    r"^ *(?:\w+=\S+ )?(?:sudo|nxtdrive|\.venv\S+|\.|python3?|py|pip3?|pytest|dask|jason|javac?|for) .*"
+from tests.architecture.document_blocks import (
+    BLOCK,
+    DOCUMENTS,
+    EXAMPLES,
+    LASTING,
+    LONG,
+    NOT_RUN,
+    ROOT,
+    blocks,
+    commands,
+    make_home,
+    reason,
+    shortened,
+    simulated,
 )
-
-NOT_RUN = {
-    r"sudo |-m tools\.rig |tests/hil ": "needs a virtual machine or devices of the system",
-    r"-m venv |install |^\. ": "changes an environment; test_packaging.py, test_distribution.py and .ci/run install",
-    r"^(\.venv/bin/)?pytest|=\S+ pytest|for each in": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
-    r"^(\w+=\S+ )?(\.venv/bin/)?python (?!-m)": "programs of the examples, which their own tests call",
-    r"^dask |--dask |^jason |^javac? ": "needs a cluster, or Jason",
-    r"^nxtdrive (web|serve|teleop|mcp|monitor|sim serve|run --web)": "goes on until it is ended; has tests of its own",
-    r"^nxtdrive (list|doctor)": "what it says depends on the devices of this computer",
-    r"^nxtdrive sim exec": "tests/interop runs it",
-    r"^nxtdrive (bench|sweep(?! --map))|tools\.dev\.(faults|reality_table)": "takes minutes to days",
-    r"lamp\.toml": "needs the example installed; tests/nxtdrive/vision/test_detectors_from_elsewhere.py",
-    r"^nxtdrive what-if": "takes minutes",
-    r"nxtdrive run": "a whole mission; tests/missions and test_distribution.py run such",
-    r"^nxtdrive (explain-run|chances) ": "needs a run; tests/nxtdrive/cli explains and counts recorded ones",
-    r"^nxtdrive calibrate --nxt": "drives for minutes; tests/tools/calibrate",
-    r"-m build|twine |check_wheel_contents ": "test_distribution.py builds, and runs them on what was built",
-}
-"""Commands that are printed and not run here, by a pattern of them, with the reason."""
 
 MISSION = '[mission]\nname = "shown"\ntargets = ["{}"]\n'
 LENA = '[target.lena]\ndetector = "picture"\npictures = ["lena.png"]\n'
@@ -62,37 +51,35 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("document blocks")]
 
 def _blocks(*languages):
     """Every block in one of these languages, as a parameter: its document and its text."""
-    found = []
-    for path in DOCUMENTS:
-        page = path.relative_to(ROOT).as_posix()
-        for number, (language, text) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8"))):
-            if language in languages and not (language in ("python", "toml") and page in ELSEWHERE):
-                found.append(pytest.param(page, text, id=f"{page}-{number}"))
-    return found
+    return [
+        pytest.param(page, text, id=f"{page}-{number}")
+        for page, number, text in blocks(*languages)
+        if not (page in ELSEWHERE and {"python", "toml"}.intersection(languages))
+    ]
 
 
-def _commands(text):
-    lines = [line.strip() for line in text.splitlines() if COMMAND.match(line) and "──" not in line]
-    return [shlex.join(shlex.split(line, comments=True)) if "nxtdrive " in line else line for line in lines]
+def _run(command):
+    return not (reason(command) or LASTING.search(command))
 
 
-def _reason(command):
-    return next((reason for pattern, reason in NOT_RUN.items() if re.search(pattern, command)), None)
-
-
-SHELL = [each for each in _blocks("", "sh") if any(not _reason(command) for command in _commands(each.values[1]))]
+SHELL = [(each, commands(each.values[1])) for each in _blocks("", "sh")]
+LASTING_COMMANDS = sorted({each for _, said in SHELL for each in said if LASTING.search(each) and not reason(each)})
 
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory):
-    """A folder with what the documents speak of: a photograph, a mission and its room, a program."""
     folder = tmp_path_factory.mktemp("home")
-    shutil.copy(PICTURES / "fox.png", folder / "my-cat.jpg")
-    shutil.copy(EXAMPLES / "careful-explorer" / "careful_explorer.py", folder)
+    make_home(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def home_with_runs(home, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "home"
+    shutil.copytree(home, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        new = ["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]
-        assert main(new) == DONE
+        assert main(["run", "--profile", "adaptive", "--no-video"]) == DONE
     return folder
 
 
@@ -104,25 +91,65 @@ def here(home, tmp_path, monkeypatch):
     return tmp_path / "home"
 
 
-def _simulated(command):
-    """The words of a command after `nxtdrive`, with the simulated robot in the place of a brick and its webcam."""
-    words = command.replace("usb://", "sim://").replace("detect try 0", "detect try my-cat.jpg")
-    return shlex.split(words)[1:]
-
-
-@pytest.mark.parametrize(("page", "text"), SHELL)
-def test_commands_run(page, text, here, request):
+@pytest.mark.parametrize(
+    ("page", "text"), [each for each, said in SHELL if any(_run(one) and not LONG.search(one) for one in said)]
+)
+def test_commands_run(page, text, here):
     notes = [block for _, block in BLOCK.findall((ROOT / page).read_text(encoding="utf-8")) if "!tick" in block]
     (here / "tone.txt").write_text("".join(notes), encoding="utf-8")
-    for command in _commands(text):
-        if not _reason(command):
-            assert main(_simulated(command)) in (DONE, NOT_ACHIEVED), command
+    for command in commands(text):
+        if _run(command) and not LONG.search(command):
+            devices = (NO_BRICK,) if re.match("nxtdrive (list|doctor)", command) else ()  # this computer may have none
+            assert main(simulated(command)) in (DONE, NOT_ACHIEVED, *devices), command
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("page", "text"), [each for each, said in SHELL if any(_run(one) and LONG.search(one) for one in said)]
+)
+def test_whole_missions_run(page, text, home_with_runs, tmp_path, monkeypatch):
+    """The other commands of their blocks as well, since they may make files for them."""
+    folder = tmp_path / "home"
+    shutil.copytree(home_with_runs, folder)
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    for command in filter(_run, commands(text)):
+        if command.startswith("python -m tools."):
+            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+            subprocess.run([sys.executable, *command.split()[1:]], env=environment, check=True, timeout=300)
+        else:
+            assert main(shortened(simulated(command), sorted(glob.glob("runs/*")))) in (DONE, NOT_ACHIEVED), command
+
+
+@pytest.mark.parametrize("command", LASTING_COMMANDS)
+def test_commands_that_go_on_begin_and_end_when_told(command, here):
+    (here / "examples").symlink_to(EXAMPLES)
+    words = [each.replace("/tmp/", f"{here}/") for each in simulated(command)]
+    if words[0] in ("web", "serve"):
+        words += ["--port", "0"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "nxtdrive", *words],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as program:
+        late = threading.Timer(60, program.kill)
+        late.start()
+        first = ""
+        if words[0] != "mcp":  # which ends when the assistant does, with its input
+            first = program.stdout.readline()
+            program.send_signal(signal.SIGINT)
+        said = first + program.communicate()[0]
+        late.cancel()
+    assert program.returncode in (DONE, 130), said
+    assert "Traceback" not in said
 
 
 def test_every_reason_is_needed():
-    commands = [command for each in _blocks("", "sh") for command in _commands(each.values[1])]
+    said = [each for _, several in SHELL for each in several]
     for pattern in NOT_RUN:
-        assert any(re.search(pattern, command) for command in commands), pattern
+        assert any(re.search(pattern, command) for command in said), pattern
     assert all((ROOT / test).exists() for test in ELSEWHERE.values())
 
 

@@ -1,0 +1,111 @@
+"""The blocks of code in the documents, and how their commands are run on the simulated brick."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from nxtdrive.cli.main import DONE, main
+from sim_backend.bundled import PICTURES
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *EXAMPLES.glob("*/README.md")])
+BLOCK = re.compile(r"^ *```(\w*)\n(.*?)^ *```", flags=re.DOTALL | re.MULTILINE)
+COMMAND = re.compile(
+    r"^ *(?:\w+=\S+ )?(?:sudo|nxtdrive|\.venv\S+|\.|python3?|py|pip3?|pytest|dask|jason|javac?|for) .*"
+)
+
+NOT_RUN = {
+    r"sudo |-m tools\.rig |tests/hil ": "needs a virtual machine or devices of the system",
+    r"-m venv |install |^\. ": "changes an environment; test_packaging.py, test_distribution.py and .ci/run install",
+    r"^\.venv/bin/nxtdrive": "is installed in an environment of its own",
+    r"^(\.venv/bin/)?pytest|=\S+ pytest|for each in": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
+    r"^(\w+=\S+ )?(\.venv/bin/)?python (?!-m)": "programs of the examples, which their own tests call",
+    r"^dask |--dask |^jason |^javac? ": "needs a cluster, or Jason",
+    r"^nxtdrive teleop": "draws on a terminal; tests/tools/teleop",
+    r"^nxtdrive sim exec": "tests/interop runs it",
+    r"^nxtdrive bench|tools\.dev\.faults": "measures for minutes; tests/tools/test_bench_*.py and tests/faults",
+    r"lamp\.toml": "needs the example installed; tests/nxtdrive/vision/test_detectors_from_elsewhere.py",
+    r"-m build|twine |check_wheel_contents ": "test_distribution.py builds, and runs them on what was built",
+}
+"""Commands that are printed and not run, by a pattern of them, with the reason."""
+
+LASTING = re.compile(r"^nxtdrive (web|serve|mcp|sim serve|run --web)")
+"""Commands that go on until they are ended."""
+
+LONG = re.compile(
+    r"^nxtdrive (run|explain-run|chances|what-if|calibrate --nxt|sweep(?! --map))|tools\.dev\.reality_table"
+)
+"""Commands that drive whole missions, or need some."""
+
+SHORTER = {"full": "open", "reality": "mounted"}
+"""A class in the place of a suite."""
+
+
+def blocks(*languages: str) -> Iterator[tuple[str, int, str]]:
+    """Yield the page, number and text of each block in one of these languages."""
+    for path in DOCUMENTS:
+        for number, (language, text) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8"))):
+            if language in languages:
+                yield path.relative_to(ROOT).as_posix(), number, text
+
+
+def commands(text: str) -> list[str]:
+    """Return the commands of a block, without comments."""
+    lines = [line.strip() for line in text.splitlines() if COMMAND.match(line) and "──" not in line]
+    return [shlex.join(shlex.split(line, comments=True)) if "nxtdrive " in line else line for line in lines]
+
+
+def reason(command: str) -> str | None:
+    """Return why a command is not run, or None."""
+    return next((each for pattern, each in NOT_RUN.items() if re.search(pattern, command)), None)
+
+
+def make_home(folder: Path) -> None:
+    """Make what the documents speak of: a photograph, a mission and its room, programs."""
+    shutil.copy(PICTURES / "fox.png", folder / "my-cat.jpg")
+    shutil.copy(EXAMPLES / "careful-explorer" / "careful_explorer.py", folder)
+    shutil.copy(EXAMPLES / "patient-profile" / "patient.py", folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        new = ["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]
+        assert main(new) == DONE
+
+
+def simulated(command: str) -> list[str]:
+    """Return the words after `nxtdrive`, with the simulated robot in the place of a brick and its webcam."""
+    room = "sim://my-mission-world.toml" if "run my-mission.toml" in command else "sim://"
+    command = re.sub(r" --camera \S+", "", command.replace("usb://", room))
+    words = shlex.split(command.replace("detect try 0", "detect try my-cat.jpg"))[1:]
+    return [*words, "--once"] if words[0] == "monitor" else words
+
+
+def shortened(words: Sequence[str], runs: Sequence[str]) -> list[str]:
+    """Return a long command that takes less: one mission of a sweep, one decision of a what-if.
+
+    Args:
+        words: After `nxtdrive`.
+        runs: Folders of runs, first of all one of the adaptive profile.
+    """
+    command, *rest = [each.replace("RUN", runs[0]) for each in words]
+    rest = [run for each in rest for run in (runs if each == "runs/*" else [each])]
+    if command == "what-if":
+        one = ["--decision", rest[rest.index("--decision") + 1]] if "--decision" in rest else ["--sample", "1"]
+        return [command, rest[0], *one, "--futures", "2"]
+    if command != "sweep":
+        return [command, *rest]
+    options = dict(zip(rest, [*rest[1:], ""], strict=True))
+    classes = SHORTER.get(options.get("--suite", ""), options.get("--classes", "open").split(",")[0])
+    seed = options.get("--seeds", "100").split("-")[0]
+    agents = options.get("--agents", "thesis").split(",")
+    agents = agents[:1] + [each for each in agents[1:] if ":" in each]
+    kept = [word for name in ("--out", "--eyes", "--plot") if name in options for word in (name, options[name])]
+    kept += ["--resume"] if "--resume" in rest else []
+    drawn = ["--classes", classes.replace("CLASSES", "open"), "--seeds", f"{seed}-{seed}"]
+    return [command, *drawn, "--agents", ",".join(agents), *kept]
