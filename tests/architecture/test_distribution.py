@@ -99,6 +99,17 @@ def test_the_wheel_runs_a_mission_outside_a_checkout(installed, tmp_path):
     assert json.loads((tmp_path / "runs" / "small-001" / "summary.json").read_text(encoding="utf-8"))["achieved"]
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("words", [("uv", "tool", "run", "--from"), ("pipx", "run", "--spec")], ids=["uv", "pipx"])
+def test_the_wheel_runs_a_mission_without_being_installed(words, published, tmp_path):
+    """These tools fetch its dependencies from the index."""
+    pytest.importorskip(words[0], reason=f"{words[0]} is not installed")
+    (wheel,) = published.glob("*.whl")
+    (tmp_path / "small.toml").write_text(MISSION, encoding="utf-8")
+    _tool(*words, wheel, "nxtdrive", "run", "small.toml", "--nxt", "sim://open", "--no-video", cwd=tmp_path)
+    assert json.loads((tmp_path / "runs" / "small-001" / "summary.json").read_text(encoding="utf-8"))["achieved"]
+
+
 def test_only_pythons_that_ran_the_suite_are_named():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = [each.rpartition(" ")[2] for each in project["classifiers"] if " :: 3." in each]
