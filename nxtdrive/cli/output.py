@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable, printable_lines
+from input_files.mistakes import counted
 
 if TYPE_CHECKING:
     from nxtdrive.cli.safe_console import SafeConsole
@@ -58,6 +59,14 @@ def write_json(value: object, *, indent: int | None = None, flush: bool = False)
 def complain(message: object, *, sender: str = "nxtdrive: ") -> None:
     """Print a message to standard error; of its line feeds only those that begin an indented line are kept."""
     print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
+
+
+def report_file(file: str, mistakes: list[str]) -> None:
+    """Print that a file is valid, or its mistakes, to standard error."""
+    if mistakes:
+        complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
+    else:
+        write_line(f"{file}: good")
 
 
 def print_line(text: str) -> None:

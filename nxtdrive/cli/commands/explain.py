@@ -6,15 +6,11 @@ import argparse
 import re
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument
 from nxtdrive.cli.output import write_json, write_text
-
-if TYPE_CHECKING:
-    from firmware_protocol.explain import ExplainedField, Explanation
 
 DESCRIPTION = """\
 Decode a telegram field by field. It may be a request or a reply, with or without
@@ -39,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Explain each telegram as soon as it is read."""
     from firmware_protocol.explain import explain
+    from nxtdrive.cli.telegram_view import as_json
 
     for text in _telegrams(args.hex):
         explanation = explain(parse_hex(text))
@@ -61,31 +58,6 @@ def parse_hex(text: str) -> bytes:
     except ValueError:
         problem = "has an odd number of digits" if re.fullmatch(r"[0-9a-fA-F]*", digits) else "is not hexadecimal"
     raise ConfigError(f"{text!r} {problem}.", remedy="A byte is two hex digits: 00 0b.")
-
-
-def as_json(explanation: Explanation) -> dict[str, object]:
-    """Return an explanation as plain values for JSON: bytes in hex, named values as numbers beside their words."""
-    status = explanation.status
-    return {
-        "telegram": explanation.telegram.hex(),
-        "kind": explanation.kind,
-        "name": explanation.name,
-        "direction": explanation.direction,
-        "framed": explanation.framed,
-        "want_reply": explanation.want_reply,
-        "status": None if status is None else {"code": int(status), "label": status.label},
-        "fields": [_field(each) for each in explanation.fields],
-        "leftover": explanation.leftover.hex(),
-        "remarks": list(explanation.remarks),
-    }
-
-
-def _field(field: ExplainedField) -> dict[str, object]:
-    value = field.value
-    plain: object = value.hex() if isinstance(value, bytes) else value
-    if isinstance(value, int) and not isinstance(value, bool):
-        plain = int(value)
-    return {"name": field.name, "value": plain, "unit": field.unit, "text": field.text, "raw": field.raw.hex()}
 
 
 def _telegrams(words: list[str]) -> Iterator[str]:

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
-from nxtdrive.cli.commands.web import add_port_argument, add_server_arguments, require_extra
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import existing, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, require_page
 from nxtdrive.host.environment import require
 from nxtdrive.host.listening import LOOPBACK, listen
 
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.web.robot import Robot
 
     if args.web:
-        require_extra()
+        require_page()
     status_hub, address = MissionStatusHub(), in_real_time(args.nxt)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot), status_hub, args.out)
     assistant = Assistant(robot, status_hub, Missions(existing(args.folder), args.robot), args.out, args.max_mm)

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
-from input_files.mistakes import counted
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, new_file, number, writing
-from nxtdrive.cli.output import CONTINUED, complain, write_json, write_line, write_text
+from nxtdrive.cli.output import report_file, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -92,14 +91,6 @@ def _check(args: argparse.Namespace) -> int:
         for warning in each.warnings:
             write_line(f"  warning: {warning}")
     return USAGE if any(each.mistakes for each in found.values()) else DONE
-
-
-def report_file(file: str, mistakes: list[str]) -> None:
-    """Print that a file is valid, or its mistakes."""
-    if mistakes:
-        complain(CONTINUED.join([f"{file}: {counted(mistakes)}", *mistakes]), sender="")
-    else:
-        write_line(f"{file}: good")
 
 
 def _show(args: argparse.Namespace) -> int:

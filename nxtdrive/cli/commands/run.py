@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.commands.web import add_port_argument, require_extra
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument, add_robot_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.page_options import add_port_argument, require_page
 from nxtdrive.cli.progress import with_progress
 from nxtdrive.cli.prompt import can_ask
 from nxtdrive.host.listening import listen
@@ -156,7 +156,7 @@ def _mission(args: argparse.Namespace) -> Mission:
     from nxtdrive.mission.files import read_mission_file, with_profile
 
     if args.web:
-        require_extra()
+        require_page()
     elif args.confirm_recovery and not can_ask():
         raise ConfigError("--confirm-recovery needs a terminal to ask you in.", remedy="Run it in one, or add --web.")
     mission = read_mission_file(args.mission, args.robot)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS, add_brick_arguments, add_robot_argument, existing, number
+from nxtdrive.cli.options import DEFAULT_ADDRESS, existing
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.host.environment import require
+from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, require_page
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ EXAMPLES = """\
   nxtdrive web --classroom examples/classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
-PORT = 7080
 EVERYWHERE = "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
 ELSEWHERE = ("192.0.2.1", 9)
 """An address for documentation (RFC 5737): the route to it gives this computer's own address; nothing is sent."""
@@ -57,36 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
-    """Declare the arguments of a program that drives a robot for others; `folder` describes ``--folder``."""
-    add_brick_arguments(parser)
-    add_robot_argument(parser)
-    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
-    parser.add_argument("--folder", metavar="FOLDER", type=Path, default=Path(), help=f"{folder} (default: .)")
-    parser.add_argument(
-        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
-    )
-
-
-def add_port_argument(parser: argparse.ArgumentParser, what: str) -> None:
-    """Declare the argument ``--port``, described as `what`."""
-    port = number("port", int, 0, 65535)
-    parser.add_argument("--port", type=port, default=PORT, help=f"{what}; 0 takes a free one (default: {PORT})")
-
-
-def require_extra() -> None:
-    """Check that the packages of the page are installed.
-
-    Raises:
-        ConfigError: They are not.
-    """
-    require("web", "starlette", "uvicorn", "websockets", "segno", "tomlkit", what="the page")
-
-
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; return the exit code."""
-    require_extra()
+    require_page()
     from nxtdrive.tools.web.access import Pin
 
     serve = _serve_classroom if args.classroom else _serve_robot

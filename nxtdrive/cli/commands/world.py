@@ -8,10 +8,9 @@ import shlex
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.commands.mission import report_file
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_action, add_json_argument, new_file, writing
-from nxtdrive.cli.output import CONTINUED, write_json, write_line, write_text
+from nxtdrive.cli.output import CONTINUED, report_file, write_json, write_line, write_text
 
 DESCRIPTION = """\
 Name the simulated rooms that sim:// opens, check your own, draw one with all its

@@ -1,0 +1,38 @@
+"""Arguments of the commands that serve a page, or drive a robot for others, and the extra that they need."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.host.environment import require
+
+PORT = 7080
+
+
+def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
+    """Declare the arguments of a program that drives a robot for others; `folder` describes ``--folder``."""
+    add_brick_arguments(parser)
+    add_robot_argument(parser)
+    parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
+    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
+    parser.add_argument("--folder", metavar="FOLDER", type=Path, default=Path(), help=f"{folder} (default: .)")
+    parser.add_argument(
+        "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
+    )
+
+
+def add_port_argument(parser: argparse.ArgumentParser, what: str) -> None:
+    """Declare the argument ``--port``, described as `what`."""
+    port = number("port", int, 0, 65535)
+    parser.add_argument("--port", type=port, default=PORT, help=f"{what}; 0 takes a free one (default: {PORT})")
+
+
+def require_page() -> None:
+    """Check that the packages of the page are installed.
+
+    Raises:
+        ConfigError: They are not.
+    """
+    require("web", "starlette", "uvicorn", "websockets", "segno", "tomlkit", what="the page")
