@@ -101,7 +101,7 @@ class AdaptiveParameters(Table):
         sonar_tolerance_mm: Largest difference between the sonar's echo and the apparent distance with which an arrival
             counts, or a third of the distance if that is more. Without an echo it counts, too.
         search_budget_s: Longest search for a target without a sighting before another one is pursued.
-        rounds: Most rounds through the list of targets, unless [mission] asks for more.
+        rounds: Most rounds through the list of targets, unless that of [mission] is more.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
         repeats: Most choices of one recovery for one target at one place, and most choices there after one kind of
             failure.
@@ -147,7 +147,8 @@ class MissionTable(Table):
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
         profile: How to behave: adaptive, thesis, or your own profile (docs/profiles.md).
-        rounds: Most rounds through the list of targets; later rounds try again what was given up.
+        rounds: Most rounds through the list of targets; later rounds try again what was given up. The adaptive profile
+            makes as many as [adaptive] says, if that is more.
         time_limit_s: When the mission ends, whatever has been reached.
         reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
             longer.
