@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from behaviors.adaptive.chances import Counts
 from behaviors.events import Reason
 from behaviors.journal import Record
 from behaviors.mission import Mission
@@ -78,4 +79,13 @@ def counts(found: Iterable[Prediction]) -> dict[str, list[int]]:
     for each in found:
         if each.situation:
             numbers.setdefault(each.situation, [0, 0])[0 if each.came_true else 1] += 1
+    return dict(sorted(numbers.items()))
+
+
+def summed(tables: Iterable[Counts]) -> dict[str, list[int]]:
+    """Return the sums of several counts."""
+    numbers: dict[str, list[int]] = {}
+    for table in tables:
+        for situation, more in table.items():
+            numbers[situation] = [a + b for a, b in zip(numbers.get(situation, (0, 0)), more, strict=True)]
     return dict(sorted(numbers.items()))

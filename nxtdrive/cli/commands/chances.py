@@ -15,6 +15,7 @@ from nxtdrive.cli.output import make_console, write_line
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from behaviors.adaptive.chances import Counts
     from nxtdrive.recording.predictions import Prediction
 
 DESCRIPTION = """\
@@ -26,36 +27,62 @@ explains both."""
 EXAMPLES = """\
   nxtdrive chances runs/*
   nxtdrive chances runs/* --out chances.json
-  nxtdrive chances sweep.jsonl --out chances.json"""
+  nxtdrive chances sweep.jsonl --out chances.json
+  nxtdrive chances chances.json runs/* --out chances.json    # add to earlier counts"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("run_paths", metavar="RUN", type=Path, nargs="+", help="a run folder, or a sweep's .jsonl")
+    parser.add_argument(
+        "run_paths",
+        metavar="RUN",
+        type=Path,
+        nargs="+",
+        help="a run folder, a sweep's .jsonl, or counts written by --out",
+    )
     parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
 
 
 def run(args: argparse.Namespace) -> int:
     """Count the choices and return the exit code."""
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.recording.predictions import counts
+    from nxtdrive.recording.predictions import counts, summed
 
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
+    earlier: list[Counts] = []
     for path in args.run_paths:
+        if path.suffix == ".json" and path.is_file():
+            earlier.append(_read_counts(path, sources))
+            continue
         more, source = _read_sweep(path) if path.suffix == ".jsonl" and path.is_file() else _read_run(path)
         found += more
         sources.append({"name": path.name, "choices": len(more), **source})
-    if not found:
+    if not found and not earlier:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
     _show(found)
+    numbers = summed([*earlier, counts(found)])
     if args.out is not None:
         with writing(args.out, "Choose another file with --out."):
-            write_file(args.out, _text(sources, counts(found)).encode())
-        write_line(
-            f"{args.out}: {len(found)} choices; use them with chances = {json.dumps(args.out.name)} in [adaptive]"
-        )
+            write_file(args.out, _text(sources, numbers).encode())
+        total, name = sum(map(sum, numbers.values())), json.dumps(args.out.name)
+        write_line(f"{args.out}: {total} choices; use them with chances = {name} in [adaptive]")
     return DONE
+
+
+def _read_counts(path: Path, sources: list[dict[str, Any]]) -> Counts:
+    """Read counts that this command wrote, and add where they are from to `sources`."""
+    from behaviors.mission import AdaptiveParameters
+    from input_files.json_text import MAX_BYTES, parse_object
+    from input_files.plain import read_text
+
+    try:
+        kept = parse_object(read_text(path, MAX_BYTES))
+        sources += kept["sources"]
+        return AdaptiveParameters(chances=kept["counts"]).chances or {}
+    except (ValueError, KeyError, TypeError) as error:
+        remedy = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
+        raise ConfigError(f"{path} has no counts.", remedy=remedy) from error
 
 
 def _read_run(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
@@ -86,7 +113,7 @@ def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
     }
 
 
-def _text(sources: list[dict[str, Any]], numbers: dict[str, list[int]]) -> str:
+def _text(sources: list[dict[str, Any]], numbers: Counts) -> str:
     """Return the file with a line for each source and each situation."""
     heads = ",\n".join(f" {json.dumps(each)}" for each in sources)
     lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(each)}" for name, each in numbers.items())

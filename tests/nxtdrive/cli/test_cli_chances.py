@@ -8,7 +8,7 @@ import pytest
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from nxtdrive.cli.main import DONE, main
+from nxtdrive.cli.main import DONE, USAGE, main
 
 MISSION = Mission.model_validate(
     {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "color", "color": "red"}}}
@@ -59,6 +59,24 @@ def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
     assert kept["sources"] == [
         {"name": "sweep.jsonl", "choices": 1, "command": ["nxtdrive", "sweep"], "seeds": {"open": [1]}}
     ]
+
+
+def test_earlier_counts_are_added(tmp_path):
+    out, both = tmp_path / "chances.json", tmp_path / "both.json"
+    assert main(["chances", _run(tmp_path / "run-1", True), "--out", str(out)]) == DONE
+    assert main(["chances", str(out), _run(tmp_path / "run-2", False), "--out", str(both)]) == DONE
+    kept = json.loads(both.read_text())
+    assert kept["counts"] == {"rescan/0.15/never_seen/0": [1, 1]}
+    assert [each["name"] for each in kept["sources"]] == ["run-1", "run-2"]
+
+
+@pytest.mark.parametrize(
+    "text", ["{}", "nonsense", '{"sources": [], "counts": {"wait": [1]}}', '{"counts": 1, "sources": 2}']
+)
+def test_a_file_without_counts_is_refused(text, tmp_path, capsys):
+    (tmp_path / "other.json").write_text(text)
+    assert main(["chances", str(tmp_path / "other.json")]) == USAGE
+    assert "has no counts. Name run folders" in capsys.readouterr().err.replace("\n", " ")
 
 
 @pytest.mark.parametrize("arguments", [["chances", "nothing-there"], ["chances"]])
