@@ -80,14 +80,14 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
         yield _blocker_words(evidence.blocker)
         yield _detour_words(evidence)
     if evidence.blocked:
-        yield f"beyond it a place to look from: {evidence.blocked.chance:.0%} by the world model"
+        yield f"beyond it a place to look from: estimated chance {evidence.blocked.chance:.0%}"
     if evidence.here:
-        yield f"another look from here: {evidence.here.seconds:.0f} s, {evidence.here.chance:.0%} by the world model"
+        yield f"another look from here: {evidence.here.seconds:.0f} s, estimated chance {evidence.here.chance:.0%}"
     if evidence.viewpoints:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
         places = number_of(len(evidence.viewpoints), "other place")
-        yield f"{places} to look from: nearest in {nearest:.0f} s, best {best:.0%} by the world model"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, best estimated chance {best:.0%}"
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
         yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"
