@@ -8,6 +8,7 @@ the thread. When the camera goes away, the thread keeps reopening it, and `read`
 from __future__ import annotations
 
 import atexit
+import logging
 import threading
 from collections.abc import Callable
 from typing import Protocol
@@ -18,6 +19,8 @@ from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from nxtdrive.vision.camera import Frame
 from nxtdrive.vision.frames import as_frame
+
+log = logging.getLogger(__name__)
 
 REOPEN_AFTER_S = 0.5
 CLOSE_WITHIN_S = 2.0
@@ -52,7 +55,7 @@ class LiveCamera:
         open_timeout_s: Longest wait for the first frame.
 
     Raises:
-        CameraError: there was no frame in that time.
+        CameraError: There was no frame in that time.
     """
 
     def __init__(
@@ -99,7 +102,10 @@ class LiveCamera:
             return self._latest
 
     def on_frame(self, observer: Callable[[Frame], None]) -> None:
-        """Call `observer` with every further frame, in the camera's own thread; it must return quickly."""
+        """Call `observer` with every further frame, in the camera's own thread; it must return quickly.
+
+        An observer that raises an exception is reported once and left out.
+        """
         self._observers.append(observer)
 
     def close(self) -> None:
@@ -118,15 +124,24 @@ class LiveCamera:
     def _run(self) -> None:
         try:
             while not self._closing.is_set():
-                capture = self._open_capture()
-                self._grab(capture)
-                capture.release()
+                self._open_and_grab()
                 with self._news:
                     self._failed = True
                     self._news.notify_all()
                 self._closing.wait(REOPEN_AFTER_S)
         finally:
             self._ended.set()
+
+    def _open_and_grab(self) -> None:
+        try:
+            capture = self._open_capture()
+        except Exception:  # whatever a driver raises, the camera may work again later
+            log.debug("%s could not be opened", self._name, exc_info=True)
+            return
+        try:
+            self._grab(capture)
+        finally:
+            capture.release()
 
     def _grab(self, capture: Capture) -> None:
         """Take frames until there are no more."""
@@ -142,5 +157,12 @@ class LiveCamera:
                 index = 0 if self._latest is None else self._latest.index + 1
                 self._latest = frame = Frame(image, self._clock.now(), index)
                 self._news.notify_all()
-            for observer in self._observers:
+            self._show(frame)
+
+    def _show(self, frame: Frame) -> None:
+        for observer in list(self._observers):
+            try:
                 observer(frame)
+            except Exception:
+                log.exception("an observer of %s failed and is left out", self._name)
+                self._observers.remove(observer)

@@ -182,6 +182,48 @@ def test_a_webcam_that_was_pulled_out_comes_back_when_plugged_in(mocker):
     camera.close()
 
 
+def test_a_webcam_whose_driver_fails_while_it_is_opened_is_reported(mocker):
+    mocker.patch("cv2.VideoCapture", side_effect=cv2.error("no device"))
+    with pytest.raises(CameraError, match=r"camera 0 gives no frames. Is it plugged in"):
+        open_camera("0", clock=WallClock())
+
+
+def test_a_webcam_that_was_pulled_out_is_reopened_although_its_driver_fails_at_first(mocker):
+    mocker.patch("nxtdrive.vision.live.REOPEN_AFTER_S", 0.01)
+    first, second = Webcam(), Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[first, cv2.error("no device"), OSError("busy"), second])
+    first.deliver(1)
+    camera = open_camera("0", clock=WallClock())
+    camera.read(2.0)
+    first.unplug()
+    second.deliver(1)
+    assert camera.read(5.0).index == 1
+    second.unplug()
+    camera.close()
+
+
+def test_an_observer_that_fails_is_reported_once_and_the_camera_goes_on(mocker, caplog):
+    webcam, seen = Webcam(), []
+    mocker.patch("cv2.VideoCapture", side_effect=[webcam])
+    webcam.deliver(1)
+    camera = open_camera("0", clock=WallClock())
+    camera.read(2.0)
+
+    def fail(frame):
+        raise ValueError("the disk is full")
+
+    camera.on_frame(fail)
+    camera.on_frame(lambda frame: seen.append(frame.index))
+    webcam.deliver(3)
+    while camera.read(2.0).index < 3:
+        pass
+    webcam.unplug()
+    camera.close()
+    assert seen == [1, 2, 3]
+    assert [record.getMessage() for record in caplog.records] == ["an observer of camera 0 failed and is left out"]
+    assert webcam.released.is_set()
+
+
 class OddCamera(Webcam):
     """Delivers one frame of another kind again and again."""
 
