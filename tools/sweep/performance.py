@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
+from hashlib import sha256
 from typing import Any
 
 from behaviors.executive import Ending
@@ -23,7 +24,10 @@ from .metrics import judge_target
 from .referee import EpisodeTrace, Referee
 
 Line = dict[str, Any]
+Key = tuple[str, int, str, str, str]
+"""Class, seed, agent, eyes and the digest of the robot's description."""
 UNCHANGED = RobotFile()
+DIGEST_DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -47,9 +51,16 @@ class Task:
     robot: RobotFile = field(default=UNCHANGED, compare=False)
 
     @property
-    def key(self) -> tuple[str, int, str, str]:
+    def described(self) -> str:
+        """A digest of the description of the robot; empty without one."""
+        # a value that equals the default counts as measured
+        values = self.robot.model_dump_json(exclude_unset=True)
+        return "" if values == "{}" else sha256(values.encode()).hexdigest()[:DIGEST_DIGITS]
+
+    @property
+    def key(self) -> Key:
         """Identify the mission across sweeps."""
-        return self.kind, self.seed, self.agent, self.eyes
+        return self.kind, self.seed, self.agent, self.eyes, self.described
 
 
 def perform(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
@@ -155,10 +166,11 @@ def rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value
 
 
 def _head(task: Task) -> Line:
-    return {
+    head = {
         "episode_index": task.index,
         "class": task.kind,
         "seed": task.seed,
         "policy": task.agent,
         "eyes": task.eyes,
     }
+    return {**head, "robot": task.described} if task.described else head

@@ -20,13 +20,11 @@ from nxtdrive.recording.predictions import Prediction
 
 from .causes import Judgement
 from .metrics import TargetResult
-from .performance import Line
+from .performance import Key, Line
 
 BEGIN = b'{"episode_index": '
 """How each line begins, even one that an interruption cut short."""
 ANOTHER = "Choose another file with --out."
-
-Key = tuple[str, int, str, str]
 
 
 class _Checked(BaseModel):
@@ -39,6 +37,7 @@ class _Checked(BaseModel):
     seed: int
     policy: str
     eyes: str
+    robot: str = ""
     success: bool
     sum_reward: float
     max_reward: float
@@ -110,7 +109,7 @@ def _foreign(path: Path, number: int, reason: str = "") -> ConfigError:
 
 def key_of(line: Line) -> Key:
     """Return the identity of the mission that a line describes."""
-    return line["class"], line["seed"], line["policy"], line["eyes"]
+    return line["class"], line["seed"], line["policy"], line["eyes"], line.get("robot", "")
 
 
 class ResultFile:

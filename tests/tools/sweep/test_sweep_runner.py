@@ -223,6 +223,18 @@ def test_usage_errors_list_the_valid_choices(words, hint, tmp_path, monkeypatch,
     assert hint in capsys.readouterr().err
 
 
+def test_missions_with_another_robot_file_are_other_missions(tmp_path):
+    out, done = tmp_path / "out.jsonl", []
+    askew, askew_again, straight = (RobotFile(robot=RobotTable(axle_track_mm=mm)) for mm in (150.0, 150.0, 112.0))
+    for robot in (RobotFile(), askew, askew_again, straight, RobotFile()):
+        tasks = plan(["open"], [100], ["oracle"], "geometric", robot)
+        swept = sweep(tasks, out, InProcess(), progress=done.append)
+        assert swept.lines == [evaluate(task) for task in tasks]
+    assert len(done) == 3
+    assert "robot" not in done[0], "lines of earlier versions have no robot file"
+    assert len({line.get("robot") for line in done}) == 3
+
+
 def test_missions_believe_the_robot_file():
     plain, askew = (
         evaluate(plan(["open"], [100], ["adaptive"], "geometric", robot)[0])
