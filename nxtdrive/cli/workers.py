@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
+from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.options import number
+
+if TYPE_CHECKING:
+    from nxtdrive.tools.sweep.runner import Workers
 
 
 def add_worker_arguments(parser: argparse.ArgumentParser, default: int, default_words: str) -> None:
@@ -28,13 +33,27 @@ def add_worker_arguments(parser: argparse.ArgumentParser, default: int, default_
     )
 
 
-def open_workers(args: argparse.Namespace) -> tuple[AbstractContextManager[Executor], int, Callable[[], None]]:
-    """Return the executor, its number of workers, and a function that watches over them."""
-    if args.dask:
-        from nxtdrive.tools.sweep.cluster import Cluster
+@contextmanager
+def open_workers(args: argparse.Namespace, remedy: str) -> Iterator[Workers]:
+    """Provide the workers that the arguments name.
 
-        cluster = Cluster(args.dask)
-        return cluster, cluster.number, cluster.watch
-    from nxtdrive.tools.sweep.runner import workers
+    Args:
+        args: The command's arguments.
+        remedy: What to do when a worker dies.
 
-    return workers(args.workers), args.workers, lambda: None
+    Raises:
+        ConfigError: A worker died, or the cluster cannot be used.
+    """
+    from nxtdrive.tools.sweep.runner import WorkersDied, local_workers
+
+    try:
+        if args.dask:
+            from nxtdrive.tools.sweep.cluster import Cluster
+
+            with Cluster(args.dask) as cluster:
+                yield cluster.workers
+        else:
+            with local_workers(args.workers) as workers:
+                yield workers
+    except (BrokenExecutor, WorkersDied) as error:
+        raise ConfigError(f"a worker died ({error}).", remedy=remedy) from None

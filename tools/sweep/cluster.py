@@ -23,7 +23,7 @@ from firmware_protocol.errors import AddressError, ConfigError
 from input_files.plain import whole_number
 from nxtdrive.host.environment import require
 
-from .runner import WorkersDied
+from .runner import AHEAD, Workers, WorkersDied
 
 CONNECT_S = 5.0
 """How long the scheduler may take to answer."""
@@ -90,6 +90,11 @@ class Cluster(Executor):
         remote.add_done_callback(partial(self._settle, future))
         future.add_done_callback(lambda ours: ours.cancelled() and remote.cancel())
         return future
+
+    @property
+    def workers(self) -> Workers:
+        """The cluster as the workers of a command."""
+        return Workers(self, self.number * AHEAD, self.watch)
 
     def watch(self) -> None:
         """Check that the cluster still has workers.

@@ -13,7 +13,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice, product
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -27,12 +28,13 @@ from .performance import UNCHANGED, Line, Task, evaluate, failed
 from .result_file import ResultFile, key_of, read_lines
 
 AHEAD = 4
-"""Missions queued per worker: the next ones are there when one ends out of order."""
+"""Calls queued per worker: the next ones are there when one ends out of order."""
 MOST_ON_WINDOWS = 61
 """Processes that Windows can wait for. Source: the documentation of `concurrent.futures.ProcessPoolExecutor`."""
 CHECK_INTERVAL_S = 1.0
-"""How often the wait for a mission checks that workers are left."""
+"""How often the wait for a call checks that workers are left."""
 
+K = TypeVar("K")
 T = TypeVar("T")
 
 
@@ -51,6 +53,39 @@ class InProcess(Executor):
         except Exception as error:  # noqa: BLE001 - a future carries whatever was raised
             future.set_exception(error)
         return future
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """The workers that perform calls; by default only this process.
+
+    Attributes:
+        executor: Any `concurrent.futures.Executor`, a cluster's included.
+        ahead: Number of calls that are submitted before the result of the first of them is taken. 1 for an executor
+            that runs each call immediately, or all of them would run before the first result is taken.
+        watch: Called every second of waiting; raises if no result can come.
+    """
+
+    executor: Executor = field(default_factory=InProcess)
+    ahead: int = 1
+    watch: Callable[[], None] = lambda: None
+
+    def perform(self, calls: Iterable[tuple[K, Callable[[], T]]]) -> Iterator[tuple[K, Future[T]]]:
+        """Yield the name of each call with its future, which is done, in the order of the calls."""
+        queue = iter(calls)
+        running: deque[tuple[K, Future[T]]] = deque()
+        try:
+            while True:
+                more = islice(queue, self.ahead - len(running))
+                running.extend((name, self.executor.submit(call)) for name, call in more)
+                if not running:
+                    return
+                while not wait([running[0][1]], CHECK_INTERVAL_S).done:
+                    self.watch()
+                yield running.popleft()
+        finally:
+            for _, future in running:
+                future.cancel()
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +114,13 @@ def plan(
 
 
 @contextmanager
-def workers(number: int) -> Iterator[Executor]:
-    """Provide an executor with that many processes; with one, it is this process.
+def local_workers(number: int) -> Iterator[Workers]:
+    """Provide that many processes; one is this process.
 
     An exception ends the processes at once, in the middle of their work.
     """
     if number == 1:
-        yield InProcess()
+        yield Workers()
         return
     if sys.platform == "win32":
         number = min(number, MOST_ON_WINDOWS)
@@ -94,7 +129,7 @@ def workers(number: int) -> Iterator[Executor]:
     theirs, ours = context.Pipe(duplex=False)
     with ours, theirs, ProcessPoolExecutor(number, context, _serve_parent, (theirs,)) as executor:
         try:
-            yield executor
+            yield Workers(executor, number * AHEAD)
         except BaseException:
             ours.close()
             raise
@@ -113,62 +148,30 @@ def _end_with(parent: Connection) -> None:
     os._exit(1)
 
 
-def run_tasks(
-    tasks: Sequence[Task], executor: Executor, *, number: int = 1, watch: Callable[[], None] = lambda: None
-) -> Iterator[Line]:
+def run_tasks(tasks: Iterable[Task], workers: Workers) -> Iterator[Line]:
     """Perform tasks; yield their lines in the order of the tasks as they become available.
 
-    Args:
-        tasks: The tasks.
-        executor: Any `concurrent.futures.Executor`, a cluster's included.
-        number: Its number of workers, which determines how many missions are queued.
-        watch: Called every second of waiting; raises if no result can come.
+    A mission that killed its workers is reported as failed.
     """
-    if isinstance(executor, InProcess):  # nothing can be done ahead
-        yield from map(evaluate, tasks)
-        return
-    queue = iter(tasks)
-    running: deque[tuple[Task, Future[Line]]] = deque()
-    try:
-        running.extend((task, executor.submit(evaluate, task)) for task in islice(queue, number * AHEAD))
-        while running:
-            line = _line(*running[0], watch)
-            running.popleft()
-            running.extend((task, executor.submit(evaluate, task)) for task in islice(queue, 1))
-            yield line
-    finally:
-        for _, future in running:
-            future.cancel()
-
-
-def _line(task: Task, future: Future[Line], watch: Callable[[], None]) -> Line:
-    """Wait for a mission; if it killed its workers, report it as failed."""
-    while not wait([future], CHECK_INTERVAL_S).done:
-        watch()
-    try:
-        return future.result()
-    except WorkersDied as error:
-        return failed(task, error)
+    for task, future in workers.perform((task, partial(evaluate, task)) for task in tasks):
+        error = future.exception()
+        yield failed(task, error) if isinstance(error, WorkersDied) else future.result()
 
 
 def sweep(
     tasks: Sequence[Task],
     out: Path,
-    executor: Executor,
+    workers: Workers,
     *,
-    number: int = 1,
     progress: Callable[[Line], None] = lambda _: None,
-    watch: Callable[[], None] = lambda: None,
 ) -> Swept:
     """Perform the tasks that have no line in the file yet, and append their lines.
 
     Args:
         tasks: All tasks of the sweep.
         out: The file, with one line of JSON per mission.
-        executor: Runs the missions.
-        number: Its number of workers.
+        workers: Perform the missions.
         progress: Called with each new line, once it is in the file.
-        watch: Called every second of waiting; raises if no result can come.
 
     Raises:
         ConfigError: The file cannot be read or written, or is not a sweep's.
@@ -177,7 +180,7 @@ def sweep(
     known = {key_of(line): line for line in read_lines(out)}
     missing = [task for task in tasks if task.key not in known]
     with ResultFile(out) as file:
-        for line in run_tasks(missing, executor, number=number, watch=watch):
+        for line in run_tasks(missing, workers):
             file.append(line)
             known[key_of(line)] = line
             progress(line)

@@ -8,8 +8,7 @@ docs/evaluation.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, wait
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -41,7 +40,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 
 from .forks import CAN_FORK, Forks
-from .runner import CHECK_INTERVAL_S
+from .runner import Workers
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,32 +294,20 @@ def branch_costs(source: Source, decision: int, candidates: int, futures: int) -
 
 
 def all_costs(
-    source: Source,
-    base: Rollout,
-    futures: int,
-    wanted: Sequence[int],
-    executor: Executor,
-    watch: Callable[[], None] = lambda: None,
+    source: Source, base: Rollout, futures: int, wanted: Iterable[int], workers: Workers
 ) -> Iterator[tuple[int, list[list[float]]]]:
-    """Yield the number of each decision and the costs of its candidates, in order.
+    """Yield the number of each decision and the costs of its candidates, in order, as they become available.
 
     Args:
         source: The mission.
         base: How it went.
         futures: For each candidate.
         wanted: Numbers of the decisions.
-        executor: Plays them.
-        watch: Called every second of waiting; raises if no result can come.
+        workers: Play them.
     """
-    playing = {
-        number: executor.submit(branch_costs, source, number, len(base.decisions[number].candidates), futures)
+    calls = (
+        (number, partial(branch_costs, source, number, len(base.decisions[number].candidates), futures))
         for number in wanted
-    }
-    try:
-        for number, future in playing.items():
-            while not wait([future], CHECK_INTERVAL_S).done:
-                watch()
-            yield number, future.result()
-    finally:
-        for future in playing.values():
-            future.cancel()
+    )
+    for number, future in workers.perform(calls):
+        yield number, future.result()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -155,19 +154,17 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
-    executor, number, watch = open_workers(args)
-    with executor as performs, Progress(*columns, console=screen, disable=args.json) as progress:
+    with (
+        open_workers(args, "Continue with --resume and fewer --workers.") as workers,
+        Progress(*columns, console=screen, disable=args.json) as progress,
+    ):
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
         def show(line: Line) -> None:
             progress.update(bar, advance=1, description=f"last {line['class']}:{line['seed']}:{line['policy']}")
 
         try:
-            return sweep(tasks, out, performs, number=number, progress=show, watch=watch)
-        except BrokenExecutor as error:
-            raise ConfigError(
-                f"a worker died ({error}).", remedy="Continue with --resume and fewer --workers."
-            ) from None
+            return sweep(tasks, out, workers, progress=show)
         except KeyboardInterrupt:
             progress.stop()
             screen.print(f"interrupted; the missions so far are in {out}: continue with --resume", markup=False)

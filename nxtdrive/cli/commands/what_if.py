@@ -20,9 +20,9 @@ from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from concurrent.futures import Executor
+    from collections.abc import Sequence
 
+    from nxtdrive.tools.sweep.runner import Workers
     from nxtdrive.tools.sweep.what_if import Rollout, Source
 
 DESCRIPTION = """\
@@ -85,10 +85,9 @@ def run(args: argparse.Namespace) -> int:
     sources = {name: _source(name) for name in args.run_paths}
     kept = read_missions(args.out) if args.out else {}
     results: list[dict[str, Any]] = []
-    performs, _, watch = open_workers(args)
-    with performs as executor:
+    with open_workers(args, "Repeat the command with fewer --workers.") as workers:
         for name, source in sources.items():
-            result = kept.get(name) or _played(name, source, args, executor, watch)
+            result = kept.get(name) or _played(name, source, args, workers)
             results.append(result)
             if args.out and name not in kept:
                 with writing(args.out):
@@ -106,9 +105,7 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _played(
-    name: str, source: Source, args: argparse.Namespace, executor: Executor, watch: Callable[[], None]
-) -> dict[str, Any]:
+def _played(name: str, source: Source, args: argparse.Namespace, workers: Workers) -> dict[str, Any]:
     """Play a mission and its branches."""
     from nxtdrive.tools.sweep.what_if import RecordedRun, all_costs, play
 
@@ -119,7 +116,7 @@ def _played(
     if isinstance(source, RecordedRun):
         _check_repeated(name, source.choices, base)
     wanted, decisions = _wanted(base, args), []
-    for done, (at, costs_s) in enumerate(all_costs(source, base, args.futures, wanted, executor, watch), 1):
+    for done, (at, costs_s) in enumerate(all_costs(source, base, args.futures, wanted, workers), 1):
         decisions.append(_decision_values(at, base, costs_s))
         complain(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}", sender="")
     result = {"run": name, "decisions": decisions}

@@ -9,7 +9,7 @@ from behaviors.executive import Ending
 from nxtdrive.cli.commands.sweep import SUITES
 from nxtdrive.tools.sweep.chart_coverage import transitions
 from nxtdrive.tools.sweep.performance import evaluate
-from nxtdrive.tools.sweep.runner import plan, sweep, workers
+from nxtdrive.tools.sweep.runner import local_workers, plan, sweep
 from sim_backend.scenarios.classes import CLASSES
 
 # one process performs the missions that all tests look at
@@ -28,8 +28,8 @@ SAMPLE = {kind for kind, _ in REPEATED}
 def _lines(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("smoke") / "smoke.jsonl"
     tasks = TASKS if request.param == "all" else [task for task in TASKS if task.kind in SAMPLE]
-    with workers(WORKERS) as executor:
-        return sweep(tasks, out, executor, number=WORKERS).lines
+    with local_workers(WORKERS) as workers:
+        return sweep(tasks, out, workers).lines
 
 
 def _targets(lines, agent):

@@ -153,7 +153,7 @@ def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp
             dead.append(first.kill())
 
     with dask.join(2) as cluster:
-        assert sweep(TASKS, tmp_path / "x", cluster, number=2, progress=kill, watch=cluster.watch).lines == lines
+        assert sweep(TASKS, tmp_path / "x", cluster.workers, progress=kill).lines == lines
 
 
 @pytest.mark.nightly
@@ -161,7 +161,7 @@ def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impa
     (tmp_path / "killer.py").write_text(KILLER, encoding="utf-8")
     impatient_dask.add_workers(3, "--preload", "killer.py")
     with impatient_dask.join(3) as cluster:
-        found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster, watch=cluster.watch).lines
+        found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster.workers).lines
     assert found[1] == lines[1]
     assert found[0]["ending"] == Ending.BROKEN
     assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
@@ -173,7 +173,7 @@ def test_without_a_worker_the_sweep_ends(dask, tmp_path):
         Cluster(dask.address, patience_s=0.1)
     (worker,) = dask.add_workers(1)
     with dask.join(1, patience_s=0.1) as cluster, pytest.raises(ConfigError, match="has had no worker"):
-        sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: worker.kill(), watch=cluster.watch)
+        sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=lambda _: worker.kill())
     assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
 
 
@@ -183,7 +183,7 @@ def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path):
         dask = DaskCluster(stack, tmp_path)
         dask.add_workers(1)
         with dask.join(1) as cluster, pytest.raises(ConfigError, match=r"failed \(.*--resume"):
-            sweep(TASKS * 2, tmp_path / "x", cluster, progress=lambda _: dask.scheduler.kill(), watch=cluster.watch)
+            sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=lambda _: dask.scheduler.kill())
 
 
 @pytest.mark.nightly
@@ -195,7 +195,7 @@ def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
 
     with dask.join(1) as cluster, dask.look() as client:
         with pytest.raises(KeyboardInterrupt):
-            sweep(TASKS * 2, tmp_path / "x", cluster, number=2, progress=interrupt, watch=cluster.watch)
+            sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=interrupt)
         assert _eventually(lambda: not any(client.processing().values()))
     assert len(read_lines(tmp_path / "x")) == 1
 
@@ -226,7 +226,7 @@ def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp
         with dask.look() as client:
             _eventually(lambda: len(client.nthreads()) == 1)
         with pytest.raises(ConfigError, match=r"not every worker .* has 0\.0\.9\. Install the same there"):
-            sweep(TASKS[:1], tmp_path / "x", cluster, watch=cluster.watch)
+            sweep(TASKS[:1], tmp_path / "x", cluster.workers)
     assert read_lines(tmp_path / "x") == []
 
 

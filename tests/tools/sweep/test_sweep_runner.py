@@ -2,12 +2,15 @@
 
 import json
 import math
+import os
 import signal
 import subprocess
 import sys
 import time
+from argparse import Namespace
 from concurrent.futures import BrokenExecutor
 from contextlib import suppress
+from functools import partial
 
 import pytest
 
@@ -15,22 +18,23 @@ from behaviors.executive import Ending, Executive
 from behaviors.robot_description import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents
 from nxtdrive.tools.sweep.headline import difference
 from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
-from nxtdrive.tools.sweep.runner import InProcess, plan, sweep, workers
+from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
 from nxtdrive.tools.sweep.summary import aggregate, estimate, success_rate
 from nxtdrive.tools.sweep.tables import choice_rows, interval, reached_rows
 
 TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 
 LONG_WORK = """
-from nxtdrive.tools.sweep.runner import plan, workers
+from nxtdrive.tools.sweep.runner import local_workers, plan
 from nxtdrive.tools.sweep.performance import evaluate
-with workers(2) as executor:
+with local_workers(2) as workers:
     tasks = plan(["open"], range(100, 500), ["oracle"], "geometric")
-    first, *_ = (executor.submit(evaluate, task) for task in tasks)
+    first, *_ = (workers.executor.submit(evaluate, task) for task in tasks)
     first.result()
     print("at work", flush=True)
 """
@@ -48,8 +52,8 @@ def _lines():
 @pytest.mark.parametrize("number", [pytest.param(1, marks=pytest.mark.nightly), 2])
 def test_the_file_does_not_depend_on_the_number_of_workers(number, lines, tmp_path):
     out = tmp_path / "out.jsonl"
-    with workers(number) as executor:
-        assert sweep(TASKS, out, executor, number=number).lines == lines
+    with local_workers(number) as workers:
+        assert sweep(TASKS, out, workers).lines == lines
     assert read_lines(out) == lines
 
 
@@ -57,7 +61,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
     out, done = tmp_path / "out.jsonl", []
     whole = "".join(json.dumps(line) + "\n" for line in lines)
     out.write_text(whole[: whole.index("\n") + 30], encoding="utf-8")
-    assert sweep(TASKS, out, InProcess(), progress=done.append).lines == lines
+    assert sweep(TASKS, out, Workers(), progress=done.append).lines == lines
     assert done == lines[1:], "neither repeated nor lost"
     assert out.read_text(encoding="utf-8") == whole
 
@@ -67,8 +71,48 @@ def test_each_mission_is_in_the_file_before_the_next_one_begins(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(TASKS, tmp_path / "out.jsonl", InProcess(), progress=interrupt)
+        sweep(TASKS, tmp_path / "out.jsonl", Workers(), progress=interrupt)
     assert len(read_lines(tmp_path / "out.jsonl")) == 1
+
+
+def test_the_result_of_each_call_is_taken_before_the_next_one_begins_in_this_process():
+    order = []
+    for name, future in Workers().perform((name, partial(order.append, f"{name} begins")) for name in "ab"):
+        assert future.done()
+        order.append(f"{name} is taken")
+    assert order == ["a begins", "a is taken", "b begins", "b is taken"]
+
+
+def test_only_so_many_calls_are_submitted_ahead():
+    class Recorder(InProcess):
+        submitted = 0
+
+        def submit(self, *args, **kwargs):
+            self.submitted += 1
+            return super().submit(*args, **kwargs)
+
+    recorder = Recorder()
+    found = []
+    for number, future in Workers(recorder, ahead=3).perform((number, partial(pow, number, 2)) for number in range(5)):
+        found.append((number, future.result(), recorder.submitted))
+    assert found == [(0, 0, 3), (1, 1, 4), (2, 4, 5), (3, 9, 5), (4, 16, 5)]
+
+
+def test_a_worker_that_dies_is_reported_with_what_to_do():
+    def die():
+        with open_workers(Namespace(dask=None, workers=2), "Use fewer.") as workers:
+            workers.executor.submit(os._exit, 1).result()
+
+    with pytest.raises(ConfigError, match=r"^a worker died \(.*\)\. Use fewer\.$"):
+        die()
+
+
+def test_a_call_that_kills_the_workers_of_a_cluster_is_reported_with_what_to_do():
+    with (
+        pytest.raises(ConfigError, match=r"^a worker died \(4 workers died over it\)\. Use fewer\.$"),
+        open_workers(Namespace(dask=None, workers=1), "Use fewer."),
+    ):
+        raise WorkersDied("4 workers died over it")
 
 
 def test_no_worker_outlives_a_sweep_that_is_killed():
@@ -82,8 +126,8 @@ def test_no_worker_outlives_a_sweep_that_is_killed():
 
 
 def test_an_interrupted_sweep_does_not_wait_for_missions_that_nobody_wants():
-    with suppress(KeyboardInterrupt), workers(2) as executor:
-        missions = [executor.submit(time.sleep, 3600.0) for _ in range(4)]
+    with suppress(KeyboardInterrupt), local_workers(2) as workers:
+        missions = [workers.executor.submit(time.sleep, 3600.0) for _ in range(4)]
         raise KeyboardInterrupt
     assert all(isinstance(mission.exception(), BrokenExecutor) for mission in missions)
 
@@ -93,7 +137,7 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, 
         raise RuntimeError("two decisions at the same moment")
 
     monkeypatch.setitem(agents.AGENTS, "thesis", stuck)
-    found = sweep(TASKS, tmp_path / "out.jsonl", InProcess()).lines
+    found = sweep(TASKS, tmp_path / "out.jsonl", Workers()).lines
     assert [line["ending"] == Ending.BROKEN for line in found] == [True, False, True, False]
     assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
     assert found[1] == lines[1]
@@ -110,7 +154,7 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
 
     monkeypatch.setitem(agents.AGENTS, "thesis", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        sweep(TASKS, tmp_path / "out.jsonl", InProcess())
+        sweep(TASKS, tmp_path / "out.jsonl", Workers())
     assert read_lines(tmp_path / "out.jsonl") == []
 
 
@@ -228,7 +272,7 @@ def test_missions_with_another_robot_file_are_other_missions(tmp_path):
     askew, askew_again, straight = (RobotFile(robot=RobotTable(axle_track_mm=mm)) for mm in (150.0, 150.0, 112.0))
     for robot in (RobotFile(), askew, askew_again, straight, RobotFile()):
         tasks = plan(["open"], [100], ["oracle"], "geometric", robot)
-        swept = sweep(tasks, out, InProcess(), progress=done.append)
+        swept = sweep(tasks, out, Workers(), progress=done.append)
         assert swept.lines == [evaluate(task) for task in tasks]
     assert len(done) == 3
     assert "robot" not in done[0], "lines of earlier versions have no robot file"
