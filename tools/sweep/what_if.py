@@ -8,6 +8,7 @@ docs/evaluation.md.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
@@ -21,12 +22,13 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question
+from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import Choice
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
-from input_files.plain import read_text
+from input_files.plain import read_text, whole_number
 from nxtdrive.mission.assembly import MissionRun, open_robot
 from nxtdrive.mission.files import with_profile
 from nxtdrive.recording.run_folder import SUMMARY
@@ -38,6 +40,7 @@ from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
+from sim_backend.scenarios.classes import ALL_CLASSES
 
 from .forks import CAN_FORK, Forks
 from .runner import Workers
@@ -85,6 +88,23 @@ class RebuiltRun:
 
 
 Source = GeneratedMission | RecordedRun | RebuiltRun
+
+
+def read_source(name: str) -> Source:
+    """Read a mission, named by its run folder or as ``CLASS:SEED[:PROFILE]``.
+
+    Raises:
+        ConfigError: It is neither, or cannot be repeated.
+    """
+    kind, _, rest = name.partition(":")
+    seed, _, profile = rest.partition(":")
+    if kind in ALL_CLASSES and (number := whole_number(seed)) is not None and not os.path.exists(name):
+        return GeneratedMission(kind, number, profile or ADAPTIVE)
+    if not os.path.isdir(name):
+        raise ConfigError(
+            f"{name} is neither a run folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
+        )
+    return read_recorded(Path(name))
 
 
 def read_recorded(path: Path) -> RecordedRun | RebuiltRun:

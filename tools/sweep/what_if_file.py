@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ from .result_file import whole_lines
 
 BEGIN = b'{"run": '
 """How each line begins, even one that an interruption cut short."""
+
+Key = tuple[str, int | None, int | None, int | None]
+"""Mission, decision, size of the sample and number of futures."""
 
 
 class _Model(BaseModel):
@@ -42,18 +46,26 @@ class _Decision(_Model):
 
 class _Mission(_Model):
     run: str
+    decision: int | None = None
+    sample: int | None = None
+    futures: int | None = None
     decisions: list[_Decision]
 
 
-def read_missions(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the missions of a file by name, except a last one that an interruption cut short.
+def key_of(mission: Mapping[str, Any]) -> Key:
+    """Return the identity of a result: the mission, and what was asked about it."""
+    return mission["run"], mission.get("decision"), mission.get("sample"), mission.get("futures")
+
+
+def read_missions(path: Path) -> dict[Key, dict[str, Any]]:
+    """Return the missions of a file by `key_of`, except a last one that an interruption cut short.
 
     Raises:
         ConfigError: The file cannot be read, or is not of what-if.
     """
     lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
     missions = [_mission(path, number, line) for number, line in enumerate(lines, start=1)]
-    return {each["run"]: each for each in missions}
+    return {key_of(each): each for each in missions}
 
 
 def append_mission(path: Path, mission: dict[str, Any]) -> None:

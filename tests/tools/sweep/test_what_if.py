@@ -66,11 +66,30 @@ def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
     out = tmp_path / "regret.jsonl"
     decisions = [{**DECISION, "regret_s": regret_s} for regret_s in (2, 6)]
     names = ["open:100", "flat:7:adaptive"]
-    out.write_text("".join(json.dumps({"run": name, "decisions": decisions}) + "\n" for name in names))
+    asked = {"decision": None, "sample": None, "futures": 2}
+    out.write_text("".join(json.dumps({"run": name, **asked, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
-    assert main(["what-if", *names, "--out", str(out), "--workers", "1", "--json"]) == 0
+    assert main(["what-if", *names, "--out", str(out), "--futures", "2", "--workers", "1", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["regret_s"] == [4.0, 4.0, 4.0]
     assert out.read_bytes() == before
+
+
+@pytest.mark.slow
+def test_a_mission_of_which_something_else_was_asked_is_examined_again(tmp_path, capsys):
+    out, name = tmp_path / "regret.jsonl", "open:100"
+    lines = [
+        {"run": name, "decisions": [DECISION]},
+        {"run": name, "decision": 1, "sample": None, "futures": 2, "decisions": [DECISION]},
+        {"run": name, "decision": None, "sample": 1, "futures": 2, "decisions": [DECISION]},
+        {"run": name, "decision": None, "sample": None, "futures": 3, "decisions": [DECISION]},
+    ]
+    out.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    for _ in range(2):
+        assert main(["what-if", name, "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
+        assert "the mission had no decision" in capsys.readouterr().out
+        *before, added = map(json.loads, out.read_text().splitlines())
+        assert before == lines
+        assert added == {"run": name, "decision": None, "sample": None, "futures": 2, "decisions": []}
 
 
 @pytest.mark.nightly
@@ -88,9 +107,9 @@ def test_a_line_that_was_cut_short_is_written_again(tmp_path):
     append_mission(out, mission)
     whole = out.read_bytes()
     out.write_bytes(whole + whole.replace(b"100", b"101")[:40])
-    assert read_missions(out) == {"open:100": mission}
+    assert list(read_missions(out).values()) == [mission]
     append_mission(out, {"run": "open:101", "decisions": []})
-    assert list(read_missions(out)) == ["open:100", "open:101"]
+    assert [each["run"] for each in read_missions(out).values()] == ["open:100", "open:101"]
 
 
 @pytest.mark.parametrize(

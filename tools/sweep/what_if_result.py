@@ -1,0 +1,156 @@
+"""The result of what-if for a mission: what each candidate of its decisions would have cost, as plain values."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import zip_longest
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from firmware_protocol.errors import ConfigError
+from nxtdrive.recording.explanation import what_ifs
+from nxtdrive.recording.output_file import write_file
+from nxtdrive.recording.run_folder import WHAT_IF
+
+from .regret import over_missions, regret
+from .runner import Workers
+from .summary import estimate
+from .what_if import RebuiltRun, RecordedRun, Rollout, Source, all_costs, play
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Which decisions of a mission are examined, and how closely.
+
+    Attributes:
+        decision: Only this one, counted from 1; None for all.
+        sample: Only this many, chosen at random, the same ones each time; None for all.
+        futures: Futures tried for each candidate.
+    """
+
+    decision: int | None
+    sample: int | None
+    futures: int
+
+    def head(self, name: str) -> dict[str, Any]:
+        """Return how the result of a mission begins."""
+        return {"run": name, **asdict(self)}
+
+    def numbers(self, made: int) -> list[int]:
+        """Return the numbers of the decisions to examine, from 0, of as many as the mission made.
+
+        Raises:
+            ConfigError: There is no such decision.
+        """
+        numbers = list(range(made))
+        if self.decision is not None:
+            if self.decision > made:
+                raise ConfigError(f"there is no decision {self.decision}: the mission has {made}.")
+            numbers = [self.decision - 1]
+        if self.sample is not None and self.sample < len(numbers):
+            numbers = sorted(Random("what if").sample(numbers, self.sample))
+        return numbers
+
+
+def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> dict[str, Any]:
+    """Play a mission and the branches of its decisions.
+
+    Args:
+        name: As the user named the mission.
+        source: The mission.
+        request: Which decisions.
+        workers: Play the branches.
+        tell: Called with a sentence at each step.
+
+    Returns:
+        The request, and ``decisions`` with the cost of each candidate.
+
+    Raises:
+        ConfigError: The run cannot be repeated, or has no such decision.
+    """
+    if isinstance(source, RebuiltRun):
+        world = source.scenario.world
+        tell(
+            f"{name} is a run of a real robot. It is played in a room made from its map, with {len(world.boxes)} "
+            f"obstacles and {len(world.pictures)} targets; the robot may decide differently there."
+        )
+    if isinstance(source, RecordedRun):
+        request.numbers(len(source.choices))
+    tell(f"{name}: repeating the mission, to find its decisions")
+    base = play(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
+    if isinstance(source, RecordedRun):
+        _check_repeated(name, source.choices, base)
+    wanted, decisions = request.numbers(len(base.decisions)), []
+    for done, (at, costs_s) in enumerate(all_costs(source, base, request.futures, wanted, workers), 1):
+        decisions.append(_decision_values(at, base, costs_s))
+        tell(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}")
+    return {**request.head(name), "decisions": decisions}
+
+
+def keep(folder: Path, result: Mapping[str, Any]) -> None:
+    """Write a result into its run folder, with the decisions that are known from earlier.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    known = {**what_ifs(folder), **{each["decision"]: each for each in result["decisions"]}}
+    content = {"run": result["run"], "decisions": [known[at] for at in sorted(known)]}
+    write_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
+
+
+def mean_figures(results: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
+    """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any."""
+    regrets_s = [[float(each["regret_s"]) for each in result["decisions"]] for result in results]
+    if not any(regrets_s):
+        return {}
+    figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)
+    return {
+        name: [round(value, 3) for value in (each.mean, each.low, each.high) if math.isfinite(value)]
+        for name, each in figures
+    }
+
+
+def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Rollout) -> None:
+    """Raise a `ConfigError` that names the first decision in which a mission differs from its record."""
+    choices = [(each.time_s, each.chose) for each in base.decisions]
+    for was, now in zip_longest(recorded, choices):
+        if was != now:
+            then, instead = (f"{each[1]} at {each[0]:.1f} s" if each else "the end" for each in (was, now))
+            raise ConfigError(
+                f"{name} cannot be repeated: where it has {then}, the same mission now leads to {instead}.",
+                remedy="It was made with another version of nxtdrive or of its world file, or a person or another "
+                "program intervened.",
+            )
+
+
+def _decision_values(at: int, base: Rollout, costs_s: list[list[float]]) -> dict[str, Any]:
+    """Return a decision with what each candidate would have cost, as plain values."""
+    made, found = base.decisions[at], regret(np.array(costs_s))
+    means = [estimate([(cost_s, 1.0) for cost_s in each]) for each in costs_s]
+    return {
+        "decision": at + 1,
+        "t": round(made.time_s, 3),
+        "target": made.target,
+        "reason": made.reason,
+        "futures": len(costs_s[0]),
+        "regret_s": round(found.seconds, 2),
+        "biased_regret_s": round(found.biased_s, 2),
+        "beyond_best_s": [round(found.interval.mean, 2), round(found.interval.low, 2), round(found.interval.high, 2)],
+        "candidates": [
+            {
+                "does": words,
+                "chosen": number == 0,
+                "best": number == found.best,
+                "cost_s": [round(value, 2) for value in (mean.mean, mean.low, mean.high)],
+            }
+            for number, (words, mean) in enumerate(zip(made.candidates, means, strict=True))
+        ],
+    }
