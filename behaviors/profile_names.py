@@ -19,6 +19,20 @@ def installed_profiles() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
+def offered_profile(name: str) -> str:
+    """Return the name of a profile if a client may choose it: a built-in or an installed one.
+
+    A class as ``package.module:Class`` is refused, because to load it is to run its module.
+
+    Raises:
+        ValueError: It may not; the text says which there are.
+    """
+    known = [*BUILT_IN_PROFILES, *sorted(installed_profiles())]
+    if name not in known:
+        raise ValueError(f"There is no profile {name!r} here: choose {', '.join(known)}.")
+    return name
+
+
 def profile_name(name: str) -> str:
     """Return the name of a profile if it can be one; its class is not imported.
 

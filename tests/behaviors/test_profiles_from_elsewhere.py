@@ -14,6 +14,8 @@ from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from nxtdrive.tools.sweep.performance import Task, evaluate
+from nxtdrive.tools.web.messages import read_message
+from nxtdrive.tools.web.missions import Missions
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "patient-profile"
 JOURNAL = Path(__file__).parents[1] / "nxtdrive" / "cli" / "journals" / "format-2.jsonl"
@@ -67,6 +69,21 @@ def test_anything_that_is_not_a_profile_gives_a_sentence(tmp_path, name, text, c
     for command in (["run", "--policy"], ["sweep", "--policies"]):
         assert main([*command, name]) == USAGE
         assert text in capsys.readouterr().err
+
+
+def test_a_client_may_choose_an_installed_profile_or_the_missions_own_and_no_other_module(tmp_path):
+    (tmp_path / "odd.py").write_text("1 / 0\n", encoding="utf-8")
+    mission = '[mission]\ntargets = ["tag"]\nprofile = "patient:Patient"\n[target.tag]\ndetector = "marker"\nid = 7\n'
+    (tmp_path / "own.toml").write_text(mission, encoding="utf-8")
+    missions = Missions(tmp_path)
+    for name in ("odd:Profile", "patient"):
+        with pytest.raises(ValueError, match=f"There is no profile '{name}' here: choose thesis, adaptive"):
+            missions.load("", name)
+    assert missions.load("own.toml", "patient:Patient") == missions.load("own.toml")
+    _install(tmp_path)
+    for name in ("thesis", "patient"):
+        chosen = json.dumps({"type": "start_mission", "mission": "own.toml", "profile": name})
+        assert missions.load("own.toml", read_message(chosen).profile).mission.profile == name
 
 
 def test_a_mission_may_name_an_installed_profile_only(tmp_path, capsys):

@@ -98,7 +98,7 @@ class Assistant:
 
         Args:
             name: One of `missions`; empty for the built-in one.
-            profile: Its profile; empty for the mission's own.
+            profile: A built-in or an installed profile; empty for the mission's own.
             decide: Whether each recovery waits for `choose`.
             endings: The robot's when it was asked for; if it was ended since, it is not started.
         """

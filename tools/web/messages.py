@@ -76,13 +76,13 @@ class StartMission(_Message):
 
     Attributes:
         mission: Name of a mission as the server lists it; empty for the built-in one.
-        profile: How the robot behaves; the mission's own by default.
+        profile: How the robot behaves: a built-in or an installed profile; the mission's own by default.
         confirm: Whether each recovery waits for `Answer`.
     """
 
     type: Literal["start_mission"]
     mission: str = ""
-    profile: Literal["thesis", "adaptive"] | None = None
+    profile: str | None = None
     confirm: bool = False
 
 

@@ -8,6 +8,7 @@ import threading
 from pathlib import Path
 
 from behaviors.mission import Mission
+from behaviors.profile_names import offered_profile
 from firmware_protocol.errors import ConfigError
 from input_files.plain import InputFileError, read_bytes, read_text
 from input_files.toml_file import MAX_BYTES
@@ -50,14 +51,21 @@ class Missions:
     def load(self, name: str, profile: str | None = None) -> Mission:
         """Read a mission.
 
+        Args:
+            name: Its file; empty for the built-in one.
+            profile: A built-in or an installed profile; None for the mission's own.
+
         Raises:
-            ValueError: There is none of this name, or it has mistakes; the text lists all of them.
+            ValueError: There is none of this name, or it has mistakes; the text lists all of them. Or there is no such
+                profile.
         """
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} in the folder {self.folder.resolve().name!r}.")
         try:
             mission = read_mission_file(self.file(name), self._robot)
-            return mission if profile is None else with_profile(mission, profile)
+            if profile in (None, mission.mission.profile):
+                return mission
+            return with_profile(mission, offered_profile(profile))
         except ConfigError as error:
             raise ValueError(str(error)) from None
 

@@ -196,6 +196,7 @@ def test_a_mission_is_run_followed_and_explained(quick):
     async def talk(call: Call) -> None:
         assert (await call("missions"))["missions"] == ["", "quick.toml"]
         assert "There is no mission 'slow'" in await call("mission_run", mission="slow")
+        assert "There is no profile 'this:Profile'" in await call("mission_run", profile="this:Profile")
         assert (await call("mission_run", mission="quick.toml"))["running"]
         status = await call("mission_status", wait_s=60)
         assert not status["running"]

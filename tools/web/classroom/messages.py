@@ -33,13 +33,13 @@ class Start(_Message):
     Attributes:
         robots: Their names.
         mission: Name of a mission as the server lists it; empty for the built-in one, null for each robot's own.
-        profile: How the robots behave; the mission's own by default.
+        profile: How the robots behave: a built-in or an installed profile; the mission's own by default.
     """
 
     type: Literal["start"]
     robots: Names
     mission: str | None = None
-    profile: Literal["thesis", "adaptive"] | None = None
+    profile: str | None = None
 
 
 class End(_Message):
