@@ -19,7 +19,7 @@ from behaviors.mission_cross_checks import cross_checks
 from behaviors.mission_mistakes import mistakes
 from behaviors.mission_targets import OnnxTarget, Target
 from behaviors.plausibility import TOLERANCE_MM
-from behaviors.profile_names import ADAPTIVE, profile_in_mission
+from behaviors.profile_names import ADAPTIVE, THESIS, profile_in_mission
 from behaviors.robot_description import (
     ROBOT_VARIABLE,
     CalibrationTable,
@@ -180,6 +180,16 @@ class Mission(Table):
     camera: CameraTable = CameraTable()
     color: dict[ColorName, ColorTable] = Field(default={})
     calibration: CalibrationTable = CalibrationTable()
+
+    @property
+    def parameters_name(self) -> str:
+        """Name of the table of the mission's profile; one from elsewhere usually inherits from the adaptive profile."""
+        return THESIS if self.mission.profile == THESIS else ADAPTIVE
+
+    @property
+    def parameters(self) -> ThesisParameters | AdaptiveParameters:
+        """That table."""
+        return self.thesis if self.parameters_name == THESIS else self.adaptive
 
     @property
     def guessed_heights(self) -> frozenset[str]:

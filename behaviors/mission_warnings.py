@@ -37,7 +37,7 @@ def value_warnings(mission: Mission) -> Iterator[str]:
         # a key that is set for both profiles is meant for either
         if idle := sorted(other.model_fields_set & keys - own.model_fields_set):
             yield f"{name}: {', '.join(idle)} has no effect: the mission's profile is {table.profile!r}."
-    for name in sorted(mission.guessed_heights) if table.profile == "thesis" else ():
+    for name in sorted(mission.guessed_heights) if table.profile == THESIS else ():
         yield (
             f"target.{name}: height_mm is missing, and the profile 'thesis' does not measure it by driving: "
             f"{mission.target[name].height_mm:g} mm counts. Measure it and set height_mm."
@@ -71,19 +71,18 @@ def _odd_height(name: str, height_mm: float) -> Iterator[str]:
 
 
 def _odd_robot(mission: Mission) -> Iterator[str]:
-    robot, profile = mission.robot, mission.mission.profile
-    parameters = mission.thesis if profile == "thesis" else mission.adaptive
+    robot, parameters, table = mission.robot, mission.parameters, mission.parameters_name
     nearest_mm = robot.stop_distance_mm + mission.sonar_ahead_mm
     if robot.ultrasonic and nearest_mm >= parameters.arrive_mm:
         yield (
             f"robot.stop_distance_mm: the safety stop ends an approach {nearest_mm:g} mm from the target, before "
-            f"{profile}.arrive_mm = {parameters.arrive_mm:g}; make that larger or the stop distance smaller."
+            f"{table}.arrive_mm = {parameters.arrive_mm:g}; make that larger or the stop distance smaller."
         )
     fastest_mm_s = WHEEL_DEG_S / 360 * math.pi * robot.wheel_diameter_mm
     if parameters.cruise_mm_s > fastest_mm_s:
         yield (
             f"robot.wheel_diameter_mm: wheels of {robot.wheel_diameter_mm:g} mm drive {fastest_mm_s:.0f} mm/s at most, "
-            f"slower than {profile}.cruise_mm_s = {parameters.cruise_mm_s:g}. Is that their diameter?"
+            f"slower than {table}.cruise_mm_s = {parameters.cruise_mm_s:g}. Is that their diameter?"
         )
     if robot.axle_track_mm < robot.wheel_diameter_mm / 2:
         yield (

@@ -7,6 +7,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from behaviors.profile_names import THESIS
 from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
@@ -92,7 +93,7 @@ def _candidates(each: Explained, explanation: Explanation) -> RenderableType:
     if not each.candidates:
         if explanation.unavailable:
             return "the profile cannot be loaded here"
-        return RULE if explanation.profile == "thesis" else "the journal has no candidates"
+        return RULE if explanation.profile == THESIS else "the journal has no candidates"
     matching = (i for i, one in enumerate(each.candidates) if choice is not None and same(one.choice, choice))
     chosen = next(matching, None)
     marks = [">" if i == chosen else "" for i in range(len(each.candidates))]

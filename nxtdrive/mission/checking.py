@@ -107,12 +107,11 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
 
 
 def _out_of_view(mission: Mission, name: str, width_mm: float, height_mm: float, share: float) -> Iterator[str]:
-    profile = mission.mission.profile
-    arrive_mm = (mission.thesis if profile == "thesis" else mission.adaptive).arrive_mm
+    arrive_mm = mission.parameters.arrive_mm
     view = 2 * math.tan(math.radians(mission.camera.hfov_deg / 2))
     whole_mm = RIM * max(width_mm / view, height_mm / (view * FRAME_SHAPE))
     if arrive_mm * RIM < share * whole_mm:
         yield (
-            f"target.{name}: from {profile}.arrive_mm = {arrive_mm:g} the camera sees only part of it and may lose it "
-            f"there. Set arrive_mm = {10 * math.ceil(whole_mm / 10)}."
+            f"target.{name}: from {mission.parameters_name}.arrive_mm = {arrive_mm:g} the camera sees only part of it "
+            f"and may lose it there. Set arrive_mm = {10 * math.ceil(whole_mm / 10)}."
         )

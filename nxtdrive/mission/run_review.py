@@ -16,6 +16,7 @@ from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.mission_targets import PictureTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
+from behaviors.profile_names import THESIS
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
@@ -140,7 +141,7 @@ class RunReview:
         ):
             return None
         distance_mm = sighting["distance_mm"]
-        thesis = self._mission.mission.profile == "thesis"
+        thesis = self._mission.mission.profile == THESIS
         tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
         return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
 

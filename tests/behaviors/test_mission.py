@@ -265,6 +265,13 @@ def test_no_mistake_is_reported_in_the_words_of_the_library(place, value):
         (("color =", "height_mm = 29.7\ncolor ="), "Is it in centimetres? Then it is 297 mm"),
         (("color =", "height_mm = 2600\ncolor ="), "more than 2.5 m"),
         (("[target.box]", "[robot]\nstop_distance_mm = 400\n[target.box]"), "the safety stop ends an approach 440 mm"),
+        (
+            (
+                "[mission]",
+                "[thesis]\narrive_mm = 600\n[robot]\nstop_distance_mm = 400\n[mission]\nprofile = 'my.own:Profile'",
+            ),
+            "before adaptive.arrive_mm = 420",
+        ),
         (("[target.box]", "[robot]\nwheel_diameter_mm = 20\n[target.box]"), "drive 149 mm/s at most"),
         (
             ("[target.box]", "[robot]\nwheel_diameter_mm = 81.6\naxle_track_mm = 35\n[target.box]"),
