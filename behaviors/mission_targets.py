@@ -10,12 +10,15 @@ from behaviors.detector_names import BUILT_IN_DETECTORS, installed_detectors
 from behaviors.robot_description import ColorName, Table
 from behaviors.usual_heights import usual_height_mm
 
+HEIGHT_MM = 10.0, 3000.0
+"""Least and greatest height of a target."""
+Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
 OTHER = "other"
 """Tag of the targets of installed detectors."""
 
 
 class _Target(Table):
-    height_mm: float = Field(default=297.0, ge=10, le=3000, description="real height of what is detected")
+    height_mm: Height = Field(default=297.0, description="real height of what is detected")
 
 
 class PictureTarget(_Target):
@@ -101,11 +104,7 @@ class OnnxTarget(Table):
     colors: Literal["bgr", "rgb"] | None = None
     normalisation: Literal["none", "unit", "imagenet"] | None = None
     min_score: float = Field(default=0.4, gt=0, lt=1)
-    height_mm: float = Field(
-        default_factory=lambda known: usual_height_mm(str(known.get("label", ""))),
-        ge=10,
-        le=3000,
-    )
+    height_mm: Height = Field(default_factory=lambda known: usual_height_mm(str(known.get("label", ""))))
 
     @property
     def guessed(self) -> bool:

@@ -7,7 +7,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from nxtdrive.cli.template_target import RED_BOX, USUAL_STOP_MM, TemplateTarget
 from nxtdrive.cli.world_template import toml_path
@@ -67,7 +67,7 @@ _TABLES = {
     "color": """\
 [target.{name}]
 detector = "color"         # a patch of strong colour:
-color = {color}              #   red, orange, yellow, green, cyan, blue or magenta
+color = {color}              #   {colors}
 height_mm = {height_mm:<15g}# real height of the patch; distances are computed from it""",
     "picture": """\
 [target.{name}]
@@ -97,9 +97,10 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
         folder: Where the file will lie; the picture's path is relative to it if it can be.
     """
     from behaviors.mission import AdaptiveParameters, ThesisParameters
-    from behaviors.robot_description import CameraTable, RobotTable
+    from behaviors.robot_description import CameraTable, ColorName, RobotTable
 
-    options = {key: json.dumps(value) for key, value in target.options.items()}
+    options = {"colors": ", ".join(get_args(ColorName))}
+    options |= {key: json.dumps(value) for key, value in target.options.items()}
     options |= {"file": toml_path(target.picture, folder)} if target.picture is not None else {}
     table = _TABLES[str(target.options["detector"])].format(name=target.name, height_mm=target.height_mm, **options)
     name = json.dumps(target.name)

@@ -67,6 +67,21 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
     return read
 
 
+def target_height_mm(text: str) -> float:
+    """Convert an argument of argparse: the height of a target, as a mission may have it."""
+    from behaviors.mission_targets import HEIGHT_MM
+
+    return number("height", float, *HEIGHT_MM)(text)
+
+
+def marker_id(text: str) -> int:
+    """Convert an argument of argparse: the number of a marker of the usual family."""
+    from nxtdrive.vision.detectors.marker import DEFAULT_FAMILY, FAMILIES
+
+    _, count = FAMILIES[DEFAULT_FAMILY]
+    return number("id", int, 0, count - 1)(text)
+
+
 def new_file(text: str) -> Path:
     """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address."""
     if not text.isprintable() or "?" in text or text.startswith("-") or not Path(text).name:

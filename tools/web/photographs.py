@@ -13,6 +13,7 @@ import cv2
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field
 
+from behaviors.mission_targets import Height
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import parse_toml
 from nxtdrive.vision.detection import Box, Image, overlap
@@ -44,7 +45,7 @@ class NewTarget(BaseModel):
 
     text: str
     name: Annotated[str, Field(pattern=r"^\w[\w -]{0,39}$")]
-    height_mm: Annotated[float, Field(ge=10, le=3000)]
+    height_mm: Height
     picture: int
     box: Box
 

@@ -9,12 +9,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import at_home
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, number, writing
+from nxtdrive.cli.options import (
+    add_action,
+    add_json_argument,
+    add_robot_argument,
+    marker_id,
+    number,
+    target_height_mm,
+    writing,
+)
 from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
@@ -82,6 +90,8 @@ class Look:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
+    from behaviors.robot_description import ColorName
+
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     try_ = add_action(actions, "try", "run a detector and draw its detections", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
@@ -94,10 +104,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
-    identifier = number("id", int, 0, 49)
-    target.add_argument("--marker", metavar="ID", type=identifier, help="an ArUco marker of the dictionary 4x4_50")
+    target.add_argument("--marker", metavar="ID", type=marker_id, help="an ArUco marker of the dictionary 4x4_50")
     target.add_argument("--qr", metavar="TEXT", help="a QR code with this text")
-    target.add_argument("--color", metavar="C", help="red, orange, yellow, green, cyan, blue or magenta")
+    target.add_argument("--color", metavar="C", help=", ".join(get_args(ColorName)))
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
     try_.add_argument("--label", metavar="NAME", help="which of the network's labels to look for")
     try_.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
@@ -106,7 +115,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     try_.add_argument(
         "--height-mm",
         metavar="MM",
-        type=number("height", float, 10, 3000),
+        type=target_height_mm,
         help="real height of the target (default: 297, an upright sheet of A4)",
     )
     try_.add_argument(

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_action, add_json_argument, add_robot_argument, new_file, number, writing
+from nxtdrive.cli.options import (
+    add_action,
+    add_json_argument,
+    add_robot_argument,
+    marker_id,
+    new_file,
+    target_height_mm,
+    writing,
+)
 from nxtdrive.cli.output import report_file, write_json, write_line, write_text
 
 if TYPE_CHECKING:
@@ -31,9 +39,6 @@ EXAMPLES = """\
   nxtdrive mission new --picture my-cat.jpg --height-mm 297
   nxtdrive mission new --marker 7        # with the sheet to print
   nxtdrive mission check my.toml"""
-
-
-_height_mm = number("height", float, 10, 3000)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,14 +69,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument(
         "--marker",
         metavar="ID",
-        type=number("id", int, 0, 49),
+        type=marker_id,
         help="look for this ArUco marker (dictionary 4x4_50), and write the sheet to print",
     )
     target.add_argument("--qr", metavar="TEXT", help="look for a QR code with this text, and write the sheet to print")
     new.add_argument(
         "--height-mm",
         metavar="MM",
-        type=_height_mm,
+        type=target_height_mm,
         help="its real height. Measure that of what a photograph shows: A4 upright is 297, A4 across 210, A5 upright "
         "210; a marker is printed 150 mm high and a QR code 160 unless you say so",
     )
@@ -261,6 +266,6 @@ def _asked_height_mm(across: bool) -> float:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("the height of the real thing is missing; all distances are computed from it.", remedy=remedy)
     try:
-        return _height_mm(input(f"How tall is the real thing, in mm ({usual})? "))
+        return target_height_mm(input(f"How tall is the real thing, in mm ({usual})? "))
     except (argparse.ArgumentTypeError, EOFError) as error:
         raise ConfigError(f"{error or 'no height was given'}.", remedy=remedy) from None
