@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 
 import pytest
@@ -17,6 +16,7 @@ from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OPERATOR_CHOSE, ConfirmedPolicy, Question, question
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, choice_from
 
+ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3) | st.just([]) | st.just({})
 NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
 POINTS = st.tuples(NUMBERS, NUMBERS)
 ROUTES = st.lists(POINTS, max_size=3).map(tuple)
@@ -92,9 +92,29 @@ def test_a_record_of_a_time_that_no_mission_has_is_refused(time_s):
 
 
 @given(st.text())
-def test_any_line_is_a_record_or_refused(line):
-    with contextlib.suppress(ValueError):
+def test_a_line_of_anything_else_is_refused_with_a_reason(line):
+    with pytest.raises(ValueError, match=r"."):
         Record.from_json(line)
+
+
+@given(
+    st.fixed_dictionaries(
+        {
+            "t": st.sampled_from([0, 1.5]) | ODD,
+            "kind": st.sampled_from([kind.value for kind in Kind]) | ODD,
+            "state": st.just("search") | ODD,
+            "target": st.just("lena") | ODD,
+        },
+        optional={"choice": ODD},
+    )
+)
+def test_a_record_with_odd_values_is_refused_or_read_as_it_was_written(values):
+    try:
+        record = Record.from_json(json.dumps(values))
+    except ValueError:
+        return
+    assert record.values() == values
+    assert {type(record.time_s), type(record.state), type(record.target)} == {float, str}
 
 
 def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
