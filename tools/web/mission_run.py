@@ -192,8 +192,7 @@ class ShownMission:
         hub.begin_run()
         settings = self._mission.model_dump(mode="json")["mission"]
         hub.publish("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
-        self._true_room = TrueRoom(run.robot.brick, hub)
-        run.observers.add("page", self._publish)
+        run.observers.add("page", partial(self._publish, TrueRoom(run.robot.brick, hub)))
         run.observers.add("progress", ProgressLines(self._say))
         try:
             return run.pursue()
@@ -213,11 +212,11 @@ class ShownMission:
         self._profile = make(context, mission, targets)
         return self._profile
 
-    def _publish(self, record: Record) -> None:
+    def _publish(self, true_room: TrueRoom, record: Record) -> None:
         self._hub.publish("record", {"record": record.values()})
         if record.kind is Kind.CHOICE:
             self._hub.publish("decision", made(record, self._policy))
-        self._true_room.show()
+        true_room.show()
         if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
             self._show_map(record)

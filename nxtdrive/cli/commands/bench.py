@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument
 
 DESCRIPTION = """\
@@ -51,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         from nxtdrive.tools.dev.bench_report import report
 
         report(args.areas, args.nxt, args.out, as_json=args.json)
-        return 0
+        return DONE
     checkout = Path.cwd()
     if not (checkout / "tools" / "dev" / "bench_report.py").is_file():
         raise ConfigError(

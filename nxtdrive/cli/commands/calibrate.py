@@ -45,8 +45,6 @@ EXAMPLES = """\
 ALL = "all"
 COLORS = "colors"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
-SIMULATED_ROOMS = {False: "calibration", True: "colors"}
-"""Rooms of sim:// for all but colours, and for colours."""
 DEFAULT_FILE = Path("robot.toml")
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
@@ -104,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
         pass  # refused before the robot drives for minutes, if nothing can be written there
     what = _wanted(args)
     colors = what == [COLORS]
-    address = _address(args.nxt, SIMULATED_ROOMS[colors])
+    address = _address(args.nxt, "colors" if colors else "calibration")
     if address.scheme != "sim" and not args.yes and not colors:
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:

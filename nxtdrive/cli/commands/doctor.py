@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import AddressError, ConfigError, NXTError
 from firmware_protocol.wording import number_of
-from nxtdrive.cli.main import DONE, NO_BRICK
+from nxtdrive.cli.main import DONE, NO_BRICK, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_robot_argument
 from nxtdrive.cli.output import write_json, write_text
 from nxtdrive.cli.prompt import agrees, can_ask
@@ -37,9 +37,6 @@ EXAMPLES = """\
   nxtdrive doctor --nxt serial:///dev/rfcomm0 --json
   nxtdrive doctor --fix-udev
   nxtdrive doctor --fix-udev --install"""
-
-PROBLEMS = 1
-"""Exit code when at least one problem was found."""
 
 MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Go on?"
 
@@ -89,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         write_text(f"\n{number_of(problems, 'problem') if problems else 'No problems'} found.{unreached}")
     if not examination.reached:
         return NO_BRICK
-    return PROBLEMS if problems else DONE
+    return NOT_ACHIEVED if problems else DONE
 
 
 class _Examination:

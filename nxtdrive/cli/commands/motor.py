@@ -87,12 +87,9 @@ def _turn(args: argparse.Namespace, brick: Brick) -> int:
 
 
 def _stop(args: argparse.Namespace, brick: Brick) -> int:
-    from nxtdrive.ports import output_port
-
     ports: list[MotorPort] = args.ports or list(MOTOR_PORTS)
     for port in ports:
         brick.motor(port).brake()
-        brick.link.mark_driven(output_port(port))
     if args.json:
         write_json({"stopped": ports})
     else:
@@ -101,6 +98,7 @@ def _stop(args: argparse.Namespace, brick: Brick) -> int:
 
 
 def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopReason) -> int:
+    from behaviors.ports import StopReason
     from nxtdrive.motion.brake_predictor import BRAKING_S
     from nxtdrive.motion.motor import SPEED_WINDOW_S
 
@@ -110,4 +108,4 @@ def _report(args: argparse.Namespace, brick: Brick, before: float, stop: StopRea
         write_json({"port": args.port, "stop": stop, "turned_deg": angle - before, "angle_deg": angle})
     else:
         write_line(f"motor {args.port} {stop}: turned {angle - before:g} degrees, now at {angle:g}")
-    return DONE if stop == "done" else NOT_ACHIEVED
+    return DONE if stop is StopReason.DONE else NOT_ACHIEVED

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
+from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
@@ -131,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
 
         write_plot(swept.lines, args.plot)
     _tell(swept.lines, swept.eval_s, as_json=args.json)
-    return 0
+    return DONE
 
 
 def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
@@ -208,7 +209,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)
-    return 0
+    return DONE
 
 
 def _agents(names: Sequence[str]) -> list[str]:
