@@ -110,7 +110,7 @@ class Server:
     """One robot and its clients.
 
     Attributes:
-        robot: The robot; a `Robot` can also be driven by hand, and missions be started.
+        robot: The robot.
         hub: Sends its messages.
         missions: The missions that can be started.
         runs: The runs that can be replayed.
@@ -119,7 +119,7 @@ class Server:
         calibrations: The robot's; None where it cannot be calibrated.
     """
 
-    robot: Robot | Watched
+    robot: Watched
     hub: Hub
     missions: Missions
     runs: Runs
@@ -132,6 +132,11 @@ class Server:
         self._arbiter = DriverArbiter(
             lambda driver, asking: self.hub.show("control", {"driver": driver, "asking": asking})
         )
+
+    @property
+    def driven(self) -> Robot | None:
+        """The robot, if clients may drive it and start missions."""
+        return self.robot if isinstance(self.robot, Robot) else None
 
     def app(self) -> Starlette:
         """Return the web application."""
@@ -181,8 +186,8 @@ class Server:
         )
 
     def _disconnect(self, client: Client) -> None:
-        if self._arbiter.driver == client.name and isinstance(self.robot, Robot):
-            self.robot.let_go()
+        if self._arbiter.driver == client.name and self.driven is not None:
+            self.driven.let_go()
         self._arbiter.give(client.name)
 
     def _obey(self, client: Client, message: Message) -> Work | None:
@@ -211,8 +216,8 @@ class Server:
                 if robot.operator is None:
                     raise ValueError("No mission is under way.")
                 robot.operator.choose(number)
-            case _ if isinstance(robot, Robot):
-                return self._control(robot, client, message)
+            case _ if self.driven is not None:
+                return self._control(self.driven, client, message)
             case _:
                 raise ValueError("This page shows one run. Start `nxtdrive web` to drive and to start missions.")
         return None
@@ -259,7 +264,7 @@ class Server:
             "version": VERSION,
             "you": client.name,
             "address": self.address,
-            "drives": isinstance(self.robot, Robot),
+            "drives": self.driven is not None,
             "missions": self.missions.names(),
             "chart": chart(),
             "recoveries": recoveries(),

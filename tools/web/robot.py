@@ -20,19 +20,16 @@ from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
 from ..teleop.pilot import Pilot, View
-from .calibration import ShownCalibration
 from .hub import Hub
 from .mission_run import ShownMission, WebOperator
 from .motions import ShortMotion
 from .pictures import PictureFeed
+from .task_slot import Task, TaskSlot
 from .true_room import TrueRoom
 
 if TYPE_CHECKING:
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.detection import Image
-
-Task = ShownMission | ShownCalibration | ShortMotion
-"""Tasks of the robot's thread besides driving by hand."""
 
 SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 """Highest speeds of driving by hand; the speed limit takes a share of them."""
@@ -48,7 +45,6 @@ class Robot:
 
     Attributes:
         controls: The driver's commands.
-        endings: How often it was stopped or its mission was ended.
         failure: The defect that ended the thread, if one did.
 
     Args:
@@ -68,15 +64,13 @@ class Robot:
         self._runs = runs
         self._news = threading.Event()
         self._closing, self._beep = threading.Event(), threading.Event()
-        self._starting = threading.Lock()
-        self._task: Task | None = None
+        self._slot = TaskSlot(self.controls)
         self._rover: tuple[Mission, Rover] | None = None
         self._state: dict[str, object] = {}
         self._opened: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
         self._now: Callable[[], float] = lambda: 0.0
         self._pictures = PictureFeed(hub)
         self._on_end: Callable[[], None] = lambda: None
-        self.endings = 0
         self.failure: Exception | None = None
         self._thread = threading.Thread(target=self._guarded, name="nxtdrive web robot", daemon=True)
 
@@ -145,14 +139,7 @@ class Robot:
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        with self._starting:
-            if endings not in (None, self.endings):
-                raise ValueError("It was ended before it began.")
-            if self.controls.stopped and task.drives:
-                raise ValueError("The robot is stopped. Release the stop first.")
-            if self._task is not None and not self._task.over:
-                raise ValueError(f"A {self._task.kind} is running. End it first.")
-            self._task = task
+        self._slot.start(task, endings)
         self._news.set()
 
     def rebuild(self, mission: Mission) -> None:
@@ -162,11 +149,7 @@ class Robot:
 
     def stop_mission(self) -> None:
         """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
-        with self._starting:
-            self.endings += 1
-            task = self._task
-        if task is not None:
-            task.end()
+        self._slot.end()
 
     def pause_mission(self) -> None:
         """Pause the running mission, the robot at rest, until `resume_mission`; any thread.
@@ -174,19 +157,24 @@ class Robot:
         Raises:
             ValueError: No mission is running.
         """
-        if not isinstance(task := self._task, ShownMission) or task.over:
+        if (mission := self._slot.mission) is None:
             raise ValueError("No mission is running.")
-        task.pause()
+        mission.pause()
 
     def resume_mission(self) -> None:
         """End the pause of the running mission, if there is one; any thread."""
-        if isinstance(task := self._task, ShownMission):
-            task.resume()
+        if (mission := self._slot.mission) is not None:
+            mission.resume()
 
     @property
     def busy(self) -> bool:
         """Whether a mission, calibration or short motion runs or is about to."""
-        return self._task is not None and not self._task.over
+        return self._slot.current is not None
+
+    @property
+    def endings(self) -> int:
+        """How often it was stopped or its mission was ended."""
+        return self._slot.endings
 
     @property
     def alive(self) -> bool:
@@ -214,13 +202,13 @@ class Robot:
 
     def answer(self, question: int, choice: int) -> None:
         """Answer the question of a mission whose recoveries are confirmed; any thread."""
-        if isinstance(task := self._task, ShownMission):
-            task.answer(question, choice)
+        if (mission := self._slot.mission) is not None:
+            mission.answer(question, choice)
 
     @property
     def operator(self) -> WebOperator | None:
         """Who answers the questions of the mission under way; any thread."""
-        return task.operator if isinstance(task := self._task, ShownMission) else None
+        return mission.operator if (mission := self._slot.mission) is not None else None
 
     def _guarded(self) -> None:
         try:
@@ -245,7 +233,7 @@ class Robot:
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
-                if (task := self._task) and not task.over:
+                if (task := self._slot.current) is not None:
                     self._perform(task, robot)
                 else:
                     self._drive_by_hand(robot.brick)

@@ -1,0 +1,67 @@
+"""The task of a robot's thread besides driving by hand; there is one at a time."""
+
+from __future__ import annotations
+
+import threading
+
+from ..teleop.controls import Controls
+from .calibration import ShownCalibration
+from .mission_run import ShownMission
+from .motions import ShortMotion
+
+Task = ShownMission | ShownCalibration | ShortMotion
+
+
+class TaskSlot:
+    """Holds the task that runs or is about to; all methods may be called from any thread.
+
+    Args:
+        controls: They say whether the robot is stopped.
+
+    Attributes:
+        endings: How often a task was ended from outside, or would have been.
+    """
+
+    def __init__(self, controls: Controls) -> None:
+        self.endings = 0
+        self._controls = controls
+        self._latest: Task | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def current(self) -> Task | None:
+        """The task that runs or is about to, if there is one."""
+        task = self._latest
+        return None if task is None or task.over else task
+
+    @property
+    def mission(self) -> ShownMission | None:
+        """The same if it is a mission."""
+        return task if isinstance(task := self.current, ShownMission) else None
+
+    def start(self, task: Task, endings: int | None = None) -> None:
+        """Make a task the current one.
+
+        Args:
+            task: The task.
+            endings: As they were when the task was asked for; if any was ended since, it is not started.
+
+        Raises:
+            ValueError: It cannot start now; the text says why.
+        """
+        with self._lock:
+            if endings not in (None, self.endings):
+                raise ValueError("It was ended before it began.")
+            if self._controls.stopped and task.drives:
+                raise ValueError("The robot is stopped. Release the stop first.")
+            if (running := self.current) is not None:
+                raise ValueError(f"A {running.kind} is running. End it first.")
+            self._latest = task
+
+    def end(self) -> None:
+        """End the current task, if there is one."""
+        with self._lock:
+            self.endings += 1
+            task = self.current
+        if task is not None:
+            task.end()
