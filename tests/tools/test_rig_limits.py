@@ -36,7 +36,7 @@ class Chatty(socketserver.StreamRequestHandler):
 def rig(request, tmp_path, monkeypatch):
     """A rig whose guest is a server."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(rig_module, "PATIENCE_S", 0.0)
+    monkeypatch.setattr(rig_module, "REPORT_TIMEOUT_S", 0.0)
     (tmp_path / "nxtdrive/rig/run").mkdir(parents=True)
     (tmp_path / "nxtdrive/rig/run/test.guest.log").write_text("[ 20.1] kernel BUG at lib/list_debug.c:56!\n")
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), request.param) as server:

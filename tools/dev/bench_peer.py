@@ -16,7 +16,7 @@ from pathlib import Path
 from firmware_protocol.errors import ConfigError
 
 NOT_INSTALLED = 3
-PATIENCE_S = 120.0
+PROGRAM_TIMEOUT_S = 120.0
 PROLOGUE = f"""
 import json, statistics, sys, time
 try:
@@ -46,7 +46,7 @@ def run_nxt_python(program: str, *words: str, through: Sequence[str] = ()) -> st
         capture_output=True,
         text=True,
         check=False,
-        timeout=PATIENCE_S,
+        timeout=PROGRAM_TIMEOUT_S,
     )
     if done.returncode == NOT_INSTALLED:
         return None
@@ -98,4 +98,4 @@ def serving(*words: str) -> Iterator[list[str]]:
         yield json.loads(line)["doors"]
     finally:
         server.terminate()
-        server.communicate(timeout=PATIENCE_S)
+        server.communicate(timeout=PROGRAM_TIMEOUT_S)

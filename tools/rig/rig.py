@@ -27,7 +27,7 @@ DOORS = ("usb", "webcam", "bluetooth")
 
 ROOT = Path(__file__).resolve().parents[2]
 READY_S = 30.0
-PATIENCE_S = 30.0
+REPORT_TIMEOUT_S = 30.0
 """How long the guest may take to say that it has ended a command whose time is over."""
 
 END_S = 10.0
@@ -169,11 +169,11 @@ class Rig:
             show: Called with ``"out"`` or ``"err"`` and text as it comes.
 
         Raises:
-            RigError: The guest does not say within `timeout_s` and `PATIENCE_S` that the command has ended.
+            RigError: The guest does not say within `timeout_s` and `REPORT_TIMEOUT_S` that the command has ended.
         """
         heard = {"out": "", "err": ""}
         request = {"run": command, "timeout_s": timeout_s, "user": user, "groups": list(groups)}
-        for answer in self._ask_guest(request, timeout_s + PATIENCE_S):
+        for answer in self._ask_guest(request, timeout_s + REPORT_TIMEOUT_S):
             if "code" in answer:
                 return Done(answer["code"], heard["out"], heard["err"])
             for kind, text in answer.items():

@@ -55,22 +55,22 @@ class Installed(NamedTuple):
 class Cluster(Executor):
     """The workers of a running cluster, as an executor."""
 
-    def __init__(self, address: str, *, patience_s: float = WITHOUT_WORKERS_S) -> None:
+    def __init__(self, address: str, *, workers_timeout_s: float = WITHOUT_WORKERS_S) -> None:
         """Connect, and check that the workers have the same nxtdrive as this computer.
 
         Args:
             address: The scheduler's, as in ``tcp://host:8786``.
-            patience_s: How long the cluster may be without a worker, now or later.
+            workers_timeout_s: How long the cluster may be without a worker, now or later.
 
         Raises:
             AddressError: `address` is not valid.
             ConfigError: Dask is not installed, no scheduler answers, it has no worker, or a worker differs.
         """
-        self._address, self._patience_s, self._seen_s = address, patience_s, time.monotonic()
+        self._address, self._workers_timeout_s, self._seen_s = address, workers_timeout_s, time.monotonic()
         self._client = _connect(address)
         try:
             try:
-                self._client.wait_for_workers(1, timeout=patience_s)
+                self._client.wait_for_workers(1, timeout=workers_timeout_s)
             except TimeoutError:
                 raise self._without_workers() from None
             _compare(self._client.run(installed, on_error="return"))
@@ -109,7 +109,7 @@ class Cluster(Executor):
         now_s = time.monotonic()
         if alive:
             self._seen_s = now_s
-        elif now_s - self._seen_s > self._patience_s:
+        elif now_s - self._seen_s > self._workers_timeout_s:
             raise self._without_workers()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002 - as its base declares
@@ -135,7 +135,7 @@ class Cluster(Executor):
 
     def _without_workers(self) -> ConfigError:
         return ConfigError(
-            f"the cluster at {self._address} has had no worker for {self._patience_s:.0f} s.",
+            f"the cluster at {self._address} has had no worker for {self._workers_timeout_s:.0f} s.",
             remedy=f"Start some: dask worker {self._address} --nworkers auto --nthreads 1. {GO_ON}",
         )
 

@@ -31,7 +31,7 @@ AIM_DEG = 2.0
 """It drives straight on without a turn within this bearing."""
 BACK_OFF_MM = 120.0
 """How far it backs away from an obstacle that stopped it."""
-PATIENCE_S, LOOK_S = 60.0, 1.0
+WITHOUT_PATH_S, LOOK_S = 60.0, 1.0
 """Total time without a path before it gives a target up, and the planning period in that time."""
 
 
@@ -56,7 +56,7 @@ class Oracle(Baseline):
         self.enter("search")
         self.queue.current.attempts += 1
         waited_s = 0.0
-        while target in self.truth.pictures and waited_s < PATIENCE_S:
+        while target in self.truth.pictures and waited_s < WITHOUT_PATH_S:
             self.context.check_time()
             path = self.plan(self._stop_before(target))
             if path is None:

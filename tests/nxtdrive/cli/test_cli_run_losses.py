@@ -20,7 +20,7 @@ MISSION = """
 [mission]
 name = "lena"
 targets = ["lena"]
-reconnect_timeout_s = {patience_s}
+reconnect_timeout_s = {reconnect_timeout_s}
 [target.lena]
 detector = "picture"
 pictures = ["lena.png"]
@@ -47,9 +47,9 @@ def start(tmp_path) -> Iterator[Start]:
         process.communicate()
 
 
-def _mission(folder: Path, patience_s: float) -> str:
+def _mission(folder: Path, reconnect_timeout_s: float) -> str:
     path = folder / "lena.toml"
-    path.write_text(MISSION.format(patience_s=patience_s), encoding="utf-8")
+    path.write_text(MISSION.format(reconnect_timeout_s=reconnect_timeout_s), encoding="utf-8")
     return str(path)
 
 

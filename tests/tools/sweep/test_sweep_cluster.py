@@ -63,10 +63,10 @@ class DaskCluster:
         with self.look() as client:
             _eventually(lambda: not client.nthreads())
 
-    def join(self, number, patience_s=STARTS_S):
+    def join(self, number, workers_timeout_s=STARTS_S):
         """The cluster as a sweep sees it, once it has this many workers."""
         self.wait_for(number)
-        return Cluster(self.address, patience_s=patience_s)
+        return Cluster(self.address, workers_timeout_s=workers_timeout_s)
 
     def wait_for(self, number):
         with self.look() as client:
@@ -170,9 +170,9 @@ def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impa
 @pytest.mark.nightly
 def test_without_a_worker_the_sweep_ends(dask, tmp_path):
     with pytest.raises(ConfigError, match=r"has had no worker for 0 s\. Start some: dask worker tcp://"):
-        Cluster(dask.address, patience_s=0.1)
+        Cluster(dask.address, workers_timeout_s=0.1)
     (worker,) = dask.add_workers(1)
-    with dask.join(1, patience_s=0.1) as cluster, pytest.raises(ConfigError, match="has had no worker"):
+    with dask.join(1, workers_timeout_s=0.1) as cluster, pytest.raises(ConfigError, match="has had no worker"):
         sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=lambda _: worker.kill())
     assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
 
