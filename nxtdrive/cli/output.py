@@ -153,11 +153,13 @@ class _Guard:
         self.stream = stream
 
     def write(self, text: str) -> int:
+        """Write a text, escaped but for its line feeds and tabs; return its length before that."""
         escaped = "\t".join(map(printable_lines, text.split("\t")))
         self.stream.write(escaped)
         return len(text)
 
     def writelines(self, lines: list[str]) -> None:
+        """Write texts one after the other, as `write` does."""
         for line in lines:
             self.write(line)
 

@@ -19,10 +19,12 @@ class DriveSettings:
     """How fast the rover moves.
 
     Attributes:
-        speed_mm_s: Highest speed of `straight` and `curve`.
-        acceleration_mm_s2: Of `straight` and `curve`, speeding up and slowing down.
-        turn_deg_s: Highest turn rate of `turn` and `curve`.
-        turn_acceleration_deg_s2: Of `turn` and `curve`, speeding up and slowing down.
+        speed_mm_s: Highest speed of `straight` and `curve`, above 0; at most that of wheels at `FASTEST_WHEEL_DEG_S`,
+            362 with the NXT set's.
+        acceleration_mm_s2: Of `straight` and `curve`, speeding up and slowing down; above 0.
+        turn_deg_s: Highest turn rate of `turn` and `curve`, above 0; at most that of turning on the spot at that speed,
+            371 with the NXT set's wheels and a track of 112 mm.
+        turn_acceleration_deg_s2: Of `turn` and `curve`, speeding up and slowing down; above 0.
         lease_s: About how long the robot drives on after the program or the link has died, or `drive` is not called
             again (on a slow link see there), 0.3..10. A wheel's limit is what it turns in this time, at least 20
             degrees.

@@ -81,8 +81,8 @@ class CameraEyes:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: no frame came within `GLANCE_TIMEOUT_S`.
-            ConfigError: there is no target of one of the names.
+            NoPicture: No frame came within `GLANCE_TIMEOUT_S`.
+            ConfigError: There is no target of one of the names.
         """
         return self._look_for(targets, GLANCE_TIMEOUT_S)
 
@@ -204,8 +204,8 @@ class GeometricEyes:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: the camera is unplugged.
-            ConfigError: there is no target of one of the names.
+            NoPicture: The camera is unplugged.
+            ConfigError: There is no target of one of the names.
         """
         _check_known(targets, self._heights_mm)
         self._await_frame()

@@ -83,7 +83,7 @@ class Pinhole:
         """Return the camera with a horizontal field of view of `hfov_deg`.
 
         Raises:
-            ConfigError: the angle is not between 0 and 180 degrees.
+            ConfigError: The angle is not between 0 and 180 degrees.
         """
         if not 0 < hfov_deg < 180:
             raise ConfigError(
@@ -117,7 +117,7 @@ class Pinhole:
         """Return the distance of an upright object `height_mm` high that appears `height_px` high at `bearing_deg`.
 
         Raises:
-            ValueError: a height is not positive.
+            ValueError: A height is not positive.
         """
         if height_px <= 0 or height_mm <= 0:
             raise ValueError(f"heights must be positive, not {height_px} px and {height_mm} mm")
