@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 
 from firmware_protocol.enums import OutputPort
+from firmware_protocol.errors import LinkError
 from nxtdrive.link.protocol import MotorLink
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
@@ -107,3 +108,14 @@ def brake_all(leases: Sequence[Lease]) -> None:
     with ExitStack() as stack:
         for lease in reversed(leases):
             stack.callback(lease.brake)
+
+
+@contextmanager
+def stopping_on_error(stop: Callable[[], None]) -> Iterator[None]:
+    """Call `stop` when the block raises: the motors would turn on until their leases end."""
+    try:
+        yield
+    except BaseException:
+        with suppress(LinkError):  # the leases stop them
+            stop()
+        raise

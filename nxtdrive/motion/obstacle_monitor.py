@@ -10,6 +10,7 @@ from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
 from nxtdrive.link.protocol import RequestLink
 from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
+from nxtdrive.ports import in_range
 from nxtdrive.sensors import Touch, Ultrasonic
 
 FRESH_S = 0.3
@@ -20,6 +21,8 @@ POLLS = 2
 """A measurement is polled this often before it is dropped: the first request may come while the bus is busy."""
 TRIPS = 8
 """Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
+FARTHEST_MM = 2550.0
+"""The sonar gives distances as whole centimetres in one byte."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +31,18 @@ class SafetyLimits:
 
     Attributes:
         enabled: Whether there is a safety stop.
-        stop_distance_mm: An echo at this distance or nearer stops the robot; so does the bumper.
+        stop_distance_mm: An echo at this distance or nearer stops the robot, 0..2550; so does the bumper.
+
+    Raises:
+        LocalProtocolError: `stop_distance_mm` is not a number in its range.
     """
 
     enabled: bool = True
     stop_distance_mm: float = 200.0
+
+    def __post_init__(self) -> None:
+        """Check the distance."""
+        in_range("stop_distance_mm", self.stop_distance_mm, 0, FARTHEST_MM)
 
 
 @dataclass(frozen=True, slots=True)

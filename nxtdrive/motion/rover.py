@@ -17,7 +17,7 @@ from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
 from nxtdrive.motion.drive_settings import FASTEST_WHEEL_DEG_S, DriveSettings, check_sizes
-from nxtdrive.motion.lease import Lease, brake_all
+from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import Sample, sample
@@ -45,7 +45,6 @@ STRAIGHT_RANGE_MM = 10_000.0
 """Longer motions are mistakes in the unit."""
 DRIVE_RANGE = 1e6
 """Largest speed, mm/s, and turn rate, deg/s, of `drive`: any number that may have been meant."""
-
 
 S = TypeVar("S", bound=Sensor)
 SAFETY = SafetyLimits()
@@ -207,23 +206,24 @@ class Rover:
         in_range("speed_mm_s", speed_mm_s, -DRIVE_RANGE, DRIVE_RANGE)
         in_range("turn_deg_s", turn_deg_s, -DRIVE_RANGE, DRIVE_RANGE)
         self._link.motions.claim(self._ports)
-        if self._correction is not None and not self._driving:
-            self.pose()
-        elif (speed_mm_s or turn_deg_s) and self._unread_for_s > max(WATCH_S, ROUND_TRIPS * self._link.latency_s):
-            self._read_wheels()
-        if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
-            self.stop()
-            return objection
-        speeds = self._wheels.wheels_deg(speed_mm_s, turn_deg_s)
-        excess = max(1.0, *(abs(speed) / FASTEST_WHEEL_DEG_S for speed in speeds))
-        self._driving = True
-        for lease, stall, sign, speed in zip(self._leases, self._stalls, self._wheels.signs, speeds, strict=True):
-            turning = lease.drive(sign * speed / excess)
-            if not turning or abs(speed) / excess < SEEN_DEG_S:
-                stall.begin(self._link.now())
-        if any(stall.stalled for stall in self._stalls):
-            self.stop()
-            return StopReason.STALLED
+        with stopping_on_error(self.stop):
+            if self._correction is not None and not self._driving:
+                self.pose()
+            elif (speed_mm_s or turn_deg_s) and self._unread_for_s > max(WATCH_S, ROUND_TRIPS * self._link.latency_s):
+                self._read_wheels()
+            if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
+                self.stop()
+                return objection
+            speeds = self._wheels.wheels_deg(speed_mm_s, turn_deg_s)
+            excess = max(1.0, *(abs(speed) / FASTEST_WHEEL_DEG_S for speed in speeds))
+            self._driving = True
+            for lease, stall, sign, speed in zip(self._leases, self._stalls, self._wheels.signs, speeds, strict=True):
+                turning = lease.drive(sign * speed / excess)
+                if not turning or abs(speed) / excess < SEEN_DEG_S:
+                    stall.begin(self._link.now())
+            if any(stall.stalled for stall in self._stalls):
+                self.stop()
+                return StopReason.STALLED
         return None
 
     @property
