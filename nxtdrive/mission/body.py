@@ -64,7 +64,8 @@ class MissionBody:
     def __init__(self, rover: Rover, safety_sensors: Collection[str]) -> None:
         self._rover = rover
         self._safety_sensors = frozenset(safety_sensors)
-        self._lost: dict[str, str] = {}
+        self._failed: dict[str, str] = {}
+        self._distrusted: dict[str, str] = {}
         self._listeners: list[SensorListener] = []
         rover.on_sensor_change(self._sensor_changed)
 
@@ -116,12 +117,12 @@ class MissionBody:
     def distrust_sonar(self, why: str) -> None:
         """Leave the sonar out of the safety stop, as if it had failed."""
         self._rover.use_sonar(use=False)
-        self._sensor_changed("sonar", why)
+        self._set(self._distrusted, "sonar", why)
 
     def trust_sonar(self) -> None:
         """Let the safety stop use the sonar again."""
         self._rover.use_sonar(use=True)
-        self._sensor_changed("sonar", "")
+        self._set(self._distrusted, "sonar", "")
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""
@@ -142,6 +143,11 @@ class MissionBody:
         self._listeners.append(listener)
 
     @property
+    def _lost(self) -> dict[str, str]:
+        """The sensors that the safety stop does without, each with the reason."""
+        return self._distrusted | self._failed
+
+    @property
     def _speed_share(self) -> float:
         return REDUCED_SPEED if self._safety_sensors & self._lost.keys() else 1.0
 
@@ -150,12 +156,18 @@ class MissionBody:
             raise SensorLost("; ".join(f"{sensor}: {error}" for sensor, error in sorted(self._lost.items())))
 
     def _sensor_changed(self, sensor: str, error: str) -> None:
-        if error:
-            self._lost[sensor] = error
+        self._set(self._failed, sensor, error)
+
+    def _set(self, reasons: dict[str, str], sensor: str, reason: str) -> None:
+        """Add a reason to do without a sensor, or with an empty one remove it."""
+        was_lost = sensor in self._lost
+        if reason:
+            reasons[sensor] = reason
         else:
-            self._lost.pop(sensor, None)
-        for listener in self._listeners:
-            listener(sensor, error)
+            reasons.pop(sensor, None)
+        if (sensor in self._lost) is not was_lost:
+            for listener in self._listeners:
+                listener(sensor, reason)
 
 
 def build_rover(brick: Brick, robot: RobotTable) -> Rover:

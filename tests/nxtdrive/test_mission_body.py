@@ -1,0 +1,65 @@
+"""The robot of a mission when its sensors fail, return, or are distrusted."""
+
+import pytest
+
+from behaviors.ports import SensorLost
+from nxtdrive.mission.body import MissionBody
+from nxtdrive.motion.rover import Rover
+from sim_backend.devices import UltrasonicSensor
+
+RETRIED_S = 11.0
+STUCK = "It says 100 mm wherever the robot turns."
+
+
+class SonarOnly:
+    """A robot with a sonar and no bumper.
+
+    Attributes:
+        body: The robot.
+        heard: What it has said about its sensors, with whether there was an error.
+    """
+
+    def __init__(self, room):
+        self.heard = []
+        self.body = MissionBody(Rover(room.brick.link, touch=None), ["sonar"])
+        self.body.on_sensor_change(lambda sensor, error: self.heard.append((sensor, bool(error))))
+        self._room = room
+
+    def fail(self):
+        self._room.attach(4, None)
+        for _ in range(3):
+            self.body.range_mm()
+
+    def recover(self):
+        self._room.attach(4, UltrasonicSensor(lambda: 150))
+        self._room.brick.sleep(RETRIED_S)
+        assert self.body.range_mm() == 1500.0
+
+
+@pytest.fixture
+def robot(lab):
+    return SonarOnly(lab())
+
+
+def test_a_distrusted_sonar_that_fails_and_returns_is_still_distrusted(robot):
+    robot.body.distrust_sonar(STUCK)
+    robot.fail()
+    robot.recover()
+    with pytest.raises(SensorLost, match=STUCK):
+        robot.body.drive(100, 0)
+    assert robot.heard == [("sonar", True)]
+    robot.body.trust_sonar()
+    assert robot.body.drive(100, 0) is None
+    assert robot.heard == [("sonar", True), ("sonar", False)]
+
+
+def test_a_failed_sonar_that_is_trusted_again_is_still_failed(robot):
+    robot.fail()
+    robot.body.distrust_sonar(STUCK)
+    robot.body.trust_sonar()
+    with pytest.raises(SensorLost, match="sonar: "):
+        robot.body.drive(100, 0)
+    assert robot.heard == [("sonar", True)]
+    robot.recover()
+    assert robot.body.drive(100, 0) is None
+    assert robot.heard == [("sonar", True), ("sonar", False)]
