@@ -146,7 +146,8 @@ class Executive:
         """
         ending = Ending.BROKEN
         try:
-            ending = self._pursue()
+            with self._outages.recording_sensors():
+                ending = self._pursue()
         except Exception as error:
             self._error = str(error)
             raise
@@ -154,6 +155,7 @@ class Executive:
             self._stop_motors()
             outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
             self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
+            self._body.trust_sonar()  # the next mission judges it by echoes of its own
         failures = dict(self._observers.failures)
         return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)
 

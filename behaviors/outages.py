@@ -7,8 +7,8 @@ The robot stands still, the outage is reported, and the failed part is retried u
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 from behaviors.events import Event, Fact, Reason
@@ -48,8 +48,15 @@ class OutageSupervisor:
         self._body, self._eyes, self._clock = context.body, context.eyes, context.clock
         self._timeout_s = timeout_s
         self._pause = pause or Pause()
-        self._lost_sensors: set[str] = set()
-        self._body.on_sensor_change(self._sensor_changed)
+
+    @contextmanager
+    def recording_sensors(self) -> Iterator[None]:
+        """Record which sensors fail and return in the block."""
+        unsubscribe = self._body.on_sensor_change(self._sensor_changed)
+        try:
+            yield
+        finally:
+            unsubscribe()
 
     def run(self, work: Callable[[], T]) -> T:
         """Call `work`, and call it again after each outage; it must be able to resume or to start over.
@@ -75,10 +82,10 @@ class OutageSupervisor:
             self._context.report(Fact(Event.SUSPEND, Reason.OPERATOR_PAUSE))
             self._context.report(Fact(Event.RESUME, Reason.OPERATOR_RESUME, {"paused_s": self._stand()}))
             return
-        part, begun_s, lost_sensors = part_of(outage), self._clock.now(), set(self._lost_sensors)
+        part, begun_s = part_of(outage), self._clock.now()
         self._context.report(Fact(Event(f"{part}_lost"), Reason(f"{part}_lost"), {"error": str(outage)}))
         slept, noted_s = True, -math.inf
-        while not self._works_again(part, lost_sensors):
+        while not self._works_again(part):
             if self._pause.wanted:
                 begun_s += self._stand()
             self._pause.check_end()
@@ -118,7 +125,7 @@ class OutageSupervisor:
                 self._context.add_pause(paused_s)
                 return paused_s
 
-    def _works_again(self, part: str, lost_sensors: set[str]) -> bool:
+    def _works_again(self, part: str) -> bool:
         """Stop the robot and retry the failed part."""
         try:
             self._body.stop()
@@ -128,14 +135,10 @@ class OutageSupervisor:
             elif part == "sensor":
                 self._body.range_mm()
                 self._body.touching()
-                return not lost_sensors <= self._lost_sensors
+                return self._body.can_drive_forward()
         except Outage:
             return False
         return True
 
     def _sensor_changed(self, sensor: str, error: str) -> None:
-        if error:
-            self._lost_sensors.add(sensor)
-        else:
-            self._lost_sensors.discard(sensor)
         self._context.note(Kind.SENSOR, sensor=sensor, answers=not error, error=error)

@@ -264,8 +264,15 @@ class Body(Protocol):
         """Return the battery voltage in millivolts."""
         ...
 
-    def on_sensor_change(self, listener: SensorListener) -> None:
-        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
+    def can_drive_forward(self) -> bool:
+        """Return whether a sensor is left for the safety stop, or the robot was built without any."""
+        ...
+
+    def on_sensor_change(self, listener: SensorListener) -> Callable[[], None]:
+        """Call `listener` when a sensor fails and when it answers again, until the returned function is called.
+
+        The listener must not use the robot.
+        """
         ...
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -138,9 +138,17 @@ class MissionBody:
         with link_errors_as_outages():
             return self._rover.battery_mv()
 
-    def on_sensor_change(self, listener: SensorListener) -> None:
-        """Call `listener` when a sensor fails and when it answers again; it must not use the robot."""
+    def can_drive_forward(self) -> bool:
+        """Return whether a safety sensor is left, or the robot has none at all."""
+        return not self._safety_sensors or not self._safety_sensors <= self._lost.keys()
+
+    def on_sensor_change(self, listener: SensorListener) -> Callable[[], None]:
+        """Call `listener` when a sensor fails and when it answers again, until the returned function is called.
+
+        The listener must not use the robot.
+        """
         self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
 
     @property
     def _lost(self) -> dict[str, str]:
@@ -152,7 +160,7 @@ class MissionBody:
         return REDUCED_SPEED if self._safety_sensors & self._lost.keys() else 1.0
 
     def _check_safety(self, forward: float) -> None:
-        if forward > 0 and self._safety_sensors and self._safety_sensors <= self._lost.keys():
+        if forward > 0 and not self.can_drive_forward():
             raise SensorLost("; ".join(f"{sensor}: {error}" for sensor, error in sorted(self._lost.items())))
 
     def _sensor_changed(self, sensor: str, error: str) -> None:
@@ -166,7 +174,7 @@ class MissionBody:
         else:
             reasons.pop(sensor, None)
         if (sensor in self._lost) is not was_lost:
-            for listener in self._listeners:
+            for listener in tuple(self._listeners):
                 listener(sensor, reason)
 
 

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from random import Random
 
 from behaviors.mission import Mission
-from behaviors.ports import FloorRay, Glimpse, MotionResult, Point, Pose, RobotUnreachable, Sighting, StopReason
+from behaviors.ports import (
+    FloorRay,
+    Glimpse,
+    MotionResult,
+    Point,
+    Pose,
+    RobotUnreachable,
+    SensorListener,
+    Sighting,
+    StopReason,
+)
 
 
 def two_targets(targets: Sequence[str] = ("a", "b"), **table: object) -> Mission:
@@ -98,8 +108,12 @@ class RandomPorts:
     def correct_turns(self, scale: float, angle_deg: float) -> None:
         self._pose = Pose(self._pose.x_mm, self._pose.y_mm, self._pose.heading_deg + (scale - 1.0) * angle_deg)
 
-    def on_sensor_change(self, listener) -> None:
+    def can_drive_forward(self) -> bool:
+        return True
+
+    def on_sensor_change(self, listener: SensorListener) -> Callable[[], None]:
         """No sensor fails here."""
+        return lambda: None
 
     def look(self, target: str) -> Sighting | None:
         return self.glance([target]).seen.get(target)

@@ -55,7 +55,8 @@ class Baseline(ABC):
         table = self.mission.mission
         self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
-            ending = self._pursue_all()
+            with self._outages.recording_sensors():
+                ending = self._pursue_all()
         except TimeUp:
             ending = Ending.TIME_UP
         except Outage as outage:
