@@ -119,8 +119,9 @@ class OutageSupervisor:
             with suppress(Outage):  # the leases stop a robot that cannot be reached
                 self._body.stop()
                 self._body.keep_alive()
-            if self._pause.wait(RETRY_S):
-                self._pause.check_end()
+            over = self._pause.wait(RETRY_S)
+            self._pause.check_end()
+            if over:
                 paused_s = self._clock.now() - begun_s
                 self._context.add_pause(paused_s)
                 return paused_s

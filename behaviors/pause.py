@@ -31,12 +31,13 @@ class Pause:
 
     @property
     def wanted(self) -> bool:
-        """Whether the mission is to pause."""
-        return not self._resumed.is_set()
+        """Whether the mission is to pause; one that is to end is not."""
+        return not self.ended and not self._resumed.is_set()
 
     def request(self) -> None:
-        """Pause the mission."""
-        self._resumed.clear()
+        """Pause the mission, unless it is to end."""
+        if not self.ended:
+            self._resumed.clear()
 
     def resume(self) -> None:
         """Let the mission go on."""

@@ -138,3 +138,30 @@ def test_the_time_of_a_pause_does_not_count_as_time_spent_on_a_target(perform, m
         )
         spent_s.append(done.of(Kind.CHOICE)[0].data["evidence"]["spent_s"])
     assert spent_s[1] == pytest.approx(spent_s[0], abs=2.0)
+
+
+def test_a_pause_that_is_requested_after_the_end_of_a_mission_does_not_hold_it_up(perform, mission_for):
+    class Hasty(Operator):
+        def request(self) -> None:
+            self.end()
+            super().request()
+
+    operator = Hasty(7000)
+    faults = LinkFaults(silent_ms=((5000, 100_000),))
+    done = perform("open", mission_for("lena"), geometric=True, faults=faults, arrange=operator.arrange, pause=operator)
+    assert done.report.ending is Ending.INTERRUPTED
+    assert done.report.duration_s < 9.0
+
+
+def test_a_pause_that_begins_while_the_mission_is_ended_does_not_hold_it_up(perform, mission_for):
+    """Two threads may end and pause it at the same time."""
+
+    class Late(Operator):
+        def wait(self, timeout_s: float) -> bool:
+            self.ended = True
+            return super().wait(timeout_s)
+
+    operator = Late(APPROACHING_MS, for_ms=WAIT_MS * 10)
+    done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
+    assert done.report.ending is Ending.INTERRUPTED
+    assert done.report.duration_s < 2 * WAIT_MS / 1000
