@@ -116,11 +116,11 @@ class Executive:
         self._body = body
         self._clock = clock
         self._observers = observers if isinstance(observers, Observers) else Observers(observers)
-        self._pause = pause or Pause()
+        self._pause = pause = pause or Pause()
         self._start_s = clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
-        self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s)
-        self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s, self._pause)
+        self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s, pause)
+        self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])

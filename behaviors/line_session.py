@@ -22,6 +22,7 @@ from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.operator import Ask, question_values
+from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
 from behaviors.profiles.registry import raised_by_profile, supervised
 from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
@@ -283,9 +284,9 @@ class Session:
         self.error, self._why = report.error, WHY_ENDED.get(report.ending, Why.FAULT)
         return ALL_REACHED if report.achieved else ENDED
 
-    def _run_mission(self, ask: Ask) -> Report:
-        make_profile = supervised(self._mission, ask)
-        return Executive(self._mission, self._body, self._eyes, self._clock, self._observers, make_profile).run()
+    def _run_mission(self, ask: Ask, pause: Pause) -> Report:
+        mission, make_profile = self._mission, supervised(self._mission, ask)
+        return Executive(mission, self._body, self._eyes, self._clock, self._observers, make_profile, pause).run()
 
     @property
     def _decision_open(self) -> bool:

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.journal import Kind
-from behaviors.pause import Pause, Paused
+from behaviors.pause import Paused
 from behaviors.ports import CameraLost, Outage, RobotUnreachable, SensorLost
 from behaviors.skills import SkillContext
 
@@ -38,16 +38,15 @@ class OutageSupervisor:
     """Waits out outages, and records which sensors fail and return.
 
     Args:
-        context: The robot, its camera, the mission's clock, journal, chart and time limit.
+        context: The robot, its camera, the mission's clock, journal, chart, time limit and pause.
         timeout_s: An outage that lasts longer ends the mission.
-        pause: The operator's.
     """
 
-    def __init__(self, context: SkillContext, timeout_s: float, pause: Pause | None = None) -> None:
+    def __init__(self, context: SkillContext, timeout_s: float) -> None:
         self._context = context
         self._body, self._eyes, self._clock = context.body, context.eyes, context.clock
         self._timeout_s = timeout_s
-        self._pause = pause or Pause()
+        self._pause = context.pause
 
     @contextmanager
     def recording_sensors(self) -> Iterator[None]:

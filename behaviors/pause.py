@@ -16,8 +16,8 @@ class Paused(Outage):
 class Pause:
     """A pause that any thread requests and ends, and the mission's thread obeys.
 
-    A motion under way is aborted where `check` is called; without such calls a pause begins when the skill
-    has done its bounded piece of work.
+    A motion under way is aborted where `check` is called, such as before each request; skills call it before each
+    bounded piece of work.
 
     Attributes:
         ended: Whether the mission is to end.

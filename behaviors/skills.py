@@ -30,6 +30,7 @@ from behaviors.journal import Kind, Note
 from behaviors.mission import ThesisParameters
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.obstacle_watch import ObstacleWatch, surroundings
+from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, MotionResult, Pose, Sighting
 
 
@@ -81,6 +82,7 @@ class SkillContext:
         note: Writes a record.
         report: Tells the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock; each pause postpones it.
+        pause: The operator's.
         pauses: Beginning on the clock and duration of each pause, in seconds.
         watch: Gets from every skill how its motions end.
     """
@@ -92,6 +94,7 @@ class SkillContext:
     note: Note
     report: Callable[[Fact], None]
     deadline_s: float = math.inf
+    pause: Pause = field(default_factory=Pause)
     pauses: list[tuple[float, float]] = field(default_factory=list)
     watch: ObstacleWatch = field(init=False)
 
@@ -100,11 +103,14 @@ class SkillContext:
         self.watch = ObstacleWatch(self.body, self.report)
 
     def check_time(self) -> None:
-        """Check the time; skills call this before each bounded piece of work.
+        """Check whether there is time to go on; skills call this before each bounded piece of work.
 
         Raises:
             TimeUp: The mission's time is over.
+            Paused: The operator pauses the mission.
+            KeyboardInterrupt: The operator ends it.
         """
+        self.pause.check()
         if self.clock.now() >= self.deadline_s:
             raise TimeUp
 

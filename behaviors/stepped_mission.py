@@ -7,12 +7,12 @@ decisions alone. While it halts the robot stands still, since every skill ends a
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from queue import SimpleQueue
 from threading import Thread
 
 from behaviors.executive import Report
 from behaviors.operator import Ask, Question
+from behaviors.pause import Pause
 from behaviors.recoveries import Choice
 
 
@@ -20,17 +20,19 @@ class SteppedMission:
     """A mission, decision by decision.
 
     Args:
-        run: Runs the mission, which asks for each decision; see `behaviors.profiles.registry.supervised`.
+        run: Runs the mission, which asks for each decision (see `behaviors.profiles.registry.supervised`) and obeys the
+            pause, by which `end` ends it.
 
     Attributes:
         question: The decision that is to be taken; None before the first step and after the end.
         report: The mission's result, once it has ended.
     """
 
-    def __init__(self, run: Callable[[Ask], Report]) -> None:
+    def __init__(self, run: Callable[[Ask, Pause], Report]) -> None:
         self.question: Question | None = None
         self.report: Report | None = None
         self._run = run
+        self._pause = Pause()
         self._answers: SimpleQueue[Choice | None] = SimpleQueue()
         self._turns: SimpleQueue[BaseException | None] = SimpleQueue()
         self._thread: Thread | None = None
@@ -58,11 +60,11 @@ class SteppedMission:
         return self._wait()
 
     def end(self) -> None:
-        """End the mission, if it is under way, as Ctrl-C does; errors during the end are ignored."""
-        if self.question is not None:
+        """End the mission as Ctrl-C does, halted or not, and wait until it has ended; its errors are ignored."""
+        if self._thread is not None:
+            self._pause.end()
             self._answers.put(None)
-            with suppress(Exception):
-                self._wait()
+            self._thread.join()
 
     def _wait(self) -> Question | None:
         """Let the mission run; it hands the turn back when it asks and when it ends."""
@@ -74,7 +76,7 @@ class SteppedMission:
     def _work(self) -> None:
         error: BaseException | None = None
         try:
-            self.report = self._run(self._ask)
+            self.report = self._run(self._ask, self._pause)
         except BaseException as raised:  # noqa: BLE001 - raised again in the caller's thread
             error = raised
         self.question = None

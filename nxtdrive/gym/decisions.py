@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from behaviors.events import Reason
 from behaviors.executive import Ending, Executive, Report
 from behaviors.operator import Ask, OperatorChoice, Question, question_values
+from behaviors.pause import Pause
 from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
@@ -46,10 +47,10 @@ class _Play:
         self.episode = episode
         self.stepped = SteppedMission(self._run)
 
-    def _run(self, ask: Ask) -> Report:
+    def _run(self, ask: Ask, pause: Pause) -> Report:
         robot = self.episode.robot
         make = supervised(robot.mission, ask)
-        report = Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, make).run()
+        report = Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, make, pause).run()
         if report.observer_failures:
             raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
         return report

@@ -6,6 +6,7 @@ import pytest
 
 from behaviors.events import Event
 from behaviors.mission import ThesisParameters
+from behaviors.pause import Pause
 from behaviors.skills import SkillContext, ThesisWaitSkill
 
 
@@ -20,6 +21,18 @@ class CoarseClock:
 
     def sleep(self, duration_s: float) -> None:
         self.now_ms += round(duration_s * 1000)
+
+
+class EndingClock(CoarseClock):
+    """An operator ends the mission during the first sleep."""
+
+    def __init__(self, pause: Pause) -> None:
+        super().__init__()
+        self._pause = pause
+
+    def sleep(self, duration_s: float) -> None:
+        super().sleep(duration_s)
+        self._pause.end()
 
 
 class Still:
@@ -39,3 +52,13 @@ def test_a_wait_ends_on_time_although_clocks_round(wait_s):
     begun_s = clock.now()
     assert ThesisWaitSkill(context, wait_s).call().event is Event.RECOVERY_DONE
     assert clock.now() - begun_s == pytest.approx(wait_s, abs=0.002)
+
+
+def test_an_operator_ends_a_wait_at_once_although_it_makes_no_request():
+    pause = Pause()
+    clock = EndingClock(pause)
+    context = SkillContext(Still(), None, clock, ThesisParameters(), lambda *_: None, lambda _: None, pause=pause)
+    begun_s = clock.now()
+    with pytest.raises(KeyboardInterrupt), pause.interrupting():
+        ThesisWaitSkill(context, 60.0).call()
+    assert clock.now() - begun_s < 1.0

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 from behaviors.journal import Kind
+from behaviors.line_protocol import Request, Verb
 from behaviors.profiles import registry
 from behaviors.profiles.adaptive import AdaptiveProfile
+from nxtdrive.brick import Brick
+from nxtdrive.mission.eyes import geometric_eyes
+from nxtdrive.mission.line_server import sessions
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import Simulation
 
 DECIDER = Path(__file__).parents[2] / "examples" / "decider" / "decider.py"
 
@@ -114,6 +122,21 @@ def test_an_exception_in_your_own_profile_is_one_line(serve, monkeypatch, caplog
     assert error.startswith(f"profile 'odd:Odd' failed at {__file__}:")
     assert error.endswith(": IndexError: pop from empty list")
     assert "internal error" not in caplog.text
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="needs signals to a thread")
+def test_ctrl_c_in_a_program_that_lets_a_mission_run_leaves_the_motors_off(mission_for):
+    simulation, mission = Simulation("figure7", seed=1), mission_for("rilakkuma", profile="adaptive")
+    main = threading.main_thread().ident
+    with Brick(SimTransport(simulation)) as brick:
+        simulation.at(4000, lambda: signal.pthread_kill(main, signal.SIGINT))
+        session = sessions(mission, brick, geometric_eyes(brick, mission), [])()
+        with pytest.raises(KeyboardInterrupt):
+            session.answer(Request(Verb.CHOOSE))
+        simulation.advance(500)
+        before = simulation.truth.pose
+        simulation.advance(2000)
+        assert simulation.truth.pose == before
 
 
 def test_another_client_is_told_that_the_server_is_busy(serve):

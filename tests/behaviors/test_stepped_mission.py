@@ -1,0 +1,50 @@
+"""A mission that is ended in the midst of its work, not at a decision."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from behaviors.stepped_mission import SteppedMission
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="needs signals to a thread")
+def test_ctrl_c_while_a_mission_runs_ends_it_before_the_caller_goes_on():
+    steps = 0
+
+    def run(ask, pause):
+        nonlocal steps
+        with pause.interrupting():
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+            while steps < 100_000_000:
+                steps += 1
+                pause.check()
+
+    stepped, threads = SteppedMission(run), threading.enumerate()
+    with pytest.raises(KeyboardInterrupt):
+        stepped.step()
+    stepped.end()
+    assert steps < 100_000_000
+    assert threading.enumerate() == threads
+
+
+def test_a_mission_that_has_not_begun_or_is_over_may_be_ended():
+    stepped = SteppedMission(lambda ask, pause: None)
+    stepped.end()
+    stepped.step()
+    stepped.end()
+    assert stepped.step() is None
+
+
+def test_the_error_of_a_mission_that_is_ended_is_ignored():
+    def run(ask, pause):
+        try:
+            ask(None)
+        finally:
+            raise ValueError
+
+    stepped = SteppedMission(run)
+    stepped.step()
+    stepped.end()
