@@ -19,7 +19,7 @@ from behaviors.evidence import Evidence, as_recorded
 from behaviors.failures import Failure
 from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
 from behaviors.mission import Mission
-from behaviors.observers import Observers
+from behaviors.observers import Observers, in_words
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage
@@ -149,7 +149,7 @@ class Executive:
             with self._outages.recording_sensors():
                 ending = self._pursue()
         except Exception as error:
-            self._error = str(error)
+            self._error = in_words(error)
             raise
         finally:
             self._stop_motors()
@@ -205,7 +205,7 @@ class Executive:
             self._report(Fact(Event.ABORT, Reason.TIME_UP))
             return Ending.TIME_UP
         except Outage as outage:
-            self._error, name = str(outage), f"{part_of(outage)}_lost"
+            self._error, name = in_words(outage), f"{part_of(outage)}_lost"
             self._refused = outage.refused
             self._report(Fact(Event.ABORT, Reason(name)))
             return Ending(name)

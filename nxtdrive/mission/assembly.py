@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from behaviors.executive import Executive, Report
-from behaviors.observers import Observers
+from behaviors.observers import Observers, in_words
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.mission.body import MissionClock, build_body
 from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
@@ -173,7 +173,7 @@ class MissionRun:
             self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
             return self._report
         except BaseException as reason:
-            self._error = str(reason) or type(reason).__name__
+            self._error = in_words(reason)
             raise
         finally:
             link.before_request = None

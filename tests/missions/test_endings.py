@@ -71,6 +71,23 @@ def test_a_link_that_stays_away_ends_the_mission_after_its_patience(perform, mis
     assert _at_rest(done)
 
 
+def test_the_journal_names_an_error_that_has_no_text(perform, mission_for):
+    records = []
+
+    def break_down():
+        raise AssertionError
+
+    with pytest.raises(AssertionError):
+        perform(
+            "open",
+            mission_for("lena"),
+            geometric=True,
+            arrange=lambda simulation: simulation.at(2000, break_down),
+            observer=records.append,
+        )
+    assert (records[-1].kind, records[-1].data["error"]) == (Kind.END, "AssertionError")
+
+
 def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_for):
     done = perform("open", mission_for("rilakkuma", max_researches=0), geometric=True)
     assert done.report.ending is Ending.EXHAUSTED
