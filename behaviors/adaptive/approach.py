@@ -104,7 +104,7 @@ class ApproachSkill:
             return arrive_failed(Reason.TARGET_LOST, observation, finding=TargetFinding.MOVED)
         bearing_deg, distance_mm = perception.world.sight_to(known.place)
         if self._aim is not None and math.dist(self._aim, known.place) > TARGETS.jump_mm:
-            self._arrival.restart()  # it is something else from now on
+            self._arrival = Arrival(perception, stands=self._arrival.stands)  # it is something else from now on
         self._aim = known.place
         if observation.sighting is not None:
             self._seen_s = observation.time_s
@@ -200,10 +200,9 @@ class ApproachSkill:
         known_mm = self._arrival.farthest_mm(seen, observation.time_s) if seen else distance_mm
         if known_mm <= self._arrival.near_mm:
             return self._stand(observation, bearing_deg)
-        self._arrival.rested = 0
         if self._arrival.stands:
-            self._arrival.stands = False
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
+        self._arrival.move_off()
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
         near = min(1.0, max(N.slowest, (distance_mm - self._arrival.near_mm) / N.slow_mm))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near

@@ -47,7 +47,7 @@ N = ArrivalNumbers()
 
 
 class Arrival:
-    """The evidence that an approach has come to its target.
+    """The evidence that an approach has come to its target; with another candidate it begins anew.
 
     Args:
         perception: What to work with.
@@ -83,9 +83,9 @@ class Arrival:
         assured_mm = max(fills_mm, scale.assured_mm(target, arrive_mm, heard=self._heard))
         return N.hysteresis * assured_mm if self.stands else assured_mm
 
-    def restart(self) -> None:
-        """Start again with another candidate."""
-        self._verifier = TargetVerifier()
+    def move_off(self) -> None:
+        """Note that the robot drives on, and no longer stands in front of it."""
+        self.stands, self.rested, self._stood_s = False, 0, None
 
     def weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> bool:
         """Update with an observation; return whether the target should have been found where it is remembered."""
@@ -114,6 +114,8 @@ class Arrival:
         if sighting is not None:
             echo_mm = self._echo_of(sighting, observation.time_s)
             self._heard, self._low = echo_mm is not None, self._passes_over(sighting)
+            if not self._contradicted(sighting, echo_mm):
+                self._contradictions = 0
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
         sure = self._verifier.clear or self._targets.look_alikes.compared(self._perception.target, known.place)
