@@ -85,10 +85,10 @@ class ScanSkill:
         known = perception.world.targets.known.get(perception.target)
         if known is None:
             return None
-        bearing_deg, distance_mm = perception.world.polar_to(known.place)
+        _, distance_mm = perception.world.polar_to(known.place)
         if distance_mm > N.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
             return None
-        fact = self._face(bearing_deg - perception.world.camera.yaw_deg)
+        fact = self._face(perception.world.camera_turn_deg(known.place))
         fact = fact or self._rest() or self._sweep(N.known_deg) or self._sweep(-2 * N.known_deg)
         if fact is None:
             perception.world.targets.reconsider(perception.target)

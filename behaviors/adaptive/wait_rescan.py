@@ -118,9 +118,9 @@ class RescanSkill:
         known = perception.world.targets.known.get(perception.target)
         if known is None:
             return Fact(Event.RECOVERY_DONE, Reason.THERE, {})
-        bearing_deg, _ = perception.world.polar_to(known.place)
-        if abs(bearing_deg) > N.aim_deg:
-            body.turn(bearing_deg)
+        aim_deg = perception.world.camera_turn_deg(known.place)
+        if abs(aim_deg) > N.aim_deg:
+            body.turn(aim_deg)
         for turn_deg in N.beside_deg:
             if turn_deg:
                 body.turn(turn_deg)

@@ -14,6 +14,7 @@ from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.adaptive.turn_scale import Beam
 from behaviors.adaptive.visible_floor import FloorRanges
+from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure
 from behaviors.mission import Mission
@@ -204,6 +205,10 @@ class WorldModel:
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
         return self.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
+
+    def camera_turn_deg(self, point: Point) -> float:
+        """Return the turn after which the camera, which may be mounted turned, points at a point."""
+        return wrapped_deg(self.polar_to(point)[0] - self.camera.yaw_deg)
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Return whether the robot could drive straight; see `OccupancyGrid.clear_between`."""

@@ -2,72 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import pytest
-from random_ports import RandomPorts, two_targets
+from staged_ports import FRAME_S, Scene, Stage, adaptive_profile
 
 from behaviors.adaptive.approach import ApproachSkill
 from behaviors.adaptive.arrival import N
 from behaviors.events import Event, Reason
-from behaviors.ports import FloorRay, Glimpse, Sighting
-from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.skills import SkillContext
-from behaviors.target_queue import TargetQueue
 
-FRAME_S = 0.1
 NEAR_MM = 300.0
 OUT_OF_VIEW_DEG = 40.0
 """Beside the camera's reliable view: whether it is found there says nothing about what it is."""
 
-Scene = tuple[float, float, float | None, float | None]
-"""Duration in seconds, bearing, distance of what is taken for the target (None: not found), and the sonar's echo."""
-
-
-class Stage(RandomPorts):
-    """A robot that stands still whatever it is told, while what it takes for its target moves.
-
-    Args:
-        scenes: What it sees and hears; the last one lasts for ever.
-    """
-
-    def __init__(self, scenes: Sequence[Scene]) -> None:
-        super().__init__(0)
-        self._scenes = list(scenes)
-        self._moves, self._hinders, self._breaks = 0.0, 0.0, 0.0
-
-    def _scene(self) -> Scene:
-        left_s = self.now()
-        for scene in self._scenes:
-            left_s -= scene[0]
-            if left_s < 0:
-                break
-        return scene
-
-    def drive(self, speed_mm_s: float, turn_deg_s: float) -> None:
-        pass
-
-    def range_mm(self) -> float | None:
-        return self._scene()[3]
-
-    def glance(self, targets: Sequence[str]) -> Glimpse:
-        self.sleep(FRAME_S)
-        _, bearing_deg, distance_mm, _ = self._scene()
-        if distance_mm is None or "a" not in targets:
-            return Glimpse(self.now(), {})
-        seen = Sighting("a", bearing_deg, distance_mm, 1.0, self.now(), (100, 80, 40, 56))
-        return Glimpse(self.now(), {"a": seen})
-
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
-        return ()
-
 
 def _approached(*scenes: Scene):
     """How an approach ends, and when."""
-    stage, mission = Stage(scenes), two_targets()
-    context = SkillContext(stage, stage, stage, mission.thesis, lambda *_, **__: None, lambda _: None)
-    profile = AdaptiveProfile(context, mission, TargetQueue(mission.mission.targets))
-    skill = ApproachSkill(profile._perception, trusts_map=False)
+    stage = Stage(scenes)
+    skill = ApproachSkill(adaptive_profile(stage)._perception, trusts_map=False)
     while (fact := skill.call()).event is Event.CONTINUED:
         assert stage.now() < 60
     return fact, stage.now()
