@@ -56,11 +56,13 @@ class _NewEvidenceFirst:
     def __init__(self, skill: Skill, await_new_evidence: Callable[[], None]) -> None:
         self._skill = skill
         self._await_new_evidence = await_new_evidence
+        self._failure: Failure | None = None
 
     def call(self) -> Fact:
-        """Return what the skill reports."""
-        fact = self._skill.call()
+        """Return what the skill reports; called again after an outage, it goes on waiting with the same failure."""
+        fact = self._failure or self._skill.call()
         if isinstance(fact, Failure):
+            self._failure = fact
             self._await_new_evidence()
         return fact
 
