@@ -300,18 +300,18 @@ class ThesisMoveSkill:
         self._context = context
         self._direction_deg = direction_deg
         self._service = MoveTo(context)
+        self._calls = 0
 
     def call(self) -> Fact:
         """Move off; the robot is at rest afterwards."""
-        calls = 0
         done = 0
         while not done:
             self._context.check_time()
             self._context.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
             done = self._service.call(self._direction_deg)
             self._context.note(Kind.REPLY, verb="move_to", value=done)
-            calls += 1
-        return Fact(Event.RECOVERY_DONE, Reason.MOVED, {"calls": calls})
+            self._calls += 1
+        return Fact(Event.RECOVERY_DONE, Reason.MOVED, {"calls": self._calls})
 
 
 class ThesisWaitSkill:
