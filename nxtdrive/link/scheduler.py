@@ -10,6 +10,7 @@ import logging
 import math
 import threading
 from collections.abc import Generator, Iterable
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from firmware_protocol.enums import OutputPort
@@ -64,6 +65,7 @@ class Motion(Generic[R]):
         self._steps = steps
         self._outcome: R | None = None
         self._error: BaseException | None = None
+        self._traceback: TracebackType | None = None
 
     @property
     def done(self) -> bool:
@@ -88,7 +90,7 @@ class Motion(Generic[R]):
         if self._error is not None:
             if isinstance(self._error, LinkLost):
                 self._link.acknowledge()
-            raise self._error
+            raise self._error.with_traceback(self._traceback)  # as it ended; each `join` would add to it
         return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
 
     def cancel(self) -> None:
@@ -114,6 +116,7 @@ class Motion(Generic[R]):
     def _end(self, outcome: R | None, error: BaseException | None) -> None:
         if error is not None:
             log.info("a motion of %s ended: %s", ", ".join(port.name for port in self.ports), error)
+            self._traceback = error.__traceback__
         self._outcome, self._error, self.due = outcome, error, math.inf
         self.ended.set()
 
