@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from behaviors.executive import Executive, Report
 from behaviors.observers import Observers, in_words
 from nxtdrive.brick import Brick, open_brick
+from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, build_body
 from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
 from nxtdrive.mission.eyes import mission_eyes
@@ -165,18 +166,17 @@ class MissionRun:
             The report, with hints and arrivals.
         """
         self.observers.add("hints", self._review)
-        link, review = self.robot.brick.link, self._review
-        link.before_request = self._pause.check if self._pause else None
+        brick, review = self.robot.brick, self._review
         try:
-            review.compare_brick(self.robot.brick)
-            report = self._executive.run()
+            with interruptible(brick.link, self._pause.check if self._pause else None):
+                review.compare_brick(brick)
+                report = self._executive.run()
             self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
             return self._report
         except BaseException as reason:
             self._error = in_words(reason)
             raise
         finally:
-            link.before_request = None
             if self.recording:
                 with held():
                     self.recording.finish(self._report, self._error, self._details(), self.observers)

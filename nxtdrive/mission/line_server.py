@@ -22,6 +22,7 @@ from behaviors.ports import Eyes, RobotUnreachable, SensorListener
 from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.host.listening import LOOPBACK, listen
+from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, build_body, link_errors_as_outages
 
 CHUNK = 4096
@@ -140,7 +141,7 @@ class LineServer:
         self._moving = self._crowded = False
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
-        brick.link.before_request = self._interrupt_if_needed
+        self._link = brick.link
 
     @property
     def address(self) -> tuple[str, int]:
@@ -150,17 +151,9 @@ class LineServer:
 
     def run(self) -> None:
         """Serve until `stopped` returns true."""
-        while not self._stopped():
-            if self._passing is None:
-                self._receive(CHECK_INTERVAL_S)
-            elif not self._receive(0.0):
-                # time passes on a broken link, too; the client learns of it from the next command
-                with contextlib.suppress(LinkError):
-                    self._passing(TICK_S)
-            # the served client first: one that has left makes room for another's request
-            for client in sorted(self._clients, key=lambda client: client is not self._served):
-                if client in self._clients:
-                    self._attend(client)
+        with interruptible(self._link, self._interrupt_if_needed):
+            while not self._stopped():
+                self._serve()
 
     def close(self) -> None:
         """Stop the motors, close all clients and free the port; never waits for a client."""
@@ -168,6 +161,19 @@ class LineServer:
             self._dismiss(client)
         self._selector.close()
         self._listener.close()
+
+    def _serve(self) -> None:
+        """Wait a moment for requests and execute them."""
+        if self._passing is None:
+            self._receive(CHECK_INTERVAL_S)
+        elif not self._receive(0.0):
+            # time passes on a broken link, too; the client learns of it from the next command
+            with contextlib.suppress(LinkError):
+                self._passing(TICK_S)
+        # the served client first: one that has left makes room for another's request
+        for client in sorted(self._clients, key=lambda client: client is not self._served):
+            if client in self._clients:
+                self._attend(client)
 
     def _attend(self, client: _Client) -> None:
         """Answer the waiting lines, including those of a client that has left; its motions end before they begin."""

@@ -15,6 +15,7 @@ from behaviors.operator import Ask
 from behaviors.pause import Pause
 from behaviors.profiles.registry import supervised
 from nxtdrive.brick import Brick
+from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, build_body
 from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
@@ -95,7 +96,6 @@ def perform(
         make_profile = supervised(mission, ask) if ask else None
         observers = [observer, done.records.append, console]
         executive = Executive(mission, body, eyes, clock, observers, make_profile, pause)
-        brick.link.before_request = pause.check if pause else None
         start_ms = simulation.now_ms
 
         def sample() -> None:
@@ -106,7 +106,8 @@ def perform(
         simulation.at(start_ms, sample)
         if interrupt_at_s:
             simulation.at(start_ms + round(interrupt_at_s * 1000), _interrupt)
-        done.report = executive.run()
+        with interruptible(brick.link, pause.check if pause else None):
+            done.report = executive.run()
     simulation.advance(1000)  # whatever still moves shows
     return done
 

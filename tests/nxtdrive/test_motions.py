@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import threading
+import traceback
 
 import pytest
 
@@ -11,6 +12,7 @@ from firmware_protocol.direct import SetOutputState
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import BrickError, LinkError, LinkTimeout, LocalProtocolError
 from nxtdrive.brick import Brick
+from nxtdrive.link.interrupting import interruptible
 from nxtdrive.motion.motor import MotorSettings, Then
 from nxtdrive.motion.outputs import coasting
 from nxtdrive.motion.rover import Rover, SafetyLimits
@@ -140,6 +142,18 @@ def test_joining_a_motion_raises_the_loss_of_its_link(lab):
     assert move.done
     with pytest.raises(LinkError):
         move.join()
+
+
+def test_joining_a_motion_that_has_failed_again_raises_its_error_with_the_same_traceback(lab):
+    room = lab(faults=LinkFaults(silent_ms=((1000, FOR_EVER_MS),)), timeout_s=0.3)
+    move = room.brick.motor("A").run_angle(500, 3000, wait=False)
+    room.brick.sleep(3)
+    frames = []
+    for _ in range(3):
+        with pytest.raises(LinkError) as raised:
+            move.join()
+        frames.append([(frame.f_code, line) for frame, line in traceback.walk_tb(raised.tb)])
+    assert frames[0] == frames[1] == frames[2]
 
 
 @pytest.mark.parametrize("way", ["stepped"])  # the simulation raises it, in the thread that lets time pass
@@ -280,11 +294,9 @@ def test_what_breaks_a_program_off_is_called_in_its_own_thread_and_brakes(lab):
     def break_off():
         threads.add(threading.get_ident())
         if room.simulation.time_s > 1:
-            room.brick.link.before_request = None
             raise InterruptedError
 
-    room.brick.link.before_request = break_off
-    with pytest.raises(InterruptedError):
+    with pytest.raises(InterruptedError), interruptible(room.brick.link, break_off):
         room.brick.motor("A").run_angle(300, 3000)
     assert room.simulation.time_s < 1.3
     assert threads == {threading.get_ident()}

@@ -14,6 +14,8 @@ from behaviors.ports import Glimpse
 from firmware_protocol import status
 from firmware_protocol.errors import BrickBusy, BrickError
 from nxtdrive.brick import Brick
+from nxtdrive.link.interrupting import interruptible
+from nxtdrive.mission.eyes import geometric_eyes
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.sim import SimTransport
@@ -211,6 +213,16 @@ def test_the_end_of_the_server_stops_the_motors(serve):
     assert client.ask("move_to 0") == 1
     served.thread.join()
     assert served.at_rest
+
+
+def test_a_server_that_has_ended_leaves_the_link_as_it_was(serving, mission_for):
+    simulation, mission, calls = Simulation("open", seed=1), mission_for("lena"), []
+    with Brick(SimTransport(simulation)) as brick, interruptible(brick.link, lambda: calls.append(brick)):
+        with serving(brick, simulation, mission, geometric_eyes(brick, mission)) as served:
+            assert served.client().ask("connect") == 1
+        calls.clear()
+        assert brick.battery_v
+        assert calls
 
 
 class SeesNothing:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from behaviors.pause import Pause
 from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError, NXTError
+from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.files import read_robot_file
 
 from ..calibrate.colors import calibrate_color
@@ -72,17 +73,15 @@ class ShownCalibration:
     def perform(self, robot: OpenRobot) -> None:
         """Calibrate; the robot is at rest afterwards, and the result or the error has been sent to the clients."""
         self._show({"running": True, "lines": [], "problem": "", "saved": False, **NOTHING})
-        problem, link = "", robot.brick.link
-        link.before_request = self._pause.check
+        problem = ""
         try:
-            with self._pause.interrupting():
+            with interruptible(robot.brick.link, self._pause.check), self._pause.interrupting():
                 self.outcome = self._calibrated(robot)
         except KeyboardInterrupt:
             problem = "It was ended before anything was found."
         except NXTError as error:
             problem = str(error)
         finally:
-            link.before_request = None
             self.over = True
             with suppress(NXTError):  # a lost link; the brick ends the lease of its motors by itself
                 robot.brick.stop_motors()
