@@ -34,6 +34,10 @@ class ApproachNumbers:
         echoes: This many such echoes in a row are believed.
         progress_s: A robot commanded to drive should get farther by `progress_mm` in this time.
         progress_mm: See `progress_s`.
+        kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.
+        slipped_mm: The wheels slip if they have driven it farther than this in that time
+        closer_mm: and the picture has come closer by less than this.
+        straight: While it turns so sharply that it drives at less than this share of its speed, progress is not judged.
         map_ends_mm: Nearer to the target than this the camera counts, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
         clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
@@ -50,6 +54,10 @@ class ApproachNumbers:
     echoes: int = 2
     progress_s: float = 4.0
     progress_mm: float = 120.0
+    kept_s: float = 0.5
+    slipped_mm: float = 360.0
+    closer_mm: float = 60.0
+    straight: float = 0.5
     map_ends_mm: float = 750.0
     stretch_mm: float = 450.0
     clearance_mm: float = 20.0
@@ -175,7 +183,7 @@ class ApproachSkill:
     def _stuck(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a failure when it drives without progress: by its wheels, or by a picture that grows no larger."""
         pose = self._perception.world.pose
-        while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - 0.5:
+        while self._driven and self._driven[0][0] < observation.time_s - N.progress_s - N.kept_s:
             self._driven.popleft()
         if not self._driven or self._driven[0][0] > observation.time_s - N.progress_s:
             return None
@@ -185,11 +193,7 @@ class ApproachSkill:
             return arrive_failed(
                 Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm), moved_mm=moved_mm
             )
-        if (
-            observation.sighting is not None
-            and moved_mm > 3 * N.progress_mm
-            and then_mm - known.distance_mm < N.progress_mm / 2
-        ):
+        if observation.sighting is not None and moved_mm > N.slipped_mm and then_mm - known.distance_mm < N.closer_mm:
             return arrive_failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
         return None
 
@@ -206,7 +210,7 @@ class ApproachSkill:
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
         near = min(1.0, max(N.slowest, (distance_mm - self._arrival.near_mm) / N.slow_mm))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
-        if ahead < 0.5:
+        if ahead < N.straight:
             self._driven.clear()
         else:
             self._driven.append((observation.time_s, perception.world.pose, known_mm))

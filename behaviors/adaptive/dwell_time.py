@@ -23,6 +23,10 @@ class DwellNumbers:
         longest_s: No single wait is longer; afterwards more is known.
         passing_s: Mean stay of a person who walks through.
         lingering_s: Mean stay of a person who stops.
+        beside: Probabilities that a blocker past which the target is seen is a person who walks through, one who stops,
+            or furniture. These and the next two were chosen by judgement, not counted.
+        came: The same of a blocker that hides the target and was seen to move.
+        stood: The same of a blocker that hides the target and was not.
     """
 
     negligible: float = 0.05
@@ -30,6 +34,9 @@ class DwellNumbers:
     longest_s: float = 30.0
     passing_s: float = 4.0
     lingering_s: float = 20.0
+    beside: tuple[float, float, float] = (0.02, 0.02, 0.96)
+    came: tuple[float, float, float] = (0.45, 0.45, 0.10)
+    stood: tuple[float, float, float] = (0.25, 0.30, 0.45)
 
 
 N = DwellNumbers()
@@ -68,17 +75,9 @@ class BlockerHypothesis:
 
 def hypotheses(blocker: Blocker) -> tuple[BlockerHypothesis, ...]:
     """Return what it may be: what moves is a person; what does not hide the target, or stays long, is furniture."""
-    if not blocker.hides:
-        weights = (0.02, 0.02, 0.96)
-    elif blocker.moving:
-        weights = (0.45, 0.45, 0.10)
-    else:
-        weights = (0.25, 0.30, 0.45)
-    prior = [
-        BlockerHypothesis(N.passing_s, weights[0]),
-        BlockerHypothesis(N.lingering_s, weights[1]),
-        BlockerHypothesis(math.inf, weights[2]),
-    ]
+    weights = (N.came if blocker.moving else N.stood) if blocker.hides else N.beside
+    stays_s = N.passing_s, N.lingering_s, math.inf
+    prior = [BlockerHypothesis(*each) for each in zip(stays_s, weights, strict=True)]
     left = [each.weight * each.survival(blocker.age_s) for each in prior]
     return tuple(BlockerHypothesis(each.stays_s, weight / sum(left)) for each, weight in zip(prior, left, strict=True))
 

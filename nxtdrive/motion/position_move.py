@@ -41,6 +41,10 @@ SYNC_PER_S = 2.5
 """Speed, in deg/s, subtracted from a wheel for each degree it is ahead of the other."""
 SETTLE_S = 0.4
 """Longest wait for a braked wheel to stand still."""
+LATE = 2.0
+"""A motion may take this many times as long as its speed profile,"""
+LATE_S = 2.0
+"""and this much longer, for latency, creeping, settling and corrections; then it ends with TIMEOUT."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +81,7 @@ class Pace:
 
     def duration_s(self, angle_deg: float) -> float:
         """Return the longest time a motion of `angle_deg` should take."""
-        return 2.0 + 2.0 * (angle_deg / self.speed_deg_s + 2 * self.speed_deg_s / self.acceleration_deg_s2)
+        return LATE_S + LATE * (angle_deg / self.speed_deg_s + 2 * self.speed_deg_s / self.acceleration_deg_s2)
 
 
 Guard = Callable[[bool], StopReason | None]
