@@ -65,6 +65,8 @@ def compares_aggregates(task: Task, decode: Callable[[int], Instruction], data: 
             instruction = decode(at)
         except (ProgramError, LookupError):
             return False
+        if instruction.following == at:  # an instruction without a size, at which the firmware hangs
+            return False
         target, *compared = instruction.arguments[:3] or (0,)
         if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
             return True

@@ -100,6 +100,13 @@ def test_a_jump_that_compares_texts_is_always_made_in_firmware_1_32(relation):
     assert Outcome(program(code, texts=2), "1.32").numbers[0] == 0x11 + 9 * 0x22
 
 
+@pytest.mark.parametrize("firmware", ["1.05", "1.29", "1.32"])
+@pytest.mark.parametrize("size", [0, 1])
+def test_an_instruction_without_a_size_in_the_code_of_a_clump_does_not_hang_its_start(firmware, size):
+    """LEGO's firmware does, but for 1.05."""
+    assert Outcome(program([SPIN, [0xE000 | BUILD, size]]), firmware).status == RUNNING
+
+
 @pytest.mark.parametrize(("firmware", "status"), [("1.05", FAILED), ("1.29", RUNNING)])
 def test_a_setting_of_outputs_in_eight_bytes_fails_in_firmware_1_05(firmware, status):
     code = [[0x8000 | SET_OUTPUT, 8, 0, 1], SPIN]
