@@ -189,6 +189,7 @@ _V1_05 = replace(
         records=WORDS,
         abort_stops_tick=False,
         searches_calibrations=False,
+        scans_integers=True,
     ),
     map_sizes={"Command.mod": iomap.COMMAND.size_1_05, "Input.mod": iomap.INPUT.size_1_05},
 )

@@ -92,6 +92,12 @@ class Data:
             return self.variables[argument]
         return _ERASED if argument < min(_FLASH_ENTRIES, self.first_field) else _ZERO
 
+    def place_of(self, argument: int) -> int:
+        """Return the offset that the table has for a variable of any type; a field of a port is none."""
+        if argument < len(self.variables):
+            return self.variables[argument].data
+        return (_ERASED if argument < _FLASH_ENTRIES else _ZERO).data
+
     def kind(self, argument: int) -> int:
         """Return the type of a variable or field; not one of `Type` beyond the table."""
         return self.fields.field_type(argument) if argument >= self.first_field else self.entry(argument).type

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sim_backend.firmware.vm import aggregates
-from sim_backend.firmware.vm.data import Place
+from sim_backend.firmware.vm.data import ERR_INSTR, Data, Place, ProgramError
 from sim_backend.firmware.vm.enhanced_numbers import BINARY, UNARY, multiply_divide, summary
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Next, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
+from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.printf import printed
 from sim_backend.firmware.vm.rxe import Type
 
 _SORT = 6
-_SUMMARY_ARGUMENTS = 5
+_ARRAY_ARGUMENTS = 5
+_CASES = (bytes.upper, bytes.lower)
+"""The operations of arrays after `_SORT`, which change letters of ASCII."""
+_U32 = 0xFFFF_FFFF
 
 
 def _binary(machine: Machine, instruction: Instruction) -> Translation:
@@ -71,29 +75,73 @@ def _print(machine: Machine, instruction: Instruction) -> Translation:
     return run
 
 
-def _summarize(machine: Machine, instruction: Instruction) -> Translation:
-    """Calculate one number from a part of an array, or sort it: operation, target, array, first element, count."""
-    data = machine.data
-    arguments = instruction.arguments
-    if len(arguments) != _SUMMARY_ARGUMENTS:
+def _on_array(machine: Machine, instruction: Instruction) -> Translation:
+    """Summarize, sort or write in one case a part of an array: operation, target, array, first element, count."""
+    data, arguments = machine.data, instruction.arguments
+    if len(arguments) != _ARRAY_ARGUMENTS:
         arguments = sized_arguments(machine.program.code, instruction)
     operation, target, source, first, count = arguments
+    act = _summarize if operation < _SORT else _sort if operation == _SORT else _write_in_case
 
     def run() -> None:
         parts = data.parts(Place(source))
-        start = data.integer_or(first, 0) & 0xFFFF
-        wanted = data.integer_or(count, 0xFFFF) & 0xFFFF
-        chosen = parts[start : start + wanted]
-        values = [data.get(part.entry, part.offset) for part in chosen]
-        if operation != _SORT:
-            if data.kind(target) != Type.ARRAY:
-                data.put(target, summary(operation, values, data.kind(target)) if start <= len(parts) else 0)
-        elif data.kind(target) == Type.ARRAY:
-            data.resize(Place(target), len(values))
-            for part, value in zip(data.parts(Place(target)), sorted(values), strict=True):
-                data.put(part.entry, value, part.offset)
+        start = data.integer_or(first, 0) & _U32
+        act(data, operation, target, _Part(source, parts, start, data.integer_or(count, _U32) & _U32))
 
     return run
+
+
+class _Part:
+    """A part of an array.
+
+    Attributes:
+        array: The variable.
+        length: Number of elements of the array.
+        start: The first one of the part.
+        chosen: The elements of the part.
+    """
+
+    def __init__(self, array: int, parts: list[Place], start: int, count: int) -> None:
+        self.array, self.length, self.start = array, len(parts), start
+        self.chosen = parts[start : start + count]
+
+    def values(self, data: Data) -> list[Number]:
+        """Return its numbers."""
+        return [data.get(part.entry, part.offset) for part in self.chosen]
+
+
+def _summarize(data: Data, operation: int, target: int, part: _Part) -> None:
+    if data.kind(target) != Type.ARRAY:
+        values = part.values(data)
+        data.put(target, summary(operation, values, data.kind(target)) if part.start <= part.length else 0)
+
+
+def _sort(data: Data, _: int, target: int, part: _Part) -> None:
+    values = sorted(part.values(data))
+    if data.kind(target) == Type.ARRAY:
+        data.resize(Place(target), len(values))
+        for element, value in zip(data.parts(Place(target)), values, strict=True):
+            data.put(element.entry, value, element.offset)
+
+
+def _write_in_case(data: Data, operation: int, target: int, part: _Part) -> None:
+    """Copy a text whole, also into a shorter target, with the part and the byte after it in upper or lower case.
+
+    Raises:
+        ProgramError: There is no such operation.
+    """
+    if part.start > part.length:
+        return
+    if operation > _SORT + len(_CASES):
+        raise ProgramError(ERR_INSTR, f"there is no operation {operation} of arrays")
+    if data.kind(target) != Type.ARRAY:
+        return
+    data.resize(Place(target), len(part.chosen))
+    if part.chosen:
+        memory, to, end = data.memory, data.array(Place(target)).offset, part.start + len(part.chosen) + 1
+        text = memory.read(data.span(part.array)[0] - memory.base, part.length)
+        changed = _CASES[operation - _SORT - 1](text[part.start : end])
+        memory.write(to, text[: part.start] + changed + text[end:])
 
 
 def _address(machine: Machine, instruction: Instruction) -> Translation:
@@ -119,7 +167,7 @@ TABLE: Mapping[tuple[int, int], Translate] = {
     (0x68, 1): _start,
     (0x69, 2): _priority,
     (0x6A, 3): _print,
-    (0x6B, MANY): _summarize,
+    (0x6B, MANY): _on_array,
     (0x7E, MANY): _multiply_divide,
     (0x89, 3): _address,
 }

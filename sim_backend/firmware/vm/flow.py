@@ -20,7 +20,6 @@ from sim_backend.firmware.vm.instructions import (
     Translation,
 )
 from sim_backend.firmware.vm.machine import Machine, Translate
-from sim_backend.firmware.vm.numbers import SCALARS
 from sim_backend.firmware.vm.rxe import Type
 
 _SIGN = 0x8000_0000
@@ -138,13 +137,11 @@ def _release(machine: Machine, instruction: Instruction) -> Next:
 def _call(machine: Machine, instruction: Instruction) -> Next:
     """Run another clump, and continue when it returns; a clump that calls itself continues."""
     clump, caller = instruction.arguments
+    at = _caller_at(machine, caller)
 
     def run() -> int:
-        at = _caller_at(machine, caller)
         if at is not None:
             machine.memory.store(Type.UBYTE, at, machine.queue.first)
-        elif caller >= machine.data.first_field:
-            machine.data.put(caller, machine.queue.first)
         machine.suspend(instruction.following)
         machine.queue.append(clump & 0xFF)
         return END_TURN
@@ -154,35 +151,24 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
 
 def _return(machine: Machine, instruction: Instruction) -> Next:
     """Let the caller continue; without a variable, the one in the first byte of the variables."""
-    caller = instruction.arguments[0]
+    at = _caller_at(machine, instruction.arguments[0])
 
     def run() -> int:
-        number = _caller(machine, caller)
+        number = NO_CLUMP if at is None else int(machine.memory.load(Type.UBYTE, at))
         machine.suspend(0)
-        machine.queue.append(number & 0xFF)
+        machine.queue.append(number)
         machine.reset(machine.task)
         return END_TURN
 
     return Next(run)
 
 
-def _caller(machine: Machine, argument: int) -> int:
-    """Return the number of a clump in a variable."""
-    at = _caller_at(machine, argument)
-    if at is None:
-        return machine.data.integer(argument) if argument >= machine.data.first_field else NO_CLUMP
-    return int(machine.memory.load(Type.UBYTE, at))
-
-
 def _caller_at(machine: Machine, argument: int) -> int | None:
     """Return where a variable of any type has the number of a clump, one byte; None if it has none."""
-    data, kind, older = machine.data, machine.data.kind(argument), machine.dialect.has_fields
-    if argument == NONE:  # the first byte of the variables
-        return 0
-    types = (*SCALARS, Type.MUTEX, Type.CLUSTER, *(() if older else (Type.ARRAY,)))
-    if argument >= data.first_field or kind not in types:
+    older, kind = machine.dialect.has_fields, machine.data.kind(argument)
+    if older and kind == Type.ARRAY:
         return None
-    return data.address(Place(argument + 1 if older and kind == Type.CLUSTER else argument))
+    return machine.data.place_of(argument + 1 if older and kind == Type.CLUSTER else argument)
 
 
 def _wait(machine: Machine, instruction: Instruction) -> Next:

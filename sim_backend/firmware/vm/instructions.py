@@ -150,5 +150,10 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
 
 
 def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:
-    """Return the arguments of an instruction that has any number of them; its first word is its size in bytes."""
-    return tuple(code[instruction.at + 2 : instruction.at + code[instruction.at + 1] // _WORD])
+    """Return the arguments of an instruction that has any number of them; its first word is its size in bytes.
+
+    Past the end of the code they are those of erased flash memory.
+    """
+    count = max(code[instruction.at + 1] // _WORD - 2, 0)
+    found = tuple(code[instruction.at + 2 : instruction.at + 2 + count])
+    return found + (_ERASED,) * (count - len(found))

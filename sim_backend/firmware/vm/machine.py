@@ -232,7 +232,8 @@ class Machine:
         """Check the end of a clump that was just suspended, or stopped the program."""
         older = self.dialect.runs_past_end
         others = self.runs and not self._stopped
-        if task.pc >= task.end if older else others and task.pc > task.end:
+        ended = task.pc == self.program.clumps[task.number].start  # a clump that has ended will begin again
+        if task.pc >= task.end if older else others and not ended and task.pc > task.end:
             raise ProgramError(ERR_INSTR, "a clump was suspended past its end")
 
     def _without_repeats(self, left: int, size: int, asked: int) -> int:

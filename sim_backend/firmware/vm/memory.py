@@ -115,6 +115,7 @@ class Memory:
         """
         if self.base + self._end > POOL_SIZE:
             raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
+        self.pool[self.base + _OFFSET] = _ERASED  # behind the pool, where an omitted offset leads: no clump
         self.program.check()
         for offset, data in self.program.initial_values():
             self.write(offset, data)
@@ -326,17 +327,16 @@ class Memory:
     def _grow_descriptors(self, more: int) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
         _, element, first, *_ = self.array(0)
-        offset = self._allocate(element * (first + more) & _OFFSET)
-        self.write(offset, self.read(self.descriptors, element * first))
+        count = first + more & _OFFSET
+        offset = self._allocate(element * count & _OFFSET)
+        self.write(offset, self.read(self.descriptors, element * first & _OFFSET))
         self.descriptors = offset
-        for index in range(first, first + more):
+        for index in range(first, count):
             back = index - 1 if index > first and self.doubly_linked else NO_ARRAY
-            self.describe(
-                index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < first + more - 1 else self._free)
-            )
+            self.describe(index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < count - 1 else self._free))
         self._free = first if more else self._free
         self._unlink(0)
-        self.describe(0, self.array(0)._replace(offset=offset, length=first + more))
+        self.describe(0, self.array(0)._replace(offset=offset, length=count))
         self._append(0)
 
     def _allocate(self, size: int) -> int:

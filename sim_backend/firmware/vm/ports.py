@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, NONE, Place, ProgramError
+from sim_backend.firmware.vm.data import ERR_INSTR, NONE, Place, ProgramError
 from sim_backend.firmware.vm.devices import ACTING, OUTPUT_FIELDS, stored_output
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
@@ -62,7 +62,7 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
         for port in chosen:
             for field, source in values:
                 if 0 <= port < _PORTS <= port + field / fields:
-                    raise ProgramError(ERR_ARG, f"there is no field {field}")
+                    raise ProgramError(ERR_INSTR, f"there is no field {field}")
                 put(port, field, data.integer(source))
 
     return run

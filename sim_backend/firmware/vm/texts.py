@@ -109,7 +109,7 @@ def _float(text: bytes) -> float:
 def _join(machine: Machine, instruction: Instruction) -> Translation:
     """Join texts; the entry after that of each must be of bytes."""
     data, (target, *sources) = machine.data, sized_arguments(machine.program.code, instruction)
-    if any(data.kind(source + 1) != Type.UBYTE for source in sources):
+    if any(data.kind(source + 1 & 0xFFFF) != Type.UBYTE for source in sources):
 
         def fail() -> None:
             raise ProgramError(ERR_ARG, "what is joined is not a text")
@@ -133,7 +133,7 @@ def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder])
     for find in sources:
         at, size = find()
         following = to + size - 1
-        if following >= end:
+        if following >= end or at + size > end:
             raise OutOfMemory("outside of the memory")
         pool[to:following] = pool[at : at + size - 1]
         to = following
