@@ -20,8 +20,9 @@ from sim_backend.firmware.vm.clump_records import NO_BREAKPOINTS, ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Layout, Memory, OutOfMemory, fresh_pool
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET, POOL_SIZE, Memory, OutOfMemory, fresh_pool
 from sim_backend.firmware.vm.opcodes import OPCODES
+from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, parse
 
 _POOL_AT = COMMAND.field("MemoryPool").offset

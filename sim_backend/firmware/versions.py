@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from firmware_protocol import iomap
 from sim_backend.firmware.vm.clump_records import WITH_POINTS, WORDS
 from sim_backend.firmware.vm.dialect import ENHANCED, Dialect, Timing
-from sim_backend.firmware.vm.memory import Layout
+from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import Type
 
 

@@ -14,7 +14,8 @@ from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.vm.aggregates import compare
 from sim_backend.firmware.vm.data import ERR_MEM, NO_FIELDS, Data, Place
-from sim_backend.firmware.vm.memory import Layout, Memory, OutOfMemory
+from sim_backend.firmware.vm.memory import Memory, OutOfMemory
+from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import Clump, Header, Program, Type, Variable
 
 LEVELS = 4

@@ -96,10 +96,14 @@ class Call:
         """Set the length of an array; new elements keep what was in memory."""
         self._data.resize(Place(self.members[position]), count)
 
-    def put_numbers(self, position: int, values: Sequence[int]) -> None:
-        """Return numbers in an array that has as many elements."""
-        for part, value in zip(self._data.parts(Place(self.members[position])), values, strict=False):
-            self._data.put(part.entry, value, part.offset)
+    def put_words(self, position: int, values: Sequence[int]) -> None:
+        """Store numbers of 16 bits side by side in an array, whatever its elements are.
+
+        Raises:
+            OutOfMemory: They are outside of the pool.
+        """
+        at = self._data.array(Place(self.members[position])).offset
+        self._data.memory.write(at, b"".join((value & 0xFFFF).to_bytes(2, "little") for value in values))
 
     def put_texts(self, position: int, texts: Sequence[bytes]) -> None:
         """Return an array of texts."""

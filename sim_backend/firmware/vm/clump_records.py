@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP
-from sim_backend.firmware.vm.memory import Layout
+from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import Clump, Program
 from sim_backend.firmware.vm.task import Task
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from sim_backend.firmware.vm.numbers import SCALARS, SIGNED, Number, single
+from sim_backend.firmware.vm.pool_layout import Layout
 from sim_backend.firmware.vm.rxe import BadProgram, Fault, Program, Type
 
 POOL_SIZE = 32_768
@@ -38,25 +39,6 @@ INDEX = struct.Struct("<H")
 
 class OutOfMemory(Exception):
     """The pool is full, or a program has corrupted its array descriptors."""
-
-
-class Layout(NamedTuple):
-    """Differences between firmwares.
-
-    Attributes:
-        clump: Pool bytes per clump.
-        fire_count: Which of them is the number of clumps that must end before it starts.
-        growth: Number of descriptors added at once.
-        doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
-            a program is loaded.
-        types: The type that it takes each number of a type for.
-    """
-
-    clump: int
-    fire_count: int
-    growth: int
-    doubly_linked: bool
-    types: bytes
 
 
 def fresh_pool(after: bytes = b"\0") -> bytearray:
@@ -126,9 +108,15 @@ class Memory:
                 previous = index
         if self.array(0).offset != self.descriptors:
             raise BadProgram(Fault.DESCRIPTORS, "array descriptors that do not describe themselves")
+        full = None
         if self.doubly_linked:
-            self._grow_descriptors(self.array(0).length // 2)
+            try:
+                self._grow_descriptors(self.array(0).length // 2, may_compact=False)
+            except OutOfMemory as error:
+                full = error
         self._verify()
+        if full:
+            raise full
 
     def _list(self) -> Iterator[int]:
         """Return the numbers of the arrays in the order of the list; a damaged list ends after the largest length."""
@@ -324,11 +312,11 @@ class Memory:
         self.resize(index, count)
         self.write(self.array(index).offset, data[: count * element])
 
-    def _grow_descriptors(self, more: int) -> None:
+    def _grow_descriptors(self, more: int, *, may_compact: bool = True) -> None:
         """Append free descriptors; the array of descriptors moves even if `more` is 0."""
         _, element, first, *_ = self.array(0)
         count = first + more & _OFFSET
-        offset = self._allocate(element * count & _OFFSET)
+        offset = self._allocate(element * count & _OFFSET, may_compact=may_compact)
         self.write(offset, self.read(self.descriptors, element * first & _OFFSET))
         self.descriptors = offset
         for index in range(first, count):
@@ -339,9 +327,9 @@ class Memory:
         self.describe(0, self.array(0)._replace(offset=offset, length=count))
         self._append(0)
 
-    def _allocate(self, size: int) -> int:
+    def _allocate(self, size: int, *, may_compact: bool = True) -> int:
         end = aligned(self._end)
-        if self.base + end + size > POOL_SIZE:
+        if may_compact and self.base + end + size > POOL_SIZE:
             self.compact()
             end = aligned(self._end)
         if self.base + end + size > POOL_SIZE:

@@ -183,7 +183,7 @@ def _color_sensor(call: Call) -> None:
     color = ports[port].color
     call.put(2, call.number(2) & ~0xFF | ports[port].scaled & 0xFF)
     for position, values in ((3, color.readings), (4, color.normalized), (5, color.scaled)):
-        call.put_numbers(position, values)
+        call.put_words(position, values)
     call.put(6, ports[port].invalid)
     call.put(0, Status.OK)
 
