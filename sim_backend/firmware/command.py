@@ -280,9 +280,8 @@ class CommandModule:
         if self._handle is not None:
             self._pool = fresh_pool(self.after_pool)
         try:
-            program = parse(content, self._layout.types)
-            address = self._loader.address_of(self._handle)
-            self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program, address)
+            program = parse(content, self._layout.types, self._loader.address_of(self._handle))
+            self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program)
             self._written = {}
             self._memory = memory = Memory(program, self._layout, self._pool)
             memory.fill()

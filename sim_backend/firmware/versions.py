@@ -219,7 +219,7 @@ _V1_32 = replace(
     flash_start=0x126400,
     sectors=410,
     free_flash_at=12,
-    pool=_V1_29.pool._replace(clump=48),
+    pool=_V1_29.pool._replace(clump=48, called=29),
     dialect=_V1_29.dialect._replace(
         port_groups=_PORT_GROUPS,
         missing=frozenset(),

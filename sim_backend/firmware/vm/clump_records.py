@@ -38,7 +38,7 @@ class RecordFormat(NamedTuple):
         number_of: Number of the dependents.
         wake: Tick at which it wakes, 0 after that; None without such an instruction.
         compares: Byte whose bit 0 is cleared if the clump compares arrays or clusters; None without such a byte.
-        points: Breakpoints, after a byte without one; None if there are none.
+        points: Breakpoints, after the number of the clump that it has called; None if there are none.
     """
 
     numbers: struct.Struct
@@ -61,7 +61,7 @@ WITH_POINTS = ADDRESSES._replace(tail=20, compares=16, dependents=20, wake=24, n
 class ClumpRecords:
     """The records of one program."""
 
-    def __init__(self, pool: bytearray, layout: Layout, record: RecordFormat, program: Program, address: int) -> None:
+    def __init__(self, pool: bytearray, layout: Layout, record: RecordFormat, program: Program) -> None:
         """Write the constant parts.
 
         Args:
@@ -69,18 +69,20 @@ class ClumpRecords:
             layout: Its layout.
             record: The format of the records.
             program: The program.
-            address: Where the content of its file begins in the flash memory.
         """
         self._pool, self._layout, self._format, self._program = pool, layout, record, program
-        self._code = address + len(program.content) - _WORD * len(program.code)
+        self._code = program.address + len(program.content) - _WORD * len(program.code)
         for number, clump in enumerate(program.clumps):
             at = number * layout.clump
             self._place(at, clump, clump.start)
             pool[at + layout.fire_count - 1] = pool[at + layout.fire_count] = clump.fire_count
             pool[at + layout.fire_count + 1 : at + layout.fire_count + 3] = bytes((NO_CLUMP, record.tail))
-            struct.pack_into("<I", pool, at + record.dependents, address + clump.list_at if clump.dependents else 0)
+            struct.pack_into(
+                "<I", pool, at + record.dependents, program.address + clump.list_at if clump.dependents else 0
+            )
             pool[at + record.number_of] = clump.dependents
             if record.points is not None:
+                pool[at + record.points - 1] = NO_CLUMP  # it has called none
                 self._show_points(at + record.points, NO_BREAKPOINTS)
 
     def show(
@@ -110,6 +112,5 @@ class ClumpRecords:
         record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
 
     def _show_points(self, at: int, points: Sequence[tuple[int, int]]) -> None:
-        self._pool[at - 1] = NO_CLUMP
         for number, (enabled, offset) in enumerate(points):
             struct.pack_into("<HB", self._pool, at + number * _POINT, offset, enabled)

@@ -28,7 +28,6 @@ _NO_TYPE = 0xFF
 _ERASED = Variable(_NO_TYPE, first_zero=False, data=0xFFFF)
 _ZERO = Variable(Type.VOID, first_zero=False, data=0)
 """The entries that the firmware reads past the end of the table: beyond the file, and beyond the flash memory."""
-_FLASH_ENTRIES = 30_200
 AGGREGATES = (Type.ARRAY, Type.CLUSTER)
 
 _MIN_S32, _END_S32 = -(1 << 31), 1 << 31
@@ -82,7 +81,7 @@ class Data:
 
     def __init__(self, memory: Memory, fields: Fields, first_field: int, wide: Sequence[int]) -> None:
         self.memory, self.fields, self.first_field, self._wide = memory, fields, first_field, wide
-        self.variables = memory.program.variables
+        self.variables, self._flash_entries = memory.program.variables, memory.program.flash_entries
         self._finders: dict[int, Finder] = {}
         self._element_sizes: dict[int, int] = {}
 
@@ -90,13 +89,13 @@ class Data:
         """Return the entry of the variable table, or the bytes that the firmware takes for it."""
         if argument < len(self.variables):
             return self.variables[argument]
-        return _ERASED if argument < min(_FLASH_ENTRIES, self.first_field) else _ZERO
+        return _ERASED if argument < min(self._flash_entries, self.first_field) else _ZERO
 
     def place_of(self, argument: int) -> int:
         """Return the offset that the table has for a variable of any type; a field of a port is none."""
         if argument < len(self.variables):
             return self.variables[argument].data
-        return (_ERASED if argument < _FLASH_ENTRIES else _ZERO).data
+        return (_ERASED if argument < self._flash_entries else _ZERO).data
 
     def kind(self, argument: int) -> int:
         """Return the type of a variable or field; not one of `Type` beyond the table."""
@@ -204,7 +203,9 @@ class Data:
         return self._element_sizes[entry]
 
     def _measure(self, entry: int) -> int:
-        """Return the end of the last part, padded as the widest part needs."""
+        """Return the size of a scalar; of a cluster the end of the last part, padded as the widest part needs."""
+        if self.variables[entry].type != Type.CLUSTER:
+            return size_of(self.variables[entry].type)
         end, width = self._extent(entry)
         return -(-end // width) * width
 

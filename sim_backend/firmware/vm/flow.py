@@ -142,6 +142,7 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         if at is not None:
             machine.memory.store(Type.UBYTE, at, machine.queue.first)
+        machine.note_call(machine.queue.first, clump & 0xFF)
         machine.suspend(instruction.following)
         machine.queue.append(clump & 0xFF)
         return END_TURN
@@ -156,6 +157,7 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     def run() -> int:
         number = NO_CLUMP if at is None else int(machine.memory.load(Type.UBYTE, at))
         machine.suspend(0)
+        machine.note_call(number, NO_CLUMP)
         machine.queue.append(number)
         machine.reset(machine.task)
         return END_TURN

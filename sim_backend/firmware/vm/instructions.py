@@ -149,11 +149,16 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
     return Instruction(opcode, flags, arguments, at, following, form)
 
 
-def sized_arguments(code: Sequence[int], instruction: Instruction) -> tuple[int, ...]:
+def sized_arguments(code: Sequence[int], instruction: Instruction, more: int = 0) -> tuple[int, ...]:
     """Return the arguments of an instruction that has any number of them; its first word is its size in bytes.
 
     Past the end of the code they are those of erased flash memory.
+
+    Args:
+        code: All words.
+        instruction: The instruction.
+        more: Number of words after it that are returned, too.
     """
-    count = max(code[instruction.at + 1] // _WORD - 2, 0)
+    count = max(code[instruction.at + 1] // _WORD - 2, 0) + more
     found = tuple(code[instruction.at + 2 : instruction.at + 2 + count])
     return found + (_ERASED,) * (count - len(found))

@@ -309,6 +309,12 @@ class Machine:
         self.queue.remove(self.queue.first)
         return END_TURN
 
+    def note_call(self, caller: int, called: int) -> None:
+        """Note in the record of a clump which one it has called, where records have that."""
+        layout = self.memory.layout
+        if layout.called:
+            self.memory.pool[caller * layout.clump + layout.called] = called
+
     def sleep(self, duration_ms: int, following: int) -> int:
         """Let the first clump of the queue sleep; one that sleeps no time only goes to the end."""
         number = self.queue.first

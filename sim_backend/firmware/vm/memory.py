@@ -29,6 +29,8 @@ _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _OFFSET = 0xFFFF
 """Bits of an offset, and of the size of an array."""
+_TAKEN = 0xFE
+"""What is at the place behind the pool to which entries beyond the file lead: neither a clump nor a free mutex."""
 _AFTER_POOL = 0xA0000
 """Bytes of memory after the pool: numbers of descriptors have 16 bits."""
 DESCRIPTOR = struct.Struct("<HHHHH")
@@ -97,7 +99,7 @@ class Memory:
         """
         if self.base + self._end > POOL_SIZE:
             raise BadProgram(Fault.POOL_SIZE, "larger than the memory pool")
-        self.pool[self.base + _OFFSET] = _ERASED  # behind the pool, where an omitted offset leads: no clump
+        self.pool[self.base + _OFFSET] = _TAKEN
         self.program.check()
         for offset, data in self.program.initial_values():
             self.write(offset, data)
@@ -338,7 +340,7 @@ class Memory:
         return end
 
     def compact(self) -> None:
-        """Move all arrays together, in the order of the list."""
+        """Move all arrays together, in the order of the list; the memory that they leave is erased."""
         end = self.program.header.static_size
         for index in self._list():
             array = self.array(index)
@@ -347,6 +349,8 @@ class Memory:
                 end = aligned(end)
                 if end < array.offset:
                     self.write(end, self.read(array.offset, size))
+                    left = max(end + size, array.offset)
+                    self.write(left, bytes([_ERASED] * (array.offset + size - left)))
                     if index == 0:
                         self.descriptors = end
                     self.describe(index, array._replace(offset=end))

@@ -15,6 +15,7 @@ class Layout(NamedTuple):
         doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
             a program is loaded.
         types: The type that it takes each number of a type for.
+        called: Which pool byte of a clump is the number of the clump that it has called; 0 if there is none.
     """
 
     clump: int
@@ -22,3 +23,4 @@ class Layout(NamedTuple):
     growth: int
     doubly_linked: bool
     types: bytes
+    called: int = 0

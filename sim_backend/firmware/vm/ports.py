@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from sim_backend.firmware.vm.data import ERR_INSTR, NONE, Place, ProgramError
+from sim_backend.firmware.vm.data import ERR_INSTR, Place, ProgramError
 from sim_backend.firmware.vm.devices import ACTING, OUTPUT_FIELDS, stored_output
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
 from sim_backend.firmware.vm.machine import Machine, Translate
@@ -43,9 +43,11 @@ def _set_output(machine: Machine, instruction: Instruction) -> Translation:
     Raises:
         ProgramError: It has the size of an instruction with three arguments, and the firmware is 1.05.
     """
-    if machine.dialect.has_fields and instruction.form < MANY:
-        raise ProgramError(ERR_INSTR, "outputs are set by an instruction of eight bytes")
-    ports, *pairs = sized_arguments(machine.program.code, instruction) or (NONE,)
+    if instruction.form < MANY:
+        if machine.dialect.has_fields:
+            raise ProgramError(ERR_INSTR, "outputs are set by an instruction of eight bytes")
+        return Effect((), Ports.NOTHING)
+    ports, *pairs = sized_arguments(machine.program.code, instruction, more=1)  # the value of an incomplete pair
     data, operands, put = machine.data, machine.operands, machine.devices.put_output
     values = list(zip(pairs[::2], pairs[1::2], strict=False))
     if values and operands.scalars(ports) and all(field < len(OUTPUT_FIELDS) for field, _ in values):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -23,6 +23,8 @@ OLDEST_MINOR, NEWEST_MAJOR = 4, 1
 _VARIABLE = struct.Struct("<BBH")
 _CLUMP = struct.Struct("<BBH")
 _WORD = 2
+_FLASH_END = 0x14_0000
+"""End of the flash memory in the processor's memory."""
 _ZERO_FIRST = 1
 """Flag of a variable whose initial value is zero and not in the file."""
 
@@ -175,6 +177,7 @@ class Program:
         clumps: All clumps.
         code: Words of code.
         content: The file.
+        address: Where its content begins in the processor's memory.
     """
 
     header: Header
@@ -183,6 +186,12 @@ class Program:
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
     content: bytes
+    address: int = _FLASH_END
+
+    @property
+    def flash_entries(self) -> int:
+        """Number of entries of the table of variables, if it went on to the end of the flash memory."""
+        return (_FLASH_END - self.address - _HEADER.size) // _VARIABLE.size
 
     def check(self) -> None:
         """Check what the firmware checks after the sizes of the file's parts.
@@ -227,24 +236,25 @@ class Program:
                 raise BadProgram(Fault.TYPE, "an array whose element is not in the table") from error
 
 
-def parse(content: bytes, types: bytes = bytes(range(256))) -> Program:
+def parse(content: bytes, types: bytes = bytes(range(256)), address: int = _FLASH_END) -> Program:
     """Parse an executable file.
 
     Args:
         content: The file.
         types: The type that the firmware takes each number of a type for.
+        address: Where its content begins in the processor's memory.
 
     Raises:
         BadProgram: The file is not a program, of another format version, or its parts do not have the announced sizes.
     """
     try:
-        return _parse(content, types)
+        return replace(_parse(content, types), address=address)
     except (struct.error, ValueError, IndexError) as error:
         raise BadProgram(Fault.SIZES, f"damaged program: {error}") from error
 
 
 def _parse(content: bytes, types: bytes) -> Program:
-    header = Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\0")))
+    header = Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\xff")))
     if header.format != _FORMAT:
         raise BadProgram(Fault.FORMAT, "not a program")
     if header.minor < OLDEST_MINOR or header.major > NEWEST_MAJOR:
