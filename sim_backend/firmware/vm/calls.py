@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from sim_backend.firmware.cint import s16, s32
 from sim_backend.firmware.vm.call_types import LETTERS
 from sim_backend.firmware.vm.data import NONE, Place
+from sim_backend.firmware.vm.memory import NOT_AN_OFFSET
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
 
@@ -76,8 +77,11 @@ class Call:
         return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position], count)
 
     def text(self, position: int) -> bytes:
-        """Return the bytes of a text before its closing zero."""
-        return self.content(position).split(b"\0")[0]
+        """Return the bytes of a text before the next zero, even behind it; none of an array without memory."""
+        if self.members[position] == NONE:
+            return b""
+        at = self._data.span(self.members[position])[0]
+        return b"" if at - self._data.memory.base == NOT_AN_OFFSET else bytes(self._data.text_at(at))
 
     def put(self, position: int, value: int) -> None:
         """Return a number."""

@@ -84,6 +84,7 @@ class Data:
         self.variables, self._flash_entries = memory.program.variables, memory.program.flash_entries
         self._finders: dict[int, Finder] = {}
         self._element_sizes: dict[int, int] = {}
+        self._inner: dict[int, list[int]] = {}
 
     def entry(self, argument: int) -> Variable:
         """Return the entry of the variable table, or the bytes that the firmware takes for it."""
@@ -223,36 +224,43 @@ class Data:
         Raises:
             OutOfMemory: There is no room.
         """
-        index, element = self.index(place), place.entry + 1
+        index, inner = self.index(place), self._inner_arrays(place.entry + 1)
         array = self.memory.array(index)
         if count == array.length:
             return
-        nested = self._has_arrays(element)
-        for i in range(count, array.length) if nested else ():
-            self._each_array(Place(element, array.offset + i * array.element), self._free)
+        for i in range(count, array.length) if inner else ():
+            for entry in inner:
+                self._free(Place(entry, array.offset + i * array.element))
         self.memory.resize(index, count)
-        for i in range(array.length, count) if nested else ():
-            self._each_array(Place(element), partial(self._allocate, index, i))
+        for i in range(array.length, count) if inner else ():
+            for entry in inner:
+                self._allocate(index, i, Place(entry))
 
-    def _has_arrays(self, entry: int) -> bool:
-        kind = self.kind(entry)
-        return kind == Type.ARRAY or (kind == Type.CLUSTER and any(map(self._has_arrays, self.members(entry))))
+    def _inner_arrays(self, element: int) -> list[int]:
+        """Return the entries of the arrays that an element of an array contains, as far as the firmware finds them.
 
-    def _each_array(self, place: Place, act: Callable[[Place], None]) -> None:
-        """Call `act` with each array that an element contains."""
-        kind = self.kind(place.entry)
-        if kind == Type.ARRAY:
-            act(place)
-        elif kind == Type.CLUSTER:
-            for member in self.members(place.entry):
-                self._each_array(Place(member, place.offset), act)
+        It takes as many entries for the members of a cluster as this has members, though an array has several, and as
+        many more for each cluster among them.
+        """
+        if element not in self._inner:
+            found, index, left = list[int](), element, 1
+            while left and index < len(self.variables):
+                kind, _, count = self.variables[index]
+                if kind == Type.ARRAY:
+                    found.append(index)
+                elif kind == Type.CLUSTER:
+                    left += count if index == element else self.variables[element].data
+                left, index = left - 1, index + 1
+            self._inner[element] = found
+        return self._inner[element]
 
     def _free(self, place: Place) -> None:
         index = self.index(place)
         array = self.memory.array(index)
-        if array.offset != NOT_AN_OFFSET and self._has_arrays(place.entry + 1):
-            for i in range(array.length):
-                self._each_array(Place(place.entry + 1, array.offset + i * array.element), self._free)
+        inner = self._inner_arrays(place.entry + 1) if array.offset != NOT_AN_OFFSET else []
+        for i in range(array.length) if inner else ():
+            for entry in inner:
+                self._free(Place(entry, array.offset + i * array.element))
         self.memory.free_array(index)
 
     def _allocate(self, outer: int, i: int, inner: Place) -> None:

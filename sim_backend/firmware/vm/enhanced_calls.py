@@ -130,13 +130,15 @@ def _last_response(call: Call) -> None:
 
 
 def _random(call: Call) -> None:
-    """Draw a random number, or set where they begin: number, whether to set; 0 takes the time."""
+    """Draw a random number, or set where they begin: number, whether to set; 0 takes the time, -1 the last one set."""
     machine = call.machine
     if call.number(1):
         seed = call.signed(0)
-        machine.random_state = machine.tick if seed == 0 else seed if seed > 0 else 1
+        if seed >= 0:
+            machine.random_seed = seed or machine.tick
+        machine.random_state = machine.random_seed
     else:
-        machine.random_state = machine.random_state * _FACTOR % _MODULUS
+        machine.random_state = machine.random_state * _FACTOR % _MODULUS or _MODULUS
     call.put(0, machine.random_state)
 
 

@@ -103,7 +103,7 @@ def _rename(call: Call, loader: Loader) -> Result:
     name, new_name = _name(call), call.text(_BUFFER).decode("latin-1")
     looked_for = new_name if loader.is_there(new_name) else name
     files, at = loader.flash.files, loader.flash.find(matcher(looked_for))
-    size = files[at].size if at < len(files) else 0
+    size = files[at].data_size if at < len(files) else 0
     status, handle, _ = loader.rename(name, new_name)
     if len(new_name) <= NAME_LIMIT:
         call.put(_LENGTH, size)

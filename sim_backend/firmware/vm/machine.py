@@ -56,7 +56,7 @@ class Machine:
         now_ms: The current pass.
         lag: Passes by which the Tick of the Command map, which clumps wake up by, is behind.
         sending: Whether it sent something over Bluetooth; to nowhere, since nothing is connected.
-        random_state: The last random number of firmware 1.32.
+        random_state, random_seed: The last random number of firmware 1.32, and where they began.
         semaphores: Two bytes of the firmware for programs.
         calculates: Whether the last instructions of the last turn only calculated, so that it may be able to run ahead.
         turn_start: The word at which this turn began.
@@ -86,7 +86,7 @@ class Machine:
         self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
         self.spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
         self.handles = set[int]()
-        self.semaphores, self.sending, self.random_state = [0, 0], False, 1
+        self.semaphores, self.sending, self.random_state, self.random_seed = [0, 0], False, 1, 1
         self.tasks = [
             Task(i, clump.start, end_of(clump, program, past_end=dialect.runs_past_end))
             for i, clump in enumerate(program.clumps)
