@@ -29,7 +29,7 @@ def _binary(machine: Machine, instruction: Instruction) -> Translation:
 def _unary(machine: Machine, instruction: Instruction) -> Translation:
     data, operation = machine.data, UNARY[instruction.opcode]
     target, source = (Place(argument) for argument in instruction.arguments)
-    return lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=aggregates.same_integers)
+    return lambda: aggregates.calculate_each(data, operation, target, source, copies_arrays=aggregates.never)
 
 
 def _multiply_divide(machine: Machine, instruction: Instruction) -> Translation:
@@ -65,10 +65,13 @@ def _priority(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _print(machine: Machine, instruction: Instruction) -> Translation:
-    """Print a number by a pattern of C's printf: target, pattern, number."""
+    """Print a number by a pattern of C's printf: target, pattern, number; the entries after the texts must be of bytes."""
     data, (target, pattern, source) = machine.data, instruction.arguments
+    texts = all(data.kind(text + 1 & 0xFFFF) == Type.UBYTE for text in (target, pattern))
 
     def run() -> None:
+        if not texts:
+            raise ProgramError(ERR_INSTR, "what is printed is not a text")
         text = printed(data.text(pattern).decode("latin-1"), data.get(source))
         data.set_bytes(target, text.encode("latin-1") + b"\0")
 
