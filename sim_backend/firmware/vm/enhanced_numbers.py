@@ -9,7 +9,7 @@ from sim_backend.firmware.cint import s32
 from sim_backend.firmware.vm.aggregates import Binary, Unary
 from sim_backend.firmware.vm.data import rounded
 from sim_backend.firmware.vm.numbers import SIGNED, Number, single
-from sim_backend.firmware.vm.rxe import SIZES, Type
+from sim_backend.firmware.vm.rxe import Type, size_of
 
 _BITS = 32
 _U32 = (1 << _BITS) - 1
@@ -40,13 +40,13 @@ def _arithmetic_right(value: int, count: int, kind: int) -> int:
 
 def _rotate(value: int, left: int, kind: int) -> int:
     """Rotate the bits of a number of its type; a wider target also gets the bits that leave it."""
-    width = 8 * SIZES[kind]
+    width = 8 * size_of(kind)
     bits = value & (1 << width) - 1
     return bits << left % _BITS | bits >> (width - left) % _BITS
 
 
 def _rotate_right(value: int, count: int, kind: int) -> int:
-    width = 8 * SIZES[kind]
+    width = 8 * size_of(kind)
     bits = value & (1 << width) - 1
     return bits >> count % _BITS | bits << (width - count) % _BITS
 
