@@ -65,7 +65,7 @@ def _priority(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _print(machine: Machine, instruction: Instruction) -> Translation:
-    """Print a number by a pattern of C's printf: target, pattern, number; the entries after the texts must be of bytes."""
+    """Print a number by a pattern of C's printf: target, pattern, number; texts must be of bytes."""
     data, (target, pattern, source) = machine.data, instruction.arguments
     texts = all(data.kind(text + 1 & 0xFFFF) == Type.UBYTE for text in (target, pattern))
 
