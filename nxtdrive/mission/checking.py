@@ -46,11 +46,11 @@ class Findings:
     warnings: list[str] = field(default_factory=list)
 
 
-def check_mission(path: Path, robot: Path | None = None) -> Findings:
+def check_mission(path: Path, robot: Path | None = None, usual: Path | None = None) -> Findings:
     """Check a mission file, and try the pictures and cascades it names; finds all mistakes in one pass."""
     found = Findings()
     try:
-        mission = load_mission(path, [PICTURES], robot=robot, usual_robot=usual_robot())
+        mission = load_mission(path, [PICTURES], robot=robot, usual_robot=usual or usual_robot())
     except MissionError as error:
         found.mistakes = [*error.mistakes] or [error.message.removeprefix(f"{path}: ")]
         targets = valid_targets(path, [PICTURES])

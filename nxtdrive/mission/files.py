@@ -14,6 +14,9 @@ from firmware_protocol.errors import ConfigError
 PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
 """The built-in pictures; a mission may name them without having copies."""
 
+ROBOT_FILE = Path("robot.toml")
+"""Where `nxtdrive calibrate` writes when no robot file is named."""
+
 
 def usual_robot() -> Path | None:
     """Return the robot file of the environment, if it names one."""
@@ -33,18 +36,19 @@ def read_robot_file(path: Path | None) -> RobotFile:
         raise ConfigError(str(error)) from None
 
 
-def read_mission_file(path: Path | None, robot: Path | None = None) -> Mission:
+def read_mission_file(path: Path | None, robot: Path | None = None, usual: Path | None = None) -> Mission:
     """Read a mission file; without a path, the built-in one.
 
     Args:
         path: The mission file.
-        robot: The robot file; by default the one that the mission names, or else ``$NXT_ROBOT``.
+        robot: The robot file; by default the one that the mission names.
+        usual: The robot file if neither is given; by default ``$NXT_ROBOT``.
 
     Raises:
         ConfigError: A file has mistakes; the message lists all of them.
     """
     try:
-        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual_robot())
+        mission = load_mission(path or BUILT_IN, [PICTURES], robot=robot, usual_robot=usual or usual_robot())
     except MissionError as error:
         raise ConfigError(str(error)) from None
     return with_profile(mission, mission.mission.profile)

@@ -29,11 +29,12 @@ class Missions:
     Args:
         folder: Its ``*.toml`` files are offered.
         robot: The robot file; by default the one that a mission names.
+        usual: The robot file if neither is given; by default ``$NXT_ROBOT``.
     """
 
-    def __init__(self, folder: Path, robot: Path | None = None) -> None:
+    def __init__(self, folder: Path, robot: Path | None = None, usual: Path | None = None) -> None:
         self.folder = folder
-        self._robot = robot
+        self._robot, self._usual = robot, usual
         self._saving = threading.Lock()
 
     def use(self, robot: Path) -> None:
@@ -62,7 +63,7 @@ class Missions:
         if name and name not in self.names():
             raise ValueError(f"There is no mission {name!r} in the folder {self.folder.resolve().name!r}.")
         try:
-            mission = read_mission_file(self.file(name), self._robot)
+            mission = read_mission_file(self.file(name), self._robot, self._usual)
             if profile in (None, mission.mission.profile):
                 return mission
             return with_profile(mission, offered_profile(profile))
@@ -88,7 +89,7 @@ class Missions:
         """
         beside = self.folder / "mission.toml"  # the missions' pictures lie there
         with draft(beside, text.encode()) as file:
-            found = check_mission(file, self._robot)
+            found = check_mission(file, self._robot, self._usual)
         found.mistakes = [mistake.replace(str(file), "The text") for mistake in found.mistakes]
         return found
 

@@ -45,7 +45,6 @@ EXAMPLES = """\
 ALL = "all"
 COLORS = "colors"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
-DEFAULT_FILE = Path("robot.toml")
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
     "Is it one metre in front of the sheet, with free floor all round?"
@@ -92,11 +91,11 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate and return the exit code."""
     if args.sheet:
         return _write_sheet(args.sheet)
-    from nxtdrive.mission.files import read_robot_file, usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
 
-    path = args.robot or usual_robot() or DEFAULT_FILE
+    path = args.robot or usual_robot() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
     with writing(path), tempfile.TemporaryFile(dir=path.parent):
         pass  # refused before the robot drives for minutes, if nothing can be written there

@@ -142,7 +142,7 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     """Return which values the robot file that missions use has calibrated."""
     from behaviors.mission import chosen_robot_file
     from behaviors.robot_description import RobotFileError, load_robot_file
-    from nxtdrive.mission.files import usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE, usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
     from nxtdrive.transports.record import recorded_address
 
@@ -150,6 +150,9 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
     address = recorded_address(args.nxt)
     options = "" if address.startswith("sim") else f" --nxt {address} --camera {args.camera or 0}"
+    if path is None and os.path.lexists(ROBOT_FILE):
+        said = f"{ROBOT_FILE} is in this folder, but missions do not use it."
+        return warning("calibration", said, f"Add --robot {ROBOT_FILE} to commands, or set NXT_ROBOT={ROBOT_FILE}.")
     if path is None:
         said = "there is no robot file; the default values are used."
         return warning("calibration", said, f"Measure the robot: nxtdrive calibrate{options}")

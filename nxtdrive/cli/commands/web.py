@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the page of one robot."""
-    from nxtdrive.mission.files import read_mission_file, usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE, read_mission_file, usual_robot
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.calibration import Calibrations
     from nxtdrive.tools.web.hub import Hub
@@ -78,8 +78,10 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    hub, missions = Hub(), Missions(existing(args.folder), args.robot)
-    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot), hub, args.out)
+    in_folder = existing(args.folder) / ROBOT_FILE
+    usual = usual_robot() or (in_folder if os.path.lexists(in_folder) else None)
+    hub, missions = Hub(), Missions(existing(args.folder), args.robot, usual)
+    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
 
     def use(file: Path) -> None:
         missions.use(file)
@@ -90,8 +92,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        file = args.robot or usual_robot() or args.folder / "robot.toml"
-        calibrations = Calibrations(hub, file, use)
+        calibrations = Calibrations(hub, args.robot or usual or in_folder, use)
         server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:

@@ -207,3 +207,13 @@ def test_a_colour_that_cannot_be_is_refused(here, capsys, words, code, said):
     assert main(["calibrate", *words]) == code
     assert said in capsys.readouterr().err
     assert not (here / "robot.toml").exists()
+
+
+def test_the_doctor_says_how_to_use_a_robot_file_that_is_here(here, capsys):
+    (here / "robot.toml").write_text("[robot]\n")
+    main(["doctor", "--nxt", "sim://", "--json"])
+    (found,) = (each for each in json.loads(capsys.readouterr().out)["findings"] if each["topic"] == "calibration")
+    assert found["verdict"] == "warning"
+    assert "missions do not use it" in found["text"]
+    assert "--robot robot.toml" in found["remedy"]
+    assert "NXT_ROBOT=robot.toml" in found["remedy"]

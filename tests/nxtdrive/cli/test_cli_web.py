@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nxtdrive.cli.main import main
+from nxtdrive.tools.web.missions import Missions
 
 
 @pytest.mark.parametrize(
@@ -31,3 +32,22 @@ def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, capsys):
     assert "3 mistakes" in error
     for part in ("robot[0].nxt", "robot[1].name", "robot[1].colour"):
         assert part in error
+
+
+def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("NXT_ROBOT", raising=False)
+    (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
+    assert main(["web", "--port", "0", "--folder", str(tmp_path)]) == 2
+    assert "robot.radius_mm" in capsys.readouterr().err
+
+
+def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):
+    usual = tmp_path / "robot.toml"
+    usual.write_text("[robot]\nwheel_diameter_mm = 43\n", encoding="utf-8")
+    (tmp_path / "other.toml").write_text("[robot]\nwheel_diameter_mm = 81\n", encoding="utf-8")
+    text = '[mission]\ntargets = ["tag"]\n{}[target.tag]\ndetector = "marker"\nid = 7\n'
+    (tmp_path / "plain.toml").write_text(text.format(""), encoding="utf-8")
+    (tmp_path / "own.toml").write_text(text.format('robot_file = "other.toml"\n'), encoding="utf-8")
+    missions = Missions(tmp_path, usual=usual)
+    diameters = [missions.load(name).robot.wheel_diameter_mm for name in ("", "plain.toml", "own.toml")]
+    assert diameters == [43, 43, 81]
