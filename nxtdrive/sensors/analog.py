@@ -7,7 +7,7 @@ import math
 from firmware_protocol.enums import SensorMode, SensorType
 from nxtdrive.link.protocol import SensorLink
 from nxtdrive.ports import SensorPort
-from nxtdrive.sensors.port import Sensor
+from nxtdrive.sensors.port import Sensor, SensorTimeout
 from nxtdrive.sensors.reading import Measuring
 
 POLL_S = 0.02
@@ -115,7 +115,17 @@ class RcxTemperature(Sensor, Measuring[float]):
 
     @property
     def celsius(self) -> float:
-        """Temperature in steps of 0.1 °C, -20..70."""
-        return self.values().scaled / 10
+        """Temperature in steps of 0.1 °C, above -20 and up to 70.
+
+        Raises:
+            SensorTimeout: The value is that of an empty port, the lower end of the range.
+        """
+        values = self.values()
+        if values.normalized == 0:
+            raise SensorTimeout(
+                f"the port {self.port} gives {values.scaled / 10:g} °C, as an empty one does.",
+                remedy="Plug in the temperature sensor of the RCX, or name the port where it is.",
+            )
+        return values.scaled / 10
 
     value = celsius

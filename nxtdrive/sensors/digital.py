@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nxtdrive.sensors.i2c import I2CSensor
+from nxtdrive.sensors.port import SensorTimeout
 from nxtdrive.sensors.reading import Measuring
 
 
@@ -17,9 +18,18 @@ class Compass(I2CSensor, Measuring[int]):
 
     @property
     def heading_deg(self) -> int:
-        """Direction, 0..359 clockwise from magnetic north."""
+        """Direction, 0..359 clockwise from magnetic north.
+
+        Raises:
+            SensorTimeout: The sensor gives other values; it is no compass.
+        """
         halves, odd = self.read(self._HEADING, 2)
-        return 2 * halves + odd
+        if (heading_deg := 2 * halves + odd) >= 360:
+            raise SensorTimeout(
+                f"the sensor on port {self.port} gives a heading of {heading_deg} degrees; a compass gives 0 to 359.",
+                remedy="Is it a compass? `nxtdrive sensor identify` says what is plugged in.",
+            )
+        return heading_deg
 
     value = heading_deg
 

@@ -84,6 +84,20 @@ def test_the_compass_says_the_heading(lab, heading_deg):
     assert room.brick.compass(2).heading_deg == heading_deg
 
 
+def test_a_value_that_no_compass_gives_is_refused(lab):
+    room = lab()
+    room.attach(4, UltrasonicSensor(lambda: 255))
+    with pytest.raises(LinkTimeout, match="0 to 359"):
+        _ = room.brick.compass(4).heading_deg
+
+
+def test_an_empty_port_has_no_temperature(lab):
+    room = lab()
+    room.attach(2, None)
+    with pytest.raises(LinkTimeout, match="empty"):
+        _ = RcxTemperature(room.brick.link, 2).celsius
+
+
 @pytest.mark.parametrize(
     ("surface", "color"),
     [((90, 5, 5), Color.RED), ((5, 5, 90), Color.BLUE), ((95, 95, 95), Color.WHITE), ((3, 3, 3), Color.BLACK)],

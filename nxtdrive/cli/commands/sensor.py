@@ -105,14 +105,20 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
     from nxtdrive.sensors import identify
     from nxtdrive.sensors.kinds import KINDS, make_sensor
 
-    if kind is None:
-        identity = identify(brick.link, port)
-        kind = identity.kind if identity else ""
-        if kind not in KINDS:
-            raise ConfigError(
-                f"the sensor on port {port} does not identify itself.", remedy=f"Name it: {', '.join(KINDS)}."
-            )
-    return make_sensor(kind, brick.link, port)
+    if kind is not None and kind not in KINDS:
+        return make_sensor(kind, brick.link, port)  # which refuses it before the brick is asked
+    identity = identify(brick.link, port)
+    found = identity.kind if identity else ""
+    if kind is None and found not in KINDS:
+        raise ConfigError(
+            f"the sensor on port {port} does not identify itself.", remedy=f"Name it: {', '.join(KINDS)}."
+        )
+    if kind not in (None, found) and identity and found in KINDS:
+        raise ConfigError(
+            f"port {port} has a sensor of the kind {found} ({identity.vendor} {identity.product}), not {kind}.",
+            remedy=f"Name that kind, or the port of the {kind} sensor.",
+        )
+    return make_sensor(kind or found, brick.link, port)
 
 
 def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> None:

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from nxtdrive.cli.main import DONE, REFUSED, USAGE, main
+from nxtdrive.cli.main import DONE, LINK_LOST, REFUSED, USAGE, main
 
 FAST = ("--nxt", "sim://?pace=fast")
 
@@ -34,6 +34,20 @@ def test_an_analog_sensor_must_be_named(capsys):
     code, _, err = _run(capsys, "sensor", "read", "1")
     assert code == USAGE
     assert "touch" in err
+
+
+@pytest.mark.parametrize("action", [("read",), ("watch", "--count", "1")])
+@pytest.mark.parametrize("kind", ["compass", "temperature", "touch", "color"])
+def test_another_kind_than_the_one_plugged_in_is_refused_by_its_name(capsys, kind, action):
+    code, out, err = _run(capsys, "sensor", *action, "4", kind)
+    assert (code, out) == (USAGE, "")
+    assert f"has a sensor of the kind ultrasonic (LEGO Sonar), not {kind}" in err
+
+
+def test_an_empty_port_has_no_temperature(capsys):
+    code, out, err = _run(capsys, "sensor", "read", "3", "rcx-temperature")
+    assert (code, out) == (LINK_LOST, "")
+    assert "Plug in" in err
 
 
 def test_an_unknown_kind_lists_the_known_ones(capsys):
