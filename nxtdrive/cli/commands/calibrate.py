@@ -9,6 +9,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +33,7 @@ sonar's place; the motors' directions; how a colour looks. The robot drives in
 front of a sheet of markers: print it with --sheet, hang it on a wall with its
 middle as high as the lens, and put the robot one metre in front of it, with a
 metre of free floor all round. With sim://, the default, it does so in the simulated
-room sim://calibration. Values that are too uncertain are refused, and the file
+room sim://calibration, with --ruler in sim://empty. Values that are too uncertain are refused, and the file
 stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
@@ -45,6 +46,8 @@ EXAMPLES = """\
 ALL = "all"
 COLORS = "colors"
 CHOICES = ("camera", "wheels", "sonar", "motors", ALL, COLORS)
+SHEET_ROOM, COLORS_ROOM, RULER_ROOM = "calibration", "colors", "empty"
+"""Rooms of sim://: one with a sheet, one for colours, and one where the robot can drive a metre ahead."""
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
     "Is it one metre in front of the sheet, with free floor all round?"
@@ -101,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
         pass  # refused before the robot drives for minutes, if nothing can be written there
     what = _wanted(args)
     colors = what == [COLORS]
-    address = _address(args.nxt, "colors" if colors else "calibration")
+    address = _address(args.nxt, COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM)
     if address.scheme != "sim" and not args.yes and not colors:
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
@@ -174,12 +177,11 @@ def _await_enter(instruction: str) -> None:
 def _ask_number(question: str) -> float:
     """Ask for a number until there is one; Enter alone is 0."""
     while True:
-        try:
-            value = float(_read_line(question).strip() or "0")
-        except ValueError:
-            continue
-        if math.isfinite(value):
-            return value
+        answer = _read_line(question).strip() or "0"
+        with suppress(ValueError):
+            if math.isfinite(value := float(answer)):
+                return value
+        complain(f"{answer!r} is not a number. Write one such as 985 or -12.5; Enter alone means 0.", sender="")
 
 
 def _read_line(prompt: str) -> str:
@@ -188,7 +190,9 @@ def _read_line(prompt: str) -> str:
     try:
         return input()
     except EOFError:
-        raise ConfigError("--ruler asks how far the robot drove.", remedy="Run it in a terminal.") from None
+        raise ConfigError(
+            "the input ended before all questions were answered.", remedy="Run it in a terminal, and answer each."
+        ) from None
 
 
 def _write_sheet(path: Path) -> int:

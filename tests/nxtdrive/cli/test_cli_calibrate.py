@@ -1,5 +1,6 @@
 """``nxtdrive calibrate``: the sheet, the robot file, and what is refused."""
 
+import io
 import json
 import re
 
@@ -151,6 +152,20 @@ def test_a_ruler_in_centimetres_is_refused(here, monkeypatch, capsys, driven, ra
     monkeypatch.setattr("builtins.input", lambda: next(answers))
     assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
     assert said in capsys.readouterr().err
+
+
+def test_a_ruler_needs_no_world_and_says_what_an_answer_is(here, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n1 m\n1000\n\n0\n\n"))
+    assert main(["calibrate", "wheels", "--ruler"]) == DONE
+    assert "'1 m' is not a number. Write one such as 985" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("answers", ["", "\n", "\n1000\n\n"])
+def test_a_ruler_whose_answers_end_is_an_error(here, monkeypatch, capsys, answers):
+    monkeypatch.setattr("sys.stdin", io.StringIO(answers))
+    assert main(["calibrate", "wheels", "--ruler"]) == USAGE
+    assert "the input ended" in capsys.readouterr().err
+    assert not (here / "robot.toml").exists()
 
 
 @pytest.mark.parametrize("what", [[], ["camera"], ["wheels", "motors"]])
