@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from behaviors.detector_names import BUILT_IN_DETECTORS
 from behaviors.mission_cross_checks import cross_checks
-from behaviors.mission_mistakes import mistakes
+from behaviors.mission_mistakes import mistake_count, mistakes
 from behaviors.mission_targets import OnnxTarget, Target
 from behaviors.plausibility import TOLERANCE_MM
 from behaviors.profile_names import ADAPTIVE, THESIS, profile_in_mission
@@ -252,7 +252,7 @@ def load_mission(
     if robot_error is not None:
         problems += robot_error.mistakes or [robot_error.message]
     found = chain(mistakes(invalid, Mission) if invalid else (), problems)
-    number, *lines = listed((invalid.error_count() if invalid else 0) + len(problems), found)
+    number, *lines = listed((mistake_count(invalid) if invalid else 0) + len(problems), found)
     raise MissionError(f"{path}: {number}", lines)
 
 

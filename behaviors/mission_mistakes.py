@@ -20,6 +20,15 @@ NO_TABLE = ("model_type", "model_attributes_type", "dict_type", "union_tag_not_f
 """Kinds of error of something that must be a table."""
 
 
+FOLLOWS = "default_factory_not_called"
+"""Kind of the error of a key whose default depends on other keys, of which one has a mistake of its own."""
+
+
+def mistake_count(error: ValidationError) -> int:
+    """Return how many mistakes `mistakes` yields."""
+    return sum(problem["type"] != FOLLOWS for problem in error.errors())
+
+
 def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
     """Yield one line for each mistake.
 
@@ -28,6 +37,8 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         model: What it was checked against.
     """
     for problem in error.errors():
+        if problem["type"] == FOLLOWS:
+            continue
         path = list(problem["loc"])
         detector: int | str | None = None
         if len(path) > 2 and path[0] == "target":

@@ -69,8 +69,15 @@ def test_the_thesis_is_warned_of_a_height_that_it_cannot_measure(load, profile, 
     ],
 )
 def test_a_mistake_is_reported_with_its_path(load, keys, message):
-    with pytest.raises(MissionError, match=message):
+    with pytest.raises(MissionError, match=message) as refused:
         load(keys)
+    assert "default factory" not in str(refused.value)
+
+
+def test_a_missing_key_is_one_mistake(load):
+    with pytest.raises(MissionError, match=r": 1 mistake\n") as refused:
+        load('model = "cups.onnx"\n')
+    assert len(refused.value.mistakes) == 1
 
 
 def _sighting(distance_mm, bearing_deg=0.0):
