@@ -25,8 +25,6 @@ HALF_VIEW = math.tan(math.radians(30.0))
 """Half the width of a frame, as a share of the distance; at 60 degrees of view."""
 HALF_VIEW_UP = FRAME_SHAPE * HALF_VIEW
 
-MARKER_MM, QR_MM = 150.0, 160.0
-"""Usual heights; with the white around it each fits on a sheet of A4."""
 MARKER_MODULES, MARKER_MARGIN = 6, 1
 """Squares along an edge of a 4x4 marker with its black border, and of the white that it needs around it."""
 QR_MARGIN = 3

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from behaviors.mission import Mission, MissionError, load_mission, valid_targets
-from behaviors.mission_targets import MarkerTarget, PictureTarget, QrTarget
+from behaviors.mission_targets import MarkerTarget, PictureTarget, QrTarget, Target
 from behaviors.mission_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.detectors import make_detectors
 from nxtdrive.mission.files import PICTURES, usual_robot
-from nxtdrive.vision.geometry import A4_HEIGHT_MM
+from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
 A4_SHAPE = 210 / 297
 LIKE_A4 = 0.1
@@ -71,6 +71,7 @@ def warnings(mission: Mission) -> Iterator[str]:
         shape = _shape(target.pictures[0]) if isinstance(target, PictureTarget) else None
         if shape is not None:
             yield from _odd_shape(name, target.height_mm, shape, chosen="height_mm" in target.model_fields_set)
+        yield from _no_sheet_height(name, target)
         whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else LEAST_IN_VIEW
         yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
 
@@ -104,6 +105,16 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
                 f"target.{name}: the picture has the shape of a sheet of paper, and no sheet is {height_mm:g} mm high "
                 f"({'upright' if shape < 1 else 'across'}: {sheets}). Measure the print."
             )
+
+
+def _no_sheet_height(name: str, target: Target) -> Iterator[str]:
+    if isinstance(target, MarkerTarget | QrTarget) and "height_mm" not in target.model_fields_set:
+        usual_mm = MARKER_HEIGHT_MM if isinstance(target, MarkerTarget) else QR_HEIGHT_MM
+        yield (
+            f"target.{name}: height_mm is missing, so {target.height_mm:g} counts; the sheet that "
+            f"`nxtdrive mission new` writes has {usual_mm:g}. Measure the black part and set height_mm: all distances "
+            "are computed from it."
+        )
 
 
 def _out_of_view(mission: Mission, name: str, width_mm: float, height_mm: float, share: float) -> Iterator[str]:

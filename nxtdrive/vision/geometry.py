@@ -20,6 +20,10 @@ from nxtdrive.vision.detection import Box, Detection, Quad
 A4_HEIGHT_MM = 297.0
 """Long side of an A4 sheet. Source: ISO 216."""
 
+MARKER_HEIGHT_MM, QR_HEIGHT_MM = 150.0, 160.0
+"""Heights of the marker and the QR code on the sheets that `nxtdrive mission new` writes: with the white around it each
+fits on a sheet of A4."""
+
 DEFAULT_HFOV_DEG = 60.0
 """Horizontal field of view of a common webcam; an error scales every distance: see docs/vision.md on calibration."""
 

@@ -104,7 +104,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
-    target.add_argument("--marker", metavar="ID", type=marker_id, help="an ArUco marker of the dictionary 4x4_50")
+    target.add_argument(
+        "--marker", metavar="ID", type=marker_id, help="an ArUco marker of the dictionary 4x4_50: 0 to 49"
+    )
     target.add_argument("--qr", metavar="TEXT", help="a QR code with this text")
     target.add_argument("--color", metavar="C", help=", ".join(get_args(ColorName)))
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
@@ -116,7 +118,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=target_height_mm,
-        help="real height of the target (default: 297, an upright sheet of A4)",
+        help="real height of the target (default: 150 for a marker and 160 for a QR code, as `nxtdrive mission new` "
+        "prints them, else 297, an upright sheet of A4)",
     )
     try_.add_argument(
         "--hfov-deg",
@@ -136,9 +139,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _try(args: argparse.Namespace) -> int:
     from nxtdrive.vision.detection import Described
-    from nxtdrive.vision.detectors.qr import QrDetector
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
+    args.source = "sim" if args.source == "sim://" else args.source
     name, detector, mission_hfov_deg = _target(args)
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
@@ -147,8 +150,7 @@ def _try(args: argparse.Namespace) -> int:
     others: set[str] = set()
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
     if args.target is None and args.height_mm is None:
-        why = "as is usual for such objects" if args.onnx else "as of an upright sheet of A4"
-        about["height"] = f"{detector.height_mm:g} mm, {why}; measure yours and give --height-mm"
+        about["height"] = f"{detector.height_mm:g} mm, {_assumption(args)}; measure yours and give --height-mm"
     if not args.json:
         for title, text in about.items():
             write_line(f"{title}: {text}")
@@ -158,8 +160,8 @@ def _try(args: argparse.Namespace) -> int:
             look, detections = _look(frame, detector, pinhole)
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
-            if isinstance(detector.detector, QrDetector) and not look.found:
-                others.update(text for text, _ in detector.detector.codes(frame.image))
+            if not look.found:
+                others.update(_others(detector, frame.image))
             if not args.json:
                 write_line(_line(name, look))
     except KeyboardInterrupt:
@@ -167,13 +169,34 @@ def _try(args: argparse.Namespace) -> int:
     finally:
         drawing.close()
     if others and not args.json:
-        write_line(f"codes with other texts: {', '.join(map(repr, sorted(others)))}")
+        write_line(f"read instead: {', '.join(sorted(others))}")
     return _report(looks, drawing.path, about, args.json)
+
+
+def _assumption(args: argparse.Namespace) -> str:
+    """Return in words where the height of a target comes from that was not given."""
+    if args.marker is not None or args.qr is not None:
+        return "as `nxtdrive mission new` prints it"
+    return "as is usual for such objects" if args.onnx else "as of an upright sheet of A4"
+
+
+def _others(target: TargetDetector, image: Image) -> set[str]:
+    """Return in words which QR codes or markers a detector of these reads in an image."""
+    from nxtdrive.vision.detectors.marker import MarkerDetector
+    from nxtdrive.vision.detectors.qr import QrDetector
+
+    match target.detector:
+        case QrDetector() as detector:
+            return {f"QR code {text!r}" for text, _ in detector.codes(image)}
+        case MarkerDetector() as detector:
+            return {f"marker {number}" for number, _ in detector.markers(image)}
+    return set()
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
     """Return the target's name, its detector, and the camera's field of view if a mission gives it."""
     from nxtdrive.vision.detectors import make_detector
+    from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
     if args.mission and args.target is None:
         raise ConfigError("--mission needs --target.", remedy="Name the target of the mission to look for.")
@@ -196,8 +219,10 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
         name, spec = "haar", {"detector": "haar", "cascade": args.haar}
     elif args.marker is not None:
         name, spec = f"marker {args.marker}", {"detector": "marker", "id": args.marker}
+        spec["height_mm"] = MARKER_HEIGHT_MM
     elif args.qr is not None:
         name, spec = f"QR {args.qr}", {"detector": "qr", "text": args.qr}
+        spec["height_mm"] = QR_HEIGHT_MM
     elif args.onnx is not None:
         name, spec = _network(args)
     else:

@@ -70,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--marker",
         metavar="ID",
         type=marker_id,
-        help="look for this ArUco marker (dictionary 4x4_50), and write the sheet to print",
+        help="look for this ArUco marker (0 to 49, dictionary 4x4_50), and write the sheet to print",
     )
     target.add_argument("--qr", metavar="TEXT", help="look for a QR code with this text, and write the sheet to print")
     new.add_argument(
@@ -221,17 +221,18 @@ def _new_target(args: argparse.Namespace) -> TemplateTarget:
     Raises:
         ConfigError: There is no such picture, text or height.
     """
-    from nxtdrive.cli.template_target import MARKER_MM, QR_MM, RED_BOX, marker_target, qr_target
+    from nxtdrive.cli.template_target import RED_BOX, marker_target, qr_target
     from nxtdrive.vision.detectors.qr import QrDetector
+    from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
     folder = args.file.parent if args.file else Path()
     if args.picture is not None:
         return _pictured(args.picture, args.height_mm)
     if args.marker is not None:
-        return marker_target(args.marker, args.height_mm or MARKER_MM, folder)
+        return marker_target(args.marker, args.height_mm or MARKER_HEIGHT_MM, folder)
     if args.qr is not None:
         QrDetector(args.qr)
-        return qr_target(args.qr, args.height_mm or QR_MM, folder)
+        return qr_target(args.qr, args.height_mm or QR_HEIGHT_MM, folder)
     if args.height_mm is not None:
         raise ConfigError(
             "--height-mm needs --picture, --marker or --qr.", remedy="Name the photograph of what has that height."

@@ -42,12 +42,15 @@ class MarkerDetector:
 
     def detect(self, image: Image) -> list[Detection]:
         """Return every copy of the marker in the frame, the largest first."""
+        found = [Detection(box_of(quad), 1.0, quad) for number, quad in self.markers(image) if number == self._number]
+        return sorted(found, key=lambda detection: -detection.box[3])
+
+    def markers(self, image: Image) -> list[tuple[int, Quad]]:
+        """Return the number and the corners of every marker of the family."""
         corners, ids, _ = self._detector.detectMarkers(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
         if ids is None:
             return []
-        quads = [_quad(found[0]) for found, one in zip(corners, ids.ravel(), strict=True) if one == self._number]
-        found = [Detection(box_of(quad), 1.0, quad) for quad in quads]
-        return sorted(found, key=lambda detection: -detection.box[3])
+        return [(int(number), _quad(found[0])) for found, number in zip(corners, ids.ravel(), strict=True)]
 
 
 def from_spec(spec: DetectorSpec) -> MarkerDetector:

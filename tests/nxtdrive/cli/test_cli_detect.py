@@ -1,6 +1,7 @@
 """``nxtdrive detect``: from a source to boxes, bearings and a file."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -97,7 +98,32 @@ def test_a_sheet_with_another_code_is_said_to_have_it(tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     assert main(["mission", "new", "--qr", "7"]) == DONE
     assert main(["detect", "try", "qr-7.png", "--qr", "8"]) == DONE
-    assert "codes with other texts: '7'" in capsys.readouterr().out
+    assert "read instead: QR code '7'" in capsys.readouterr().out
+
+
+def test_a_sheet_with_another_marker_is_said_to_have_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["mission", "new", "--marker", "7"]) == DONE
+    assert main(["detect", "try", "marker-7.png", "--marker", "8"]) == DONE
+    assert "read instead: marker 7" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("kind", "height_mm"), [("--marker", 150), ("--qr", 160)])
+def test_a_sheet_has_the_height_at_which_nxtdrive_prints_it(kind, height_mm, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["mission", "new", kind, "7"]) == DONE
+    (sheet,) = tmp_path.glob("*.png")
+    assert main(["detect", "try", sheet.name, kind, "7"]) == DONE
+    assumed = capsys.readouterr().out
+    assert f"height: {height_mm} mm, as `nxtdrive mission new` prints it; measure yours" in assumed
+    assert main(["detect", "try", sheet.name, kind, "7", "--height-mm", str(height_mm)]) == DONE
+    assert re.findall(r"\d+ mm \(score", capsys.readouterr().out)[0] in assumed
+
+
+def test_the_address_of_the_simulated_brick_is_its_camera(tmp_path, capsys):
+    out = str(tmp_path / "seen.webm")
+    assert main(["detect", "try", "sim://", "--color", "orange", "--frames", "1", "--out", out]) == DONE
+    assert "of 1 frames" in capsys.readouterr().out
 
 
 def test_an_assumed_height_is_said(picture, tmp_path, capsys):

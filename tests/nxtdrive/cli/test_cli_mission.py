@@ -134,6 +134,20 @@ def test_a_size_that_is_hardly_meant_is_a_warning(size, keys, expected, tmp_path
     assert ("warning" in out) is (expected is not None)
 
 
+@pytest.mark.parametrize(
+    ("keys", "usual"), [('detector = "marker"\nid = 7', 150), ('detector = "qr"\ntext = "7"', 160)]
+)
+def test_a_marker_or_code_without_a_height_is_a_warning(keys, usual, tmp_path, capsys):
+    path = tmp_path / "sheet.toml"
+    path.write_text(f'[mission]\ntargets = ["sheet"]\n[target.sheet]\n{keys}\n', encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    out = capsys.readouterr().out
+    assert f"height_mm is missing, so 297 counts; the sheet that `nxtdrive mission new` writes has {usual}" in out
+    path.write_text(f"{path.read_text(encoding='utf-8')}height_mm = {usual}\n", encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    assert "warning" not in capsys.readouterr().out
+
+
 def test_a_run_begins_with_the_warnings(tmp_path, capsys):
     path = tmp_path / "twice.toml"
     path.write_text(GOOD.replace('["box"]', '["box", "box"]'), encoding="utf-8")
