@@ -100,6 +100,11 @@ class Watched(Protocol):
         ...
 
     @property
+    def run(self) -> str:
+        """Name of the run of the mission under way, or empty."""
+        ...
+
+    @property
     def operator(self) -> WebOperator | None:
         """Who answers the questions of the mission under way."""
         ...
@@ -159,7 +164,7 @@ class Server:
         return Response(sheet_bytes(".pdf"), media_type="application/pdf")
 
     def _list_runs(self, _request: Request) -> Response:
-        return as_json(self.runs.listed())
+        return as_json(self.runs.listed(self.robot.run))
 
     def _replay(self, request: Request) -> Response:
         try:

@@ -84,6 +84,11 @@ class LiveRun:
         self._shown.answer(question, choice)
 
     @property
+    def run(self) -> str:
+        """Name of the run of the mission, or empty after its end; any thread."""
+        return self._shown.run
+
+    @property
     def operator(self) -> WebOperator:
         """Who answers the mission's questions; any thread."""
         return self._shown.operator

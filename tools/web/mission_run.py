@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
 from behaviors.profiles.registry import find_profile, make_policy, supervised
-from behaviors.recoveries import Choice
+from behaviors.recoveries import RECOVERIES, Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
@@ -34,6 +34,13 @@ CHECK_INTERVAL_S = 0.2
 MAP_EVERY_S = 1.0
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
+
+
+def doing(record: Record) -> str:
+    """Return what the robot is doing, in the words of the terminal: "look elsewhere: lena"."""
+    recovery = RECOVERIES.get(record.state)
+    state = recovery.label if recovery else record.state.replace("_", " ")
+    return f"{state}: {record.target}" if record.target else state
 
 
 class WebOperator:
@@ -121,13 +128,14 @@ class ShownMission:
 
     Attributes:
         over: Whether it has ended, so that another one may be started.
+        run: Name of its run folder while it is under way, else empty.
         operator: Answers its questions.
     """
 
     kind, drives = "mission", True
 
     def __init__(self, mission: Mission, hub: Hub, *, confirm: bool, file: Path | None = None) -> None:
-        self.over = False
+        self.over, self.run = False, ""
         self._pause = Pause()
         self.operator = WebOperator(hub, self._pause)
         self._mission = mission
@@ -137,6 +145,7 @@ class ShownMission:
         self._policy = make_policy(mission.mission.profile, mission)
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
+        self._state: dict[str, Any] = {}
 
     def assemble(
         self, robot: OpenRobot, observers: Observers | None = None, say_hint: Callable[[str], None] = lambda _: None
@@ -181,15 +190,20 @@ class ShownMission:
         """Answer a question; any thread."""
         self.operator.answer(question, choice)
 
-    def pursue(self, run: MissionRun, folder: str) -> Report:
+    def pursue(self, run: MissionRun, folder: str, state: Mapping[str, object] | None = None) -> Report:
         """Run the mission, and show it from its beginning to its result.
 
         Args:
             run: As `assemble` returned it.
             folder: Name of the run folder.
+            state: The robot's before the mission, as clients see it.
         """
         hub = self._hub
         hub.begin_run()
+        self.run = folder
+        # the records have the pose, in the mission's frame
+        self._state = {key: value for key, value in (state or {}).items() if key != "pose"}
+        hub.show("status", {**self._state, "doing": "beginning a mission"})
         settings = self._mission.model_dump(mode="json")["mission"]
         hub.publish("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
         run.observers.add("page", partial(self._publish, TrueRoom(run.robot.brick, hub)))
@@ -198,7 +212,7 @@ class ShownMission:
             return run.pursue()
         finally:
             self.resume()
-            self.over = True
+            self.over, self.run = True, ""
             hub.publish("ended", {**run.summary(), "folder": folder})
 
     def _say(self, line: str) -> None:
@@ -214,6 +228,8 @@ class ShownMission:
 
     def _publish(self, true_room: TrueRoom, record: Record) -> None:
         self._hub.publish("record", {"record": record.values()})
+        self._state |= {key: record.data[key] for key in ("range_mm", "battery_mv") if key in record.data}
+        self._hub.show("status", {**self._state, "doing": doing(record)})
         if record.kind is Kind.CHOICE:
             self._hub.publish("decision", made(record, self._policy))
         true_room.show()

@@ -206,6 +206,11 @@ class Robot:
             mission.answer(question, choice)
 
     @property
+    def run(self) -> str:
+        """Name of the run of the mission under way, or empty; any thread."""
+        return task.run if isinstance(task := self._task, ShownMission) else ""
+
+    @property
     def operator(self) -> WebOperator | None:
         """Who answers the questions of the mission under way; any thread."""
         return mission.operator if (mission := self._slot.mission) is not None else None
@@ -309,7 +314,7 @@ class Robot:
         try:
             run = task.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)
-            task.pursue(run, recording.folder.path.name)
+            task.pursue(run, recording.folder.path.name, self._state)
         except Exception as error:
             known = error if isinstance(error, NXTError) else raised_by_profile(error)
             if known is None:

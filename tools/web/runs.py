@@ -55,9 +55,13 @@ class Runs:
         journals = sorted(self._folder.glob(f"*/{JOURNAL}"), key=_changed_s, reverse=True)
         return [path.parent.name for path in journals if path.parent.name.isprintable()]
 
-    def listed(self) -> list[dict[str, Any]]:
-        """Return name, mission, result, duration and targets of each run, the newest first."""
-        return [self._line(name) for name in self.names()]
+    def listed(self, running: str = "") -> list[dict[str, Any]]:
+        """Return name, mission, result, duration and targets of each run, the newest first.
+
+        Args:
+            running: Name of the run whose mission is under way.
+        """
+        return [self._line(name, "running" if name == running else "unfinished") for name in self.names()]
 
     def replay(self, name: str) -> dict[str, Any]:
         """Return the data for the replay of a run.
@@ -93,9 +97,9 @@ class Runs:
             raise KeyError(name)
         return path
 
-    def _line(self, name: str) -> dict[str, Any]:
+    def _line(self, name: str, unfinished: str) -> dict[str, Any]:
         path = self._folder / name
-        return {"name": name, "map": (path / MAP).is_file(), **(_ended(path) or _unfinished(path))}
+        return {"name": name, "map": (path / MAP).is_file(), **(_ended(path) or _unfinished(path, unfinished))}
 
 
 def _changed_s(path: Path) -> float:
@@ -114,11 +118,11 @@ def _ended(path: Path) -> dict[str, Any] | None:
         return None
 
 
-def _unfinished(path: Path) -> dict[str, Any]:
-    """Return the state of a run without a summary, by its journal: it is running, was killed, or is damaged."""
+def _unfinished(path: Path, ending: str) -> dict[str, Any]:
+    """Return the state of a run without a summary, by its journal: `ending`, unless it is damaged."""
     try:
         run = read_run(path)
     except (ConfigError, OSError):
         return _Summary(ending="unreadable", achieved=False).model_dump()
     last_s = run.records[-1].time_s
-    return _Summary(mission=run.name, ending="unfinished", achieved=False, duration_s=last_s).model_dump()
+    return _Summary(mission=run.name, ending=ending, achieved=False, duration_s=last_s).model_dump()

@@ -14,12 +14,14 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
+from behaviors.journal import Kind, Record
 from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
+from nxtdrive.tools.web.mission_run import doing
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
@@ -220,6 +222,27 @@ def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
     assert {"journal.jsonl", "summary.json", "map.png"} <= {
         path.name for path in (tmp_path / "runs" / ended["folder"]).iterdir()
     }
+
+
+@pytest.mark.slow
+def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
+    with _running(tmp_path, "sim://?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
+        before = _until(page, lambda each: each["type"] == "state" and each["battery_mv"])
+        page.send_json({"type": "start_mission", "profile": "adaptive", "confirm": True})
+        _until(page, lambda each: each["type"] == "question" and each["open"])
+        with client.websocket_connect("/ws") as late:
+            _until(late, lambda each: each["type"] == "run")
+            status = _until(late, lambda each: each["type"] == "status")
+        assert status.keys() == before.keys() - {"pose"}
+        assert status["doing"] == "select: lena"
+        assert [each["ending"] for each in client.get("/api/runs").json()] == ["running"]
+        page.send_json({"type": "stop_mission"})
+
+
+def test_what_the_robot_does_is_said_in_the_words_of_the_terminal():
+    assert doing(Record(0.0, Kind.STEP, "move_to", "lena")) == "look elsewhere: lena"
+    assert doing(Record(0.0, Kind.STEP, "gave_up", "lena")) == "gave up: lena"
+    assert doing(Record(0.0, Kind.END, "finished", "")) == "finished"
 
 
 @pytest.mark.slow

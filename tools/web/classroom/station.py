@@ -51,8 +51,8 @@ class StationHub(Hub):
 
     def show(self, kind: str, values: Mapping[str, Any]) -> None:
         """Send a value that replaces the one before."""
-        if kind == "state":
-            self.doing, self.battery_mv = values["doing"], values["battery_mv"] or self.battery_mv
+        if kind in ("state", "status"):
+            self.doing, self.battery_mv = values["doing"], values.get("battery_mv") or self.battery_mv
         elif kind == "link":
             self.lost = values["lost"]
         elif kind == "paused":
@@ -66,10 +66,6 @@ class StationHub(Hub):
         """Send an event."""
         if kind == "run":
             self.running = values["name"]
-        elif kind == "record":
-            record = values["record"]
-            self.doing = f"{record['state'].replace('_', ' ')}: {record['target']}".removesuffix(": ")
-            self.battery_mv = record.get("battery_mv") or self.battery_mv
         elif kind == "ended":
             self.last, self.running = result(values), ""
             self.runs += 1

@@ -44,21 +44,8 @@ connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("link", ({ lost }) => {
   if (lost !== lostLink) notice(lostLink = lost); // it comes with each state, and must not hide other notices
 });
-connection.on("state", (state) => {
-  find("doing").textContent = state.doing;
-  find("range").textContent = metres(state.range_mm);
-  find("bumper").textContent = state.touching ? "pressed" : "free";
-  find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
-  find("link").textContent = `${state.latency_ms.toFixed(0)} ms`;
-  find("speed").value = state.speed_limit;
-  find("speed-shown").textContent = `${state.speed_limit} %`;
-  showStop(state.stopped);
-});
-connection.on("record", ({ record }) => {
-  if ("range_mm" in record) find("range").textContent = metres(record.range_mm);
-  if ("battery_mv" in record) find("battery").textContent = `${(record.battery_mv / 1000).toFixed(1)} V`;
-  find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`;
-});
+connection.on("state", showState);
+connection.on("status", showState);
 connection.on("true_room", () => (find("layer-truth-label").hidden = false));
 connection.on("control", ({ driver, asking }) => {
   const mine = driver === me;
@@ -77,6 +64,19 @@ addEventListener("keydown", (event) => {
     connection.send({ type: "stop" });
   }
 });
+
+function showState(state) {
+  if (connection.ended) return; // it comes after the event that has ended the program's only run
+  find("doing").textContent = state.doing;
+  if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
+  if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
+  if (!("speed_limit" in state)) return; // a page without the pad
+  find("bumper").textContent = state.touching ? "pressed" : "free";
+  find("link").textContent = `${state.latency_ms.toFixed(0)} ms`;
+  find("speed").value = state.speed_limit;
+  find("speed-shown").textContent = `${state.speed_limit} %`;
+  showStop(state.stopped);
+}
 
 function showStop(is) {
   stopped = is;

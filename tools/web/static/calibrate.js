@@ -19,14 +19,12 @@ connection.on("closed", () => {
   find("doing").textContent = "no connection to nxtdrive";
   notice("Connection to nxtdrive lost; retrying every second.");
 });
+connection.on("run", () => block(true));
+connection.on("ended", () => block(false));
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
-connection.on("state", (state) => {
-  stopped = state.stopped;
-  find("doing").textContent = state.doing;
-  find("stop").textContent = stopped ? "release" : "STOP";
-  find("stop").classList.toggle("released", stopped);
-});
+connection.on("state", showState);
+connection.on("status", showState);
 connection.on("calibration", (state) => {
   running = state.running;
   find("file").textContent = state.file;
@@ -65,6 +63,18 @@ addEventListener("keydown", (event) => {
     connection.send({ type: "stop" });
   }
 });
+
+function showState(state) {
+  stopped = state.stopped;
+  find("doing").textContent = state.doing;
+  find("stop").textContent = stopped ? "release" : "STOP";
+  find("stop").classList.toggle("released", stopped);
+}
+
+function block(is) {
+  find("start").disabled = is;
+  find("busy").hidden = !is;
+}
 
 function how() {
   return document.querySelector("[name=how]:checked").value;

@@ -36,7 +36,9 @@ function show(run) {
   new Chart(player, find("chart"));
   new Lines(player, find("lines"));
   new Decisions(player, find("decision"));
-  player.on("record", ({ record }) => (find("doing").textContent = `${record.state.replaceAll("_", " ")}: ${record.target}`));
+  player.on("record", ({ record: { state, target } }) => {
+    find("doing").textContent = `${run.recoveries[state]?.label ?? state.replaceAll("_", " ")}: ${target}`;
+  });
   player.on("time", ({ time }) => {
     find("time").value = time;
     find("clock").textContent = `${time.toFixed(1)} of ${player.duration.toFixed(1)} s`;

@@ -22,8 +22,9 @@ function card({ name, mission, ending, achieved, duration_s, targets, map }) {
     picture.loading = "lazy";
     link.append(picture);
   }
-  const result = `${ending.replaceAll("_", " ")}${duration_s === null ? "" : ` after ${length(duration_s)}`}`;
-  link.append(line("strong", mission || name), line("span", result, achieved ? "good" : "bad"));
+  const running = ending === "running", since = running ? "for" : "after";
+  const result = `${ending.replaceAll("_", " ")}${duration_s === null ? "" : ` ${since} ${length(duration_s)}`}`;
+  link.append(line("strong", mission || name), line("span", result, running ? "" : achieved ? "good" : "bad"));
   const reached = targets.filter(({ outcome }) => outcome === "reached").length;
   if (targets.length) link.append(line("span", `${reached} of ${targets.length} targets reached`));
   link.append(line("small", name));
