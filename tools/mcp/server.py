@@ -19,6 +19,7 @@ import nxtdrive
 from ..web.motions import ShortMotion
 from ..web.robot import Robot
 from .assistant import MAX_DEG, Assistant
+from .strict_server import StrictServer
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -124,7 +125,7 @@ class Tools:
 
 def make_server(assistant: Assistant) -> MCPServer[Any]:
     """Return a server with the tools of an assistant."""
-    server: MCPServer[Any] = MCPServer(
+    server = StrictServer(
         "nxtdrive",
         instructions=INSTRUCTIONS.format(max_mm=assistant.max_mm, max_deg=MAX_DEG),
         version=nxtdrive.__version__,

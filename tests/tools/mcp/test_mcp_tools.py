@@ -107,6 +107,27 @@ def test_it_looks_drives_and_reads_the_sensors(fast, mode):
 
 
 @pytest.mark.parametrize(
+    ("tool", "arguments", "said"),
+    [
+        ("drive_mm", {"distance_mm": 100, "speed": 3}, "drive_mm has no argument 'speed': drive_mm needs"),
+        ("drive_mm", {}, "distance_mm is missing: drive_mm needs distance_mm, a number of millimetres."),
+        ("turn", {"angle_deg": "left"}, "angle_deg must be a number: turn needs angle_deg, a number of degrees."),
+        ("look", {"at": "lena"}, "look has no argument 'at': look takes no arguments."),
+        ("mission_status", {"wait": 3}, "mission_status takes wait_s, a number of seconds."),
+    ],
+)
+def test_arguments_that_a_tool_does_not_have_are_refused_and_move_nothing(fast, tool, arguments, said):
+    async def talk(call: Call) -> None:
+        before = await call("range")
+        refused = await call(tool, **arguments)
+        assert said in refused
+        assert "validation" not in refused
+        assert (await call("range"))["pose"] == before["pose"]
+
+    _converse(fast, talk)
+
+
+@pytest.mark.parametrize(
     ("tool", "argument", "value", "limit"),
     [
         ("drive_mm", "distance_mm", 1001, "1000"),
