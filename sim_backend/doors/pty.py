@@ -40,12 +40,14 @@ class PtyDoor:
         """Make the terminal and its name.
 
         Args:
-            path: Path of the name; an existing symbolic link is replaced.
+            path: Path of the name; a symbolic link left behind is replaced.
             now: Returns seconds of a monotonic clock.
 
         Raises:
-            ConfigError: The path is not a link, its folder does not exist, or the system has no pseudo-terminals.
+            ConfigError: The path is not a link or that of another program's terminal, its folder does not exist, or the
+                system has no pseudo-terminals.
         """
+        _refuse_terminal(path)
         self.path = path
         self.address = f"serial://{path}"
         self._now = now
@@ -200,6 +202,15 @@ def _lead_session(device: str) -> subprocess.Popen[bytes] | None:
     if leader.stdout is not None:
         leader.stdout.readline()  # wait until it has the terminal or has failed
     return leader
+
+
+def _refuse_terminal(path: Path) -> None:
+    """Refuse a path that is a link to a terminal that exists."""
+    if path.is_symlink() and path.is_char_device():
+        raise ConfigError(
+            f"{path} is the port of another program ({os.readlink(path)}).",
+            remedy="Choose another name, or end that program; if none serves there, remove the link.",
+        )
 
 
 def _name(device: str, path: Path) -> None:

@@ -229,12 +229,16 @@ def test_a_link_left_behind_is_replaced(tmp_path):
 
 def test_a_door_does_not_take_another_ones_name_away(tmp_path):
     first = PtyDoor(tmp_path / "port", now=time.monotonic)
+    with pytest.raises(ConfigError, match="port of another program"):
+        PtyDoor(tmp_path / "port", now=time.monotonic)
+    with _open(first.path) as port:
+        port.write(frame(GET_BATTERY))
+        select.select([first], [], [], 10)
+        assert first.arrivals()[0].receive() == [GET_BATTERY]
+    first.path.unlink()
     second = PtyDoor(tmp_path / "port", now=time.monotonic)
     first.close()
-    with _open(second.path) as port:
-        port.write(frame(GET_BATTERY))
-        select.select([second], [], [], 10)
-        assert second.arrivals()[0].receive() == [GET_BATTERY]
+    assert second.path.is_symlink()
     second.close()
 
 

@@ -88,6 +88,7 @@ function choose() {
   const number = chosen().length;
   find("start").textContent = number ? `Start on ${number}` : "Start";
   find("start").disabled = find("end").disabled = !number;
+  find("none-chosen").hidden = number > 0;
   find("all").checked = number > 0 && number === tiles.length;
   find("all").indeterminate = number > 0 && number < tiles.length;
 }

@@ -70,7 +70,10 @@ def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser
     _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     WebDriverWait(browser, WAIT_S).until(lambda page: _has_picture(page, 0))
+    assert not browser.find_element(By.ID, "start").is_enabled()
+    assert browser.find_element(By.ID, "none-chosen").is_displayed()
     browser.find_element(By.ID, "all").click()
+    assert not browser.find_element(By.ID, "none-chosen").is_displayed()
     browser.find_element(By.ID, "start").click()
     _until(browser, "#summary", f"{ROBOTS} on a mission")
     _until(browser, ".tile .doing", "search: lena")
