@@ -17,7 +17,7 @@ from typing import Any, cast
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import REPLIES, Ending, Executive, Report
 from behaviors.journal import Kind, Observer, Record
-from behaviors.line_protocol import BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
+from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
@@ -41,6 +41,8 @@ WHY_ENDED = {
 """Answers of ``why`` after the end of a mission."""
 MISSIONS = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Verb.SELECT})
 """Verbs that do not end a mission between two decisions."""
+REASONED = MOTIONS | {Verb.STOP, Verb.WHY}
+"""Verbs that are about a reason even if they do not fail."""
 
 
 LOG = logging.getLogger(__name__)
@@ -138,7 +140,9 @@ class Session:
         if request.verb not in MISSIONS:
             self._end_mission()
         value = self._execute(request)
-        self._note(Kind.REPLY, **asked, value=value, why=self._why.name.lower(), error=self.error)
+        reasoned = request.verb in REASONED or self.error or value == ErrorReply.BAD_ARGUMENT
+        why = self._why.name.lower() if reasoned else ""  # else it is that of an earlier request
+        self._note(Kind.REPLY, **asked, value=value, why=why, error=self.error)
         return value
 
     def end(self) -> None:

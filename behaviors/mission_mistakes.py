@@ -70,7 +70,10 @@ def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
     known = ", ".join(detector_names())
     if "detector" in target:
-        return f"there is no detector {excerpt(target['detector'])}; use one of {known}"
+        return (
+            f"there is no detector {excerpt(target['detector'])}; use one of {known}, or install its package "
+            "(docs/detectors.md)"
+        )
     near = difflib.get_close_matches("detector", target, n=1)
     hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
     return f"the key detector is missing; it is one of {known}{hint}"

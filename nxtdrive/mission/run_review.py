@@ -158,16 +158,15 @@ class RunReview:
         """Add a hint if the search looked all round and this world has no such object."""
         if self._lookalikes(target, truth):
             return
-        has = ", ".join(truth.front_images()) or "nothing"
+        known = ", ".join(truth.front_images())
+        has = f"It has {known}" if known else "It has no objects"
         room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
         advice = (
             f"Open the mission's own with --nxt {shlex.quote(f'sim://{room}')}."
             if room is not None and room.is_file()
             else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         )
-        self._hint(
-            target, f"Nothing all round looks like {target}, and nothing in this world does; it has: {has}. {advice}"
-        )
+        self._hint(target, f"Nothing all round looks like {target}, nor does anything in this world. {has}. {advice}")
 
     def _unseen(self, target: str) -> None:
         file = shlex.quote(str(self._file)) if self._file else ""

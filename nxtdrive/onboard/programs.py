@@ -65,7 +65,7 @@ class Programs:
         if not name.lower().endswith(PROGRAMS):
             raise LocalProtocolError(
                 f"{name!r} is not a program, and the brick would hang.",
-                remedy=f"Programs end in {', '.join(PROGRAMS)}; `brick.speaker.play` plays sounds.",
+                remedy=f"Programs end in {', '.join(PROGRAMS)}; sounds are played, not started.",
             )
         if not self._files.exists(name):
             raise BrickError(Status.FILE_NOT_FOUND, "StartProgram")

@@ -46,7 +46,7 @@ def test_a_class_of_this_folder_is_a_profile():
 
 
 def test_an_installed_profile_is_found_by_its_name(tmp_path):
-    with pytest.raises(ValueError, match="must be thesis, adaptive, or a class"):
+    with pytest.raises(ValueError, match="must be thesis, adaptive, a class"):
         profile_name("patient")
     _install(tmp_path)
     assert profile_name("patient") == "patient"
@@ -93,7 +93,9 @@ def test_a_mission_may_name_an_installed_profile_only(tmp_path, capsys):
         encoding="utf-8",
     )
     assert main(["mission", "check", str(mission)]) == USAGE
-    assert "must be thesis, adaptive, or a class as package.module:Class, not 'patient'" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "must be thesis, adaptive, a class as package.module:Class, or an installed profile" in said
+    assert "(docs/profiles.md), not 'patient'" in said
     _install(tmp_path)
     assert main(["mission", "check", str(mission)]) == DONE
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from behaviors.journal import Kind
 from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glimpse
 from firmware_protocol import status
@@ -107,6 +108,15 @@ def test_an_undescribed_target_is_a_bad_argument(serve):
     assert client.ask("why") == Why.BAD_ARGUMENT
     assert client.ask("target santa") == ErrorReply.BAD_ARGUMENT
     assert client.ask("arrive") == 0, "the present target is still lena"
+
+
+def test_a_reason_is_told_with_the_request_that_it_is_about(serve):
+    served = serve()
+    client = served.client()
+    for line in ("target santa", "status", "select", "target lena", "why"):
+        client.ask(line)
+    told = [record.data["why"] for record in served.records if record.kind is Kind.REPLY]
+    assert told == ["bad_argument", "", "", "", "bad_argument"]
 
 
 @pytest.mark.slow

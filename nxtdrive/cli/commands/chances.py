@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
         found += more
         sources.append({"name": path.name, "choices": len(more), **source})
     if not found and not earlier:
-        raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
+        raise _nothing_to_count(args.run_paths)
     _show(found)
     numbers = summed([*earlier, counts(found)])
     if args.out is not None:
@@ -83,6 +83,20 @@ def _read_counts(path: Path, sources: list[dict[str, Any]]) -> Counts:
     except (ValueError, KeyError, TypeError) as error:
         remedy = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
         raise ConfigError(f"{path} has no counts.", remedy=remedy) from error
+
+
+def _nothing_to_count(paths: Iterable[Path]) -> ConfigError:
+    """Return the error of runs without a choice of the adaptive profile; says which other profiles they have."""
+    from nxtdrive.recording.run_reader import read_run
+
+    missions = (read_run(path).mission for path in paths if path.is_dir())
+    others = sorted({each.mission.profile for each in missions if each} - {"adaptive"})
+    if not others:
+        return ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
+    return ConfigError(
+        f"no choices of the adaptive profile in these runs; the profile {' or '.join(others)} predicts no chances.",
+        remedy="Run the mission with --profile adaptive.",
+    )
 
 
 def _read_run(path: Path) -> tuple[list[Prediction], dict[str, Any]]:

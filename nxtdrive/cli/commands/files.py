@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
+from firmware_protocol.status import Status
 from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, USAGE, exit_code
@@ -38,6 +39,8 @@ EXAMPLES = """\
 SYSTEM_SUFFIX = ".sys"
 MAX_UPLOAD = MEGABYTE
 """The brick's flash is a quarter of it."""
+
+LISTED = "`nxtdrive files ls` lists what is there."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -102,12 +105,16 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
     for pattern in args.patterns:
         wild = set(pattern) & set("*?[")
         names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
+        if not names:
+            complain(f"no file on the brick matches {pattern}; {LISTED}")
         for name in names:
             try:
                 _check_deletion(name, force=args.force)
                 brick.files.delete(name)
             except (BrickError, ConfigError, LocalProtocolError) as error:
-                complain(f"{name} is kept: {error}")
+                missing = isinstance(error, BrickError) and error.status is Status.FILE_NOT_FOUND
+                told = f"there is no file {name} on the brick; {LISTED}"
+                complain(told if missing else f"{name} is kept: {error}")
                 code = code or exit_code(error) or USAGE
             else:
                 _say(args, {"deleted": name})

@@ -106,7 +106,7 @@ def _say_reply(record: Record) -> None:
     if record.kind is Kind.REPLY and "argument" in data:  # a mission's own replies have none
         asked = f"{data['verb']} {data['argument']}".rstrip()
         value = "a line of JSON" if isinstance(data["value"], str) else data["value"]
-        print_line(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}")
+        print_line(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}".rstrip())
         if data["error"]:
             complain(data["error"])
 

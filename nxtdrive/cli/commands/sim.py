@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_serve(serve: argparse.ArgumentParser) -> None:
     port = number("port", int, 0, 65535)
-    _add_doors(serve.add_argument_group("doors", "at least one; each may be given several times"), port)
+    _add_doors(serve.add_argument_group("how programs connect", "at least one; each may be given several times"), port)
     serve.add_argument(
         "--camera-port",
         metavar="N",
@@ -131,7 +131,7 @@ def _size(text: str) -> tuple[int, int]:
 
 def _serve(args: argparse.Namespace) -> int:
     if not (args.pty or args.tcp or args.nxt_server or args.usbip or args.uvc):
-        args.refuse("give at least one door: --pty LINK, --tcp PORT, --nxt-server PORT, --usbip PORT or --uvc PORT")
+        args.refuse("say how programs connect: --pty LINK, --tcp PORT, --nxt-server PORT, --usbip PORT or --uvc PORT")
     from nxtdrive.cli.commands.sim_serve import serve
 
     return serve(args)

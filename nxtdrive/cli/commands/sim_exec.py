@@ -58,7 +58,9 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         with child, handling(lambda number, _: _pass_on(child, number)):
             server.run(lambda: child.poll() is not None, lambda _: None)
     if not switchboard.telegrams:
-        complain("the program sent nothing to the brick on USB.")
+        native = "If it is no Python program with pyusb, add --native."
+        advice = "Does it look for a brick on USB?" if args.native else native
+        complain(f"the program sent nothing to the brick on USB. {advice} `nxtdrive sim serve` has other connections.")
     return child.returncode if child.returncode >= 0 else SIGNALLED - child.returncode
 
 

@@ -79,6 +79,15 @@ def test_a_file_without_counts_is_refused(text, tmp_path, capsys):
     assert "has no counts. Name run folders" in capsys.readouterr().err.replace("\n", " ")
 
 
+def test_a_run_of_another_profile_has_no_chances_to_count(tmp_path, capsys):
+    run = _run(tmp_path / "run", seen=True)
+    settings = MISSION.mission.model_copy(update={"profile": "thesis"})
+    text = MISSION.model_copy(update={"mission": settings}).model_dump_json()
+    (tmp_path / "run" / "mission.json").write_text(text)
+    assert main(["chances", run]) == USAGE
+    assert "the profile thesis predicts no chances. Run the mission with --profile adaptive." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("arguments", [["chances", "nothing-there"], ["chances"]])
 def test_without_a_run_there_is_nothing_to_count(arguments, capsys):
     try:

@@ -57,7 +57,11 @@ def test_rm_deletes_by_pattern(capsys):
     assert main(["files", "rm", "--force", "*.sys", "--nxt", "sim://open"]) == DONE
     assert capsys.readouterr().out == "deleted NVConfig.sys\n"
     assert main(["files", "rm", "*.txt", "--nxt", "sim://open"]) == DONE
+    assert "no file on the brick matches *.txt" in capsys.readouterr().err
     assert main(["files", "rm", "none.txt", "--nxt", "sim://open"]) == REFUSED
+    assert capsys.readouterr().err == (
+        "nxtdrive: there is no file none.txt on the brick; `nxtdrive files ls` lists what is there.\n"
+    )
 
 
 def test_rm_goes_on_after_files_it_cannot_delete(capsys):
@@ -69,8 +73,8 @@ def test_rm_goes_on_after_files_it_cannot_delete(capsys):
         assert main(["files", "rm", "*.txt", "none.txt", "*.sys", "--nxt", address]) == USAGE
     said = capsys.readouterr()
     assert said.out.split() == ["deleted", "a.txt", "deleted", "b.txt"]
-    assert said.err.count("is kept") == 4
-    assert "file not found" in said.err
+    assert said.err.count("is kept") == 3
+    assert "there is no file none.txt" in said.err
     assert [file.name for file in flash.files] == ["what?.txt", "tagebuch\u00e9.txt", "NVConfig.sys"]
 
 
@@ -100,7 +104,7 @@ def test_a_system_file_is_deleted_after_a_yes(capsys, monkeypatch, answer, code)
         (["files", "put", "a", "b", "--as", "c"], USAGE, "single file"),
         (["files", "get", "none.rxe"], REFUSED, "file not found"),
         (["files", "get", "much-too-long-a-name.rxe"], USAGE, "19"),
-        (["program", "start", "notes.txt"], USAGE, "hang"),
+        (["program", "start", "notes.txt"], USAGE, "hang. Programs end in .rxe, .rtm, .rpg; sounds are played, not"),
         (["program", "start", "none.rxe"], REFUSED, "file not found"),
     ],
 )

@@ -195,7 +195,7 @@ def test_without_a_door_there_is_nothing_to_serve(capsys):
     with pytest.raises(SystemExit) as left:
         main(["sim", "serve"])
     assert left.value.code == USAGE
-    assert "--nxt-server" in capsys.readouterr().err
+    assert "say how programs connect: --pty LINK, --tcp PORT, --nxt-server" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -34,6 +34,13 @@ def test_all_mistakes_of_a_classroom_are_reported_at_once(tmp_path, capsys):
         assert part in error
 
 
+def test_a_mission_is_no_classroom(tmp_path, capsys):
+    file = tmp_path / "m1.toml"
+    file.write_text('[mission]\ntargets = ["lena"]\n', encoding="utf-8")
+    assert main(["web", "--port", "0", "--classroom", str(file)]) == 2
+    assert "is a mission file, not a classroom. Choose the mission on the page" in capsys.readouterr().err
+
+
 def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("NXT_ROBOT", raising=False)
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")

@@ -77,7 +77,9 @@ def test_an_installed_detector_is_used_as_the_others_are(installed, capsys):
 
 def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path, capsys):
     assert main(["mission", "check", str(_mission(tmp_path, 'detector = "lamp"\n'))]) == USAGE
-    assert "there is no detector 'lamp'; use one of picture, haar, marker, qr, color, onnx" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "there is no detector 'lamp'; use one of picture, haar, marker, qr, color, onnx" in said
+    assert "or install its package (docs/detectors.md)" in said
 
 
 def test_installed_ones_are_among_those_that_are_named(installed):

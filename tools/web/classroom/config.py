@@ -159,6 +159,11 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
         ConfigError: The file cannot be read or has mistakes; the message lists all of them.
     """
     tables = read_tables(path)
+    if "mission" in tables:
+        raise ConfigError(
+            f"{path} is a mission file, not a classroom.",
+            remedy="Choose the mission on the page; docs/classroom.md describes the file of a classroom.",
+        )
     file, problems = check(ClassroomFile, tables)
     if file is None:
         listed = tables.get("robot")
