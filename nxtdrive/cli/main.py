@@ -328,8 +328,19 @@ def _add_command(commands: argparse._SubParsersAction[Parser], name: str, module
     parser.add_argument("-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     parser.set_defaults(parser=parser)
     command.add_arguments(parser)
+    _add_examples(parser, command.EXAMPLES.splitlines())
     if hasattr(command, "run"):
         parser.set_defaults(run=command.run)
+
+
+def _add_examples(parser: argparse.ArgumentParser, examples: Sequence[str]) -> None:
+    """Repeat a command's examples of each of its actions in that action's help."""
+    for actions in parser._actions:
+        if isinstance(actions, argparse._SubParsersAction):
+            for action in actions.choices.values():
+                if own := [line for line in examples if f"{line} ".startswith(f"  {action.prog} ")]:
+                    action.epilog = "\n".join(["examples:", *own])
+                    action.formatter_class = Help
 
 
 class _LogFormatter(logging.Formatter):

@@ -8,6 +8,7 @@ exactly; recorded on a real clock, where each computation takes its own time, th
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +39,7 @@ class ReplayTransport:
 
     def __init__(self, trace: Trace, address: str) -> None:
         self.address, self.max_telegram = address, trace.max_telegram
+        self._command = trace.command
         self._entries = list(_worth_replaying(trace.entries))
         self._next = 0
         self._now_s = 0.0
@@ -155,7 +157,8 @@ class ReplayTransport:
         number = sum(entry.kind is Kind.TO_BRICK for entry in self._entries[: self._next]) + 1
         return LinkError(
             f"the program does not do what was recorded: its request {number} at {self._now_s:.3f} s is "
-            f"{in_words(telegram)}, {then}."
+            f"{in_words(telegram)}, {then}.",
+            remedy=f"Recorded was: nxtdrive {shlex.join(self._command)}." if self._command else "",
         )
 
 

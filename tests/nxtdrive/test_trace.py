@@ -240,4 +240,6 @@ def test_a_missing_file_is_one_sentence(words, capsys):
 
 def test_a_program_that_differs_is_told_where(talk, capsys):
     assert main(["send", "StopProgram", "--nxt", f"replay://{talk}"]) == LINK_LOST
-    assert "recorded is GetDeviceInfo" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "recorded is GetDeviceInfo" in said
+    assert said.endswith("Recorded was: nxtdrive info.\n")

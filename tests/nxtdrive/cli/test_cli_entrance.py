@@ -96,6 +96,13 @@ def test_every_action_says_in_its_help_what_it_does(words, capsys):
     assert " ".join(said.split()).rstrip(".").lower() in listed
 
 
+@pytest.mark.parametrize("words", ACTIONS, ids=" ".join)
+def test_every_action_has_its_examples_in_its_help(words, capsys):
+    examples = _examples(_help(capsys, *words).split("examples:")[1])
+    assert examples
+    assert all(f"{example} ".startswith(f"nxtdrive {' '.join(words)} ") for example in examples)
+
+
 def test_the_help_names_every_command(capsys):
     text = _help(capsys)
     assert all(command in text for command in COMMANDS)
