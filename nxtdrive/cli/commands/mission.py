@@ -35,6 +35,7 @@ statechart it runs in, or write a commented file to start from, with a
 simulated room to try it in."""
 EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
+  nxtdrive mission show --diagram        # its statechart, for Mermaid
   nxtdrive mission new my.toml           # every key explained, and a room
   nxtdrive mission new --picture my-cat.jpg --height-mm 297
   nxtdrive mission new --marker 7        # with the sheet to print
@@ -49,9 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot_argument(check)
     add_json_argument(check)
     show = add_action(
-        actions, "show", "a mission's numbers, the chart's states, events and transitions, and its diagram", _show
+        actions, "show", "a mission's numbers, and the chart's states, events, transitions and recoveries", _show
     )
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
+    show.add_argument("--diagram", action="store_true", help="print the chart as a Mermaid diagram instead")
     add_robot_argument(show)
     add_json_argument(show)
     new = add_action(actions, "new", "write a commented mission file, and a simulated room in which it succeeds", _new)
@@ -106,9 +108,12 @@ def _show(args: argparse.Namespace) -> int:
     if args.json:
         write_json(mission.model_dump(mode="json"), indent=2)
         return DONE
+    if args.diagram:
+        write_text(mermaid())
+        return DONE
     write_text(_described(mission))
     tables = {"States": state_table, "Events": event_table, "Transitions": transition_table}
-    for title, table in {**tables, "Recoveries": recovery_table, "Diagram (Mermaid)": mermaid}.items():
+    for title, table in {**tables, "Recoveries": recovery_table}.items():
         write_text(f"\n{title}\n")
         write_text(table())
     return DONE
@@ -148,6 +153,8 @@ def _short(value: object) -> str:
         return ", ".join(_short(item) for item in value)
     if isinstance(value, str) and Path(value).is_absolute():
         return Path(value).name
+    if value is None or isinstance(value, bool):
+        return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

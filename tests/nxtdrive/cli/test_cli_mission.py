@@ -162,15 +162,22 @@ def test_mistakes_as_json(good, bad, capsys):
     assert len(second["mistakes"]) == 2
 
 
-def test_show_prints_numbers_table_and_diagram(good, capsys):
+def test_show_prints_numbers_and_table(good, capsys):
     assert main(["mission", "show", str(good)]) == DONE
     text = capsys.readouterr().out
     assert transition_table() in text
-    assert mermaid() in text
+    assert mermaid() not in text
     rows = {line[2:].split()[0]: line for line in text.splitlines() if line.startswith(("* ", "  ")) and line.strip()}
     assert rows["color"].startswith("* color")
     assert rows["arrive_mm"].split()[:2] == ["arrive_mm", f"{ThesisParameters().arrive_mm:g}"]
     assert "Apparent distance" in rows["arrive_mm"]
+    assert rows["detours"].split()[1] == "true"
+    assert rows["fixed_wait_s"].split()[1] == "none"
+
+
+def test_show_prints_the_diagram_alone(good, capsys):
+    assert main(["mission", "show", "--diagram", str(good)]) == DONE
+    assert capsys.readouterr().out.rstrip() == mermaid().rstrip()
 
 
 def test_show_says_which_profiles_numbers_count(good, capsys):
