@@ -138,7 +138,7 @@ class AdaptivePolicy:
         in_sight = evidence.blocker is not None and not evidence.blocker.hides
         if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
             chance, situation = self.chances.of(RESCAN, evidence, here.chance)
-            choice = Choice(RESCAN, f"there is a {chance:.0%} chance that it was overlooked here")
+            choice = Choice(RESCAN, f"a {chance:.0%} chance that it was overlooked here")
             yield Candidate(choice, here.seconds, chance, situation=situation)
         best = max((each.chance for each in evidence.viewpoints), default=0.0)
         for each in evidence.viewpoints:

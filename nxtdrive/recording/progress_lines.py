@@ -73,7 +73,7 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
         case "distrusted", Event.MAP_DISTRUSTED:
             yield "the map shows no path past the obstacle; relying on camera and sonar for now"
         case "gave_up", _:
-            yield f"{target} given up: it has no rounds left"
+            yield f"{target} given up after the last round"
         case "reached", _:
             yield f"{target} reached"
         case "suspended", _ if data.get("reason") == Reason.OPERATOR_PAUSE:

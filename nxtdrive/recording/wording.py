@@ -32,6 +32,20 @@ OUTAGES = {
     "sensor": "no sensor is left that could stop the robot",
 }
 """Why a mission is suspended, by the part that failed."""
+MEASURED = {
+    "looks": "{:g} looks",
+    "stops": "{:g} stops",
+    "scan_s": "scanned for {:.1f} s",
+    "waited_s": "waited for {:.1f} s",
+    "unseen_s": "not seen for {:.1f} s",
+    "range_mm": "sonar {:.0f} mm",
+    "distance_mm": "by its size {:.0f} mm",
+    "hides": "hides the target",
+    "remembered": "it is on the map",
+    "sudden": "it came suddenly",
+    "touching": "it touches the bumper",
+}
+"""How measurements of a failure are written; of those that are yes or no only the first."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
 """Units at the end of names in the journal, and the decimals to show."""
 
@@ -47,15 +61,17 @@ def outage_words(record: Record) -> str:
 
 
 def measured_words(measured: Mapping[str, object]) -> str:
-    """Write measurements of the journal with their units: ``range_mm`` 620 is "range 620 mm"."""
+    """Write measurements of the journal with their units: ``range_mm`` 620 is "sonar 620 mm"."""
     return ", ".join(filter(None, (_measured(name, value) for name, value in measured.items())))
 
 
 def _measured(name: str, value: object) -> str:
     if isinstance(value, bool):
-        return f"{spaced(name)}: {'yes' if value else 'no'}"
+        return MEASURED.get(name, spaced(name)) if value else ""
     if not isinstance(value, int | float):
         return ""
+    if name in MEASURED:
+        return MEASURED[name].format(value)
     stem, _, unit = name.rpartition("_")
     if unit not in UNITS:
         return f"{spaced(name)} {value:g}"

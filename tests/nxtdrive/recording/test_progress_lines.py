@@ -62,7 +62,7 @@ def test_targets_that_are_searched_for_and_reached_are_named():
         ),
         (("arrive", "retreat", "backing_off", "contact"), "backing off: it touched something"),
         (("detour", "retreat", "backing_off", "stalled"), "backing off: something holds its wheels"),
-        (("select", "gave_up"), "lena given up: it has no rounds left"),
+        (("select", "gave_up"), "lena given up after the last round"),
         (
             ("trusted", "distrusted", "map_distrusted", "no_way"),
             "the map shows no path past the obstacle; relying on camera and sonar for now",
