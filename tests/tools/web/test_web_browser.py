@@ -248,6 +248,22 @@ def test_calibrate_and_save_the_robot_file(browser, tmp_path):
         assert (tmp_path / "robot.toml").exists()
 
 
+def test_pages_that_come_during_a_mission_show_that_it_runs(browser, url):
+    browser.get(url)
+    _until(browser, "doing", "at rest")
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "doing", "search: lena")
+    browser.refresh()
+    _until(browser, "bumper", "free")
+    _until(browser, "link", "ms")
+    browser.get(f"{url}calibrate.html")
+    _until(browser, "busy", "A mission is running")
+    _until(browser, "doing", "search: lena")
+    assert not browser.find_element(By.ID, "start").is_enabled()
+    browser.get(f"{url}runs.html")
+    _until(browser, "runs", "running for")
+
+
 def test_pause_and_resume_a_mission(browser, url):
     browser.get(url)
     _until(browser, "doing", "at rest")
