@@ -208,7 +208,7 @@ class Robot:
     @property
     def run(self) -> str:
         """Name of the run of the mission under way, or empty; any thread."""
-        return task.run if isinstance(task := self._task, ShownMission) else ""
+        return mission.run if (mission := self._slot.mission) is not None else ""
 
     @property
     def operator(self) -> WebOperator | None:
