@@ -28,7 +28,7 @@ EXAMPLES = """\
   nxtdrive chances runs/*
   nxtdrive chances runs/* --out chances.json
   nxtdrive chances sweep.jsonl --out chances.json
-  nxtdrive chances chances.json runs/* --out chances.json    # adds to the counts"""
+  nxtdrive chances chances.json runs/* --out chances.json  # add to them"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
