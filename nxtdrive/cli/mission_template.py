@@ -27,7 +27,7 @@ _HEAD = """\
 name = {title}
 targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
 profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
-# rounds = 1               # most rounds through the list; "adaptive" makes as many as [adaptive] says, if that is more
+# rounds = 1               # most rounds through the list, unless [adaptive] has more
 # time_limit_s = 600       # end after this time, whatever has been reached
 
 {target}

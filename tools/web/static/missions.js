@@ -66,9 +66,12 @@ function setText(text) {
   changed();
 }
 
+function unsaved() {
+  return find("text").value !== opened.text || !opened.version;
+}
+
 function changed() {
-  const unsaved = find("text").value !== opened.text || !opened.version;
-  find("saved").textContent = unsaved ? "not saved" : "saved";
+  find("saved").textContent = unsaved() ? "not saved" : "saved";
   clearTimeout(waiting);
   waiting = setTimeout(check, CHECK_AFTER_MS);
 }
@@ -81,7 +84,7 @@ async function check() {
   if (!answer.ok) return notice(await answer.text());
   const { mistakes, warnings } = await answer.json();
   const count = mistakes.length === 1 ? "1 mistake" : `${mistakes.length} mistakes`;
-  find("verdict").textContent = mistakes.length ? count : "This mission can be started.";
+  find("verdict").textContent = mistakes.length ? count : `No mistakes. ${unsaved() ? "Save it to start it." : "It can be started."}`;
   find("verdict").className = mistakes.length ? "bad" : "good";
   find("mistakes").replaceChildren(...[...mistakes, ...warnings.map((each) => `warning: ${each}`)].map(item));
 }

@@ -13,6 +13,15 @@ export class Photograph {
     });
     for (const side of this.sides) side.addEventListener("input", () => this.draw());
     this.listen(find("photo"));
+    this.write("no picture yet");
+  }
+
+  write(text) {
+    const canvas = this.find("photo"), context = canvas.getContext("2d");
+    context.font = "16px sans-serif";
+    context.textAlign = "center";
+    context.fillStyle = "gray";
+    context.fillText(text, canvas.width / 2, canvas.height / 2);
   }
 
   listen(canvas) {
