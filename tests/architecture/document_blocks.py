@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -98,9 +99,9 @@ def shortened(words: Sequence[str], runs: Sequence[str]) -> list[str]:
     if command == "what-if":
         one = ["--decision", rest[rest.index("--decision") + 1]] if "--decision" in rest else ["--sample", "1"]
         return [command, rest[0], *one, "--futures", "2"]
-    if command != "sweep":
+    if command != "sweep" or "--map" in rest:
         return [command, *rest]
-    options = dict(zip(rest, [*rest[1:], ""], strict=True))
+    options = dict(pairwise(rest))
     classes = SHORTER.get(options.get("--suite", ""), options.get("--classes", "open").split(",")[0])
     seed = options.get("--seeds", "100").split("-")[0]
     agents = options.get("--agents", "thesis").split(",")
