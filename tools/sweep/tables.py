@@ -58,6 +58,15 @@ FRAME = 3
 """Characters of a column besides its text: a border and two spaces."""
 MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
 """Headline figures of a table of their own."""
+OVERVIEW = {
+    "agent": "agent",
+    "success [95 %]": "targets reached [95 %]",
+    "SPL": "path efficiency",
+    "contacts": "contacts a mission",
+    "wrong stops": "wrong stops",
+    "mission s": "seconds a mission",
+}
+"""Columns of the overview, and what they are called there."""
 RECOVERY_COLUMNS = [
     "agent",
     "noticed s p50 / p90",
@@ -201,6 +210,15 @@ def _predicted(part: NDArray[np.float64]) -> str:
     return f"{part[:, 0].mean():.2f} / {part[:, 1].mean():.2f} ({len(part)})" if len(part) else "-"
 
 
+def print_overview(lines: Sequence[Line], console: Console) -> None:
+    """Print how the agents did, in all missions and by class."""
+    kept = [AGENT_COLUMNS.index(name) for name in OVERVIEW]
+    rows = [[row[index] for index in kept] for row in agent_rows(lines)]
+    _print(console, "agents", list(OVERVIEW.values()), rows)
+    _print(console, "targets reached by class", *class_rows(lines))
+    _print_failures(lines, console)
+
+
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Print all tables."""
     _print(console, "agents", AGENT_COLUMNS, agent_rows(lines))
@@ -224,6 +242,10 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "beyond the thesis, paired [95 %]", ["agent", *HEADLINE], differences)
     if covered := coverage_words(lines):
         console.print(covered, markup=False)
+    _print_failures(lines, console)
+
+
+def _print_failures(lines: Sequence[Line], console: Console) -> None:
     for line in lines:
         if line["ending"] == Ending.BROKEN:
             failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"

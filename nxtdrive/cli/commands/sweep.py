@@ -33,7 +33,7 @@ EXAMPLES = """\
   nxtdrive sweep --suite full --dask tcp://host:8786 --out full.jsonl
   nxtdrive sweep --classes open,clutter --seeds 100-119 --agents thesis,oracle
   nxtdrive sweep --map clutter:100:thesis --out clutter.png
-  nxtdrive sweep --suite full --out full.jsonl --resume --plot full.svg"""
+  nxtdrive sweep --suite full --out full.jsonl --resume --tables --plot full.svg"""
 
 SUITES: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {
     # a profile that never gives up takes the whole time of every mission; the smoke suite should take a minute
@@ -90,6 +90,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--map", metavar="CLASS:SEED:AGENT", help="draw the map of this one run instead")
     parser.add_argument("--plot", metavar="FILE", type=Path, help="also draw plots; needs the extra nxtdrive[plot]")
+    parser.add_argument("--tables", action="store_true", help="print all tables, not only the overview")
     add_json_argument(parser)
 
 
@@ -131,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
         from nxtdrive.tools.sweep.plots import write_plot
 
         write_plot(swept.lines, args.plot)
-    _tell(swept.lines, swept.eval_s, as_json=args.json)
+    _tell(swept.lines, swept.eval_s, args)
     return DONE
 
 
@@ -172,8 +173,8 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
             raise
 
 
-def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
-    if as_json:
+def _tell(lines: Sequence[Line], eval_s: float, args: argparse.Namespace) -> None:
+    if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by
 
@@ -182,11 +183,14 @@ def _tell(lines: Sequence[Line], eval_s: float, *, as_json: bool) -> None:
         chart = {"transitions": number, "never": missing}
         write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)
         return
-    from nxtdrive.tools.sweep.tables import print_tables
+    from nxtdrive.tools.sweep.tables import print_overview, print_tables
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
-    print_tables(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
+    print_them = print_tables if args.tables else print_overview
+    print_them(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
     write_line(f"{number_of(len(lines), 'mission')}; this run took {eval_s:.0f} s")
+    if not args.tables:
+        write_line("For all tables add --resume --tables; docs/evaluation.md explains their figures.")
 
 
 def _draw_map(args: argparse.Namespace) -> int:

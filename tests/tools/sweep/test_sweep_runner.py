@@ -244,9 +244,14 @@ def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys)
     assert main(words) == DONE
     shown = capsys.readouterr().out
     assert "oracle" in shown
-    assert "targets reached by" in shown
+    assert "path efficiency" in shown
+    assert "SoftSPL" not in shown
     assert main(words) == USAGE
     assert "--resume" in capsys.readouterr().err
+    assert main([*words, "--resume", "--tables"]) == DONE
+    shown = capsys.readouterr().out
+    assert "SoftSPL" in shown
+    assert "targets reached by [95 %]" in shown
     assert main([*words, "--resume", "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["policies"]["oracle"]["pc_success"] == 100.0
     assert main(["sweep", "--map", "open:100:oracle"]) == DONE
