@@ -353,7 +353,7 @@ def test_a_mission_of_the_page_leaves_arrivals_and_hints(tmp_path):
         assert (arrival["target"], arrival["there"]) == ("lena", True)
         page.send_json({"type": "start_mission", "mission": "other.toml", "profile": "thesis"})
         hint = _until(page, lambda each: "hint: " in each.get("text", "") or each["type"] == "ended")
-        assert "it has: lena" in hint["text"]
+        assert "It has lena." in hint["text"]
 
 
 @pytest.mark.slow
