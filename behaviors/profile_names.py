@@ -19,6 +19,11 @@ def installed_profiles() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
+def named_profiles() -> list[str]:
+    """Return the names of the built-in profiles and of the installed ones."""
+    return [*BUILT_IN_PROFILES, *sorted(installed_profiles())]
+
+
 def offered_profile(name: str) -> str:
     """Return the name of a profile if a client may choose it: a built-in or an installed one.
 
@@ -27,8 +32,7 @@ def offered_profile(name: str) -> str:
     Raises:
         ValueError: It may not; the text says which there are.
     """
-    known = [*BUILT_IN_PROFILES, *sorted(installed_profiles())]
-    if name not in known:
+    if name not in (known := named_profiles()):
         raise ValueError(f"There is no profile {name!r} here: choose {', '.join(known)}.")
     return name
 
@@ -41,7 +45,7 @@ def profile_name(name: str) -> str:
     """
     if name in BUILT_IN_PROFILES or ":" in name or name in installed_profiles():
         return name
-    known = ", ".join([*BUILT_IN_PROFILES, *sorted(installed_profiles())])
+    known = ", ".join(named_profiles())
     raise ValueError(f"must be {known}, a class as package.module:Class, or an installed profile (docs/profiles.md)")
 
 

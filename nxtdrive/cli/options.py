@@ -155,6 +155,6 @@ class _Profiles:
             return False
 
     def __iter__(self) -> Iterator[str]:
-        from behaviors.profile_names import BUILT_IN_PROFILES, installed_profiles
+        from behaviors.profile_names import named_profiles
 
-        yield from (*BUILT_IN_PROFILES, *installed_profiles(), "package.module:Class")
+        yield from (*named_profiles(), "package.module:Class")

@@ -53,7 +53,9 @@ def run(args: argparse.Namespace) -> int:
     earlier: list[Counts] = []
     for path in args.run_paths:
         if path.suffix == ".json" and path.is_file():
-            earlier.append(_read_counts(path, sources))
+            kept, origins = _read_counts(path)
+            earlier.append(kept)
+            sources += origins
             continue
         more, source = _read_sweep(path) if path.suffix == ".jsonl" and path.is_file() else _read_run(path)
         found += more
@@ -70,16 +72,15 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _read_counts(path: Path, sources: list[dict[str, Any]]) -> Counts:
-    """Read counts that this command wrote, and add where they are from to `sources`."""
+def _read_counts(path: Path) -> tuple[Counts, list[dict[str, Any]]]:
+    """Read counts that this command wrote, and where they are from."""
     from behaviors.mission import AdaptiveParameters
     from input_files.json_text import MAX_BYTES, parse_object
     from input_files.plain import read_text
 
     try:
         kept = parse_object(read_text(path, MAX_BYTES))
-        sources += kept["sources"]
-        return AdaptiveParameters(chances=kept["counts"]).chances or {}
+        return AdaptiveParameters(chances=kept["counts"]).chances or {}, [*kept["sources"]]
     except (ValueError, KeyError, TypeError) as error:
         remedy = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
         raise ConfigError(f"{path} has no counts.", remedy=remedy) from error

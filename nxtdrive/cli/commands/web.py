@@ -79,9 +79,10 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    in_folder = existing(args.folder) / ROBOT_FILE
+    folder = existing(args.folder)
+    in_folder = folder / ROBOT_FILE
     usual = usual_robot() or (in_folder if os.path.lexists(in_folder) else None)
-    hub, missions = Hub(), Missions(existing(args.folder), args.robot, usual)
+    hub, missions = Hub(), Missions(folder, args.robot, usual)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
 
     def use(file: Path) -> None:
