@@ -93,7 +93,7 @@ class AdaptiveParameters(Table):
 
     Attributes:
         cruise_mm_s: Speed of an approach, and along a path where something may be near.
-        travel_share: Along a path it drives at this many times that speed while the sonar hears nothing near.
+        travel_share: Along a path it drives at this many times that speed while there is no near echo.
         scan_deg_s: Turn rate while scanning where distant objects may be in view; faster blurs them.
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
@@ -136,7 +136,7 @@ class AdaptiveParameters(Table):
 
     @property
     def travel_mm_s(self) -> float:
-        """Speed along a path while the sonar hears nothing near."""
+        """Speed along a path while there is no near echo."""
         return self.travel_share * self.cruise_mm_s
 
 

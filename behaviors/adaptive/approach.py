@@ -163,7 +163,7 @@ class ApproachSkill:
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
         """Return how far ahead of the sonar the map blocks the next stretch; None where it is free.
 
-        There may be more beside the beam than the sonar hears now.
+        There may be more beside the beam than gives an echo now.
         """
         world = self._perception.world
         share = min(1.0, N.stretch_mm / distance_mm)

@@ -26,7 +26,7 @@ class ArrivalNumbers:
             twice this time it gives up.
         contradictions: Echoes in a row that contradict the apparent distance before an arrival fails; one may be of
             something that passes behind.
-        size_share: Where the sonar hears something farther away, a distance by size of this share of what it should be
+        size_share: Where the echo comes from farther away, a distance by size of this share of what it should be
             is believed.
         hysteresis: Once the robot stands, a target this many times farther away is still near enough.
         checks: An arrival is believed after this many frames at rest, each with an echo.

@@ -7,7 +7,7 @@ from dataclasses import replace
 from behaviors.ports import Cut, Sighting
 
 BEAM_DEG = 10.0
-"""The sonar hears a target within this bearing."""
+"""A target within this bearing gives an echo."""
 
 
 def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:

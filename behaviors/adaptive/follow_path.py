@@ -106,7 +106,7 @@ class FollowPathSkill:
         """Stop, and without a sonar back off: the robot may stand beside something that it would touch in a turn."""
         body = self._perception.context.body
         body.stop()
-        if self._perception.sonar.deaf:
+        if self._perception.sonar.silent:
             body.straight(-N.retreat_mm)
 
     def _drive(self) -> Fact | None:
@@ -143,7 +143,7 @@ class FollowPathSkill:
         """Return how fast to drive, mm/s, and to turn, deg/s."""
         perception = self._perception
         speed_mm_s = perception.parameters.travel_mm_s
-        if perception.sonar.deaf:
+        if perception.sonar.silent:
             speed_mm_s = perception.parameters.cruise_mm_s
         elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
             speed_mm_s = N.slow_share * perception.parameters.cruise_mm_s

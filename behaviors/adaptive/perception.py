@@ -27,7 +27,7 @@ class PerceptionNumbers:
         corrects: Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve.
         lost_frames: A target is lost only after this many frames without it.
         longest_step_s: What takes longer is a pause.
-        deaf_share: Share of its speed at which the robot drives while the sonar seems dead.
+        silent_share: Share of its speed at which the robot drives while the sonar seems dead.
         slow_link_s: If requesting echo and pose takes longer than this, the link is slow,
         burst: and each look evaluates this many frames: a frame takes little time compared with a round trip.
         test_s: Longest turn to test a doubtful sonar.
@@ -40,7 +40,7 @@ class PerceptionNumbers:
     corrects: float = 0.6
     lost_frames: float = 4.0
     longest_step_s: float = 2.0
-    deaf_share: float = 0.6
+    silent_share: float = 0.6
     slow_link_s: float = 0.5
     burst: int = 3
     test_s: float = 8.0
@@ -142,7 +142,7 @@ class Perception:
             self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
-        seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, hears=not self.sonar.deaf)]
+        seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, sonar_works=not self.sonar.silent)]
         self.world.see_floor(glimpses[-1].time_s, rays, range_mm)
         seen += [self.world.targets.look(looked_for, each, range_mm) for each in further]
         sightings = [each.get(self.target) for each in seen]
@@ -155,17 +155,17 @@ class Perception:
         self._start = self._start or pose
         if self._range_mm is not None:
             return self._range_mm > N.free_mm
-        return self.sonar.deaf and pose == self._start
+        return self.sonar.silent and pose == self._start
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo unless the sonar is stuck; a stuck sonar must not stop the robot either."""
-        was_stuck = self.sonar.lies
+        was_stuck = self.sonar.stuck
         believed_mm = self.sonar.believed(now_s, pose, range_mm)
-        if self.sonar.lies and not was_stuck:
+        if self.sonar.stuck and not was_stuck:
             self.context.body.distrust_sonar(f"It says {range_mm:.0f} mm wherever the robot turns.")
-        elif was_stuck and not self.sonar.lies:
+        elif was_stuck and not self.sonar.stuck:
             self.context.body.trust_sonar()
-        if self.sonar.lies is not was_stuck:
+        if self.sonar.stuck is not was_stuck:
             self.world.floor.forget_obstacles()
         return believed_mm
 
@@ -180,7 +180,7 @@ class Perception:
     @property
     def doubts_turns(self) -> bool:
         """Whether a turn should go on until it shows the scale of turns; echoes must come, and often enough."""
-        return self._turn_tests > 0 and not self.sonar.deaf and self.frames == 1
+        return self._turn_tests > 0 and not self.sonar.silent and self.frames == 1
 
     def begin_turn(self) -> None:
         """Begin a turn that measures the scale of turns."""
@@ -207,7 +207,7 @@ class Perception:
         Reports when the safety stop holds the robot and when it lets go.
         """
         if speed_mm_s > 0:
-            share = N.deaf_share if self.sonar.deaf and not self.sonar.lies else 1.0  # without it the body is slow
+            share = N.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0  # without it the body is slow
             speed_mm_s = min(share * speed_mm_s, N.step_mm / max(self._step_s, 0.01))
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE

@@ -1,4 +1,4 @@
-"""Whether the sonar works: one that hears nothing any more, or always the same, is ignored."""
+"""Whether the sonar works: one without an echo, or with always the same echo, is ignored."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ class SonarNumbers:
     """The numbers of the test of a sonar.
 
     Attributes:
-        deaf_s: A sonar that has heard nothing for this time may be dead; in a room there is mostly something in range.
+        silent_s: A sonar without an echo for this time may be dead; in a room there is mostly something in range.
         stuck_mm: The same echo over a path of this length is not an echo; a sonar measures centimetres.
         stuck_deg: So is the same echo over turns of this much in all.
-        lies_deg: A sonar that repeats an echo while the robot turns by this from one heading to another must not stop
-            it: a wall is heard at the same distance over twice the beam at most, and a corner over little more.
-        doubted_deg: Over this much it is doubtful; a turn of `lies_deg` decides.
+        certain_deg: A sonar that repeats an echo while the robot turns by this from one heading to another is certainly
+            stuck: a wall is at the same distance over twice the beam at most, and a corner over little more.
+        doubted_deg: Over this much it is doubtful; a turn of `certain_deg` decides.
         fresh: After this many different echoes it is believed again.
     """
 
-    deaf_s: float = 5.0
+    silent_s: float = 5.0
     stuck_mm: float = 200.0
     stuck_deg: float = 40.0
-    lies_deg: float = 150.0
+    certain_deg: float = 150.0
     doubted_deg: float = 60.0
     fresh: int = 3
 
@@ -39,11 +39,11 @@ class SonarTrust:
 
     Attributes:
         stopped: Whether the repeated echo has stopped the robot.
-        lies: Whether that echo is certainly false and must not stop the robot.
+        stuck: Whether that echo is certainly none and must not stop the robot.
     """
 
     def __init__(self) -> None:
-        self.stopped = self.lies = False
+        self.stopped = self.stuck = False
         self._headings = 0.0, 0.0
         self._heard_s = -math.inf
         self._now_s = 0.0
@@ -53,14 +53,14 @@ class SonarTrust:
         self._fresh = N.fresh
 
     @property
-    def deaf(self) -> bool:
-        """Whether it has heard nothing for some time: then silence does not mean that the path is free."""
-        return self._now_s - self._heard_s > N.deaf_s
+    def silent(self) -> bool:
+        """Whether there has been no echo for some time: then silence does not mean that the path is free."""
+        return self._now_s - self._heard_s > N.silent_s
 
     @property
     def doubtful(self) -> bool:
         """Whether it holds the robot by an echo that no wall would give in all these directions; a corner might."""
-        return self.stopped and not self.lies and self._repeated_deg > N.doubted_deg
+        return self.stopped and not self.stuck and self._repeated_deg > N.doubted_deg
 
     @property
     def _repeated_deg(self) -> float:
@@ -83,7 +83,7 @@ class SonarTrust:
         self._pose, self._last_mm = pose, range_mm
         if self._path_mm > N.stuck_mm or self._turn_deg > N.stuck_deg:
             self._fresh = 0
-        self.lies = (self.lies and self._fresh < N.fresh) or (self.stopped and self._repeated_deg > N.lies_deg)
+        self.stuck = (self.stuck and self._fresh < N.fresh) or (self.stopped and self._repeated_deg > N.certain_deg)
         if self._fresh < N.fresh:
             return None
         self._heard_s = now_s

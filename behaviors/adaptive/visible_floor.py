@@ -164,7 +164,7 @@ class FloorRanges:
         beam = sorted((ray.end_deg, ray.bearing_deg) for ray in rays if abs(ray.bearing_deg - off_deg) <= N.beam_deg)
         if len(beam) < N.nearest_rays:
             return
-        # the sonar hears what is nearest in its beam
+        # an echo is of what is nearest in the beam
         seen_deg, bearing_deg = beam[-(N.nearest_rays + 1) // 2]
         if abs(bearing_deg - off_deg) > N.ahead_deg:
             return

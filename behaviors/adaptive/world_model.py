@@ -87,7 +87,7 @@ class WorldModel:
         looked_for: Sequence[str],
         glance: Glimpse,
         *,
-        hears: bool = True,
+        sonar_works: bool = True,
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo.
 
@@ -97,7 +97,7 @@ class WorldModel:
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
             glance: What the frame showed.
-            hears: Whether the sonar works, so that silence means that nothing is near.
+            sonar_works: Whether the sonar works, so that silence means that nothing is near.
 
         Returns:
             The sightings that are not of a known look-alike.
@@ -109,7 +109,7 @@ class WorldModel:
         self.targets.renew(now_s)
         self.floor.fade(now_s)
         self.floor.clear_footprint(pose)
-        self.floor.without_sonar = not hears
+        self.floor.without_sonar = not sonar_works
         self._hear(pose, range_mm)
         return self.targets.look(looked_for, glance, range_mm)
 

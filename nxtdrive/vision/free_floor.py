@@ -24,7 +24,7 @@ class FreeFloorNumbers:
         width_px: Frames are brought to this width.
         columns: Directions in which it looks, spread evenly over the frame.
         sample_height: The colours are learned from this share of a frame's height, at its lower edge,
-        sample_width: and this share of its width, in the middle: 15 degrees to either side, where the sonar hears.
+        sample_width: and this share of its width, in the middle: 15 degrees to either side, of the beam of the sonar.
         bins: Steps of each of lightness, green to red, and blue to yellow (CIELAB).
         chroma_step: Width of a step of the latter two; of lightness it is 256 / `bins`.
         light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
@@ -127,7 +127,7 @@ class FreeFloorDetector:
 
 
 def _sample(small: Image) -> Image:
-    """Return the part of a frame that shows free floor if the sonar hears nothing near."""
+    """Return the part of a frame that shows free floor if there is no near echo."""
     height, width = small.shape[:2]
     top, aside = int(height * (1.0 - N.sample_height)), round(width * (1.0 - N.sample_width) / 2)
     return small[top:, aside : width - aside]

@@ -193,7 +193,7 @@ def _among_boxes(*effects: str, asks: str) -> RoomGenerator:
 
 
 def _sonar_silent(random: Random) -> RoomBuilder:
-    """Go on among objects that absorb ultrasound, with a sonar that hears nothing from some moment on."""
+    """Go on among objects that absorb ultrasound, with a sonar that gives no echo from some moment on."""
     builder = _among_boxes("soft_things", asks="")(random)
     fault = {"sensor": SONAR_PORT, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
     builder.events.append({"name": "the sonar falls silent", **fault})

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from sim_backend.world.toml_types import Duration, Length, Name, Percent, Point, Seconds, Table
 
 Fault = Literal["no_echo", "stuck", "error", "unplugged"]
-"""How a sensor fails: an ultrasonic sensor that hears nothing, a reading that stays, one that answers only at times (a
+"""How a sensor fails: an ultrasonic sensor without echoes, a reading that stays, one that answers only at times (a
 loose plug), and none at all."""
 Wheel = Literal["left", "right", "both"]
 

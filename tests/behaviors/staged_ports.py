@@ -1,4 +1,4 @@
-"""A robot that sees and hears what a script says, for the skills of the adaptive profile."""
+"""A robot whose camera and sonar show what a script says, for the skills of the adaptive profile."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Stage(RandomPorts):
     """A robot that turns but does not drive, while what it takes for its target moves.
 
     Args:
-        scenes: What it sees and hears; the last one lasts for ever.
+        scenes: What camera and sonar show; the last one lasts for ever.
         blind_s: When the camera begins to give no pictures, and when it gives some again.
     """
 

@@ -38,7 +38,7 @@ def echo_mm(brick):
     return brick.ultrasonic(4).distance_mm
 
 
-def test_a_sonar_that_hears_nothing_has_no_echo_until_it_recovers():
+def test_a_dead_sonar_has_no_echo_until_it_recovers():
     with Brick(SimTransport(simulate(fails("no_echo", stays_s=2)))) as brick:
         assert echo_mm(brick) == pytest.approx(FREE_MM, abs=20)
         brick.sleep(1.2)

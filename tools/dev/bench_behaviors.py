@@ -146,11 +146,11 @@ class TimedWorldModel(WorldModel):
         looked_for: Sequence[str],
         glance: Glimpse,
         *,
-        hears: bool = True,
+        sonar_works: bool = True,
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo."""
         begun_s = cpu_s()
-        believed = super().perceive(now_s, pose, range_mm, looked_for, glance, hears=hears)
+        believed = super().perceive(now_s, pose, range_mm, looked_for, glance, sonar_works=sonar_works)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 

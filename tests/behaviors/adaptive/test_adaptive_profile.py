@@ -181,7 +181,7 @@ def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_work
     perception = bench.profile._perception
     perception.step()
     if not heard:
-        mocker.patch.object(type(perception.sonar), "deaf", new=True)
+        mocker.patch.object(type(perception.sonar), "silent", new=True)
     drive = mocker.spy(perception.context.body, "drive")
     FollowPathSkill(perception, (bench.world.pose.ahead(500.0),)).call()
     fastest_mm_s = max(call.args[0] for call in drive.call_args_list)

@@ -16,7 +16,7 @@ def _sighting(distance_mm, target="door", bearing_deg=0.0):
     return Sighting(target, bearing_deg, distance_mm, 1.0, 0.0, (100, 80, 40, 56))
 
 
-def _approach(scale, factor, wheels=1.0, echo_offset_mm=0.0, *, hears=True, seed=0, target="door"):
+def _approach(scale, factor, wheels=1.0, echo_offset_mm=0.0, *, echoes=True, seed=0, target="door"):
     """Drive straight from 2 m to 0.4 m; what gives the echo stands at an offset from the target."""
     random = Random(seed)
     for i in range(100):
@@ -24,7 +24,7 @@ def _approach(scale, factor, wheels=1.0, echo_offset_mm=0.0, *, hears=True, seed
         echo_mm = true_mm + echo_offset_mm - AHEAD_MM + random.gauss(0.0, 10.0)
         seen_mm = true_mm / factor * random.gauss(1.0, 0.015)
         pose = Pose(16.0 * i * wheels)
-        scale.learn(_sighting(seen_mm, target), pose, echo_mm if hears and echo_mm > 30.0 else None)
+        scale.learn(_sighting(seen_mm, target), pose, echo_mm if echoes and echo_mm > 30.0 else None)
 
 
 def _factor(scale, target="door"):
@@ -45,7 +45,7 @@ def test_a_wrong_camera_is_learned_in_one_approach(factor, wheels, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_without_a_sonar_the_growth_of_the_picture_tells(factor, seed):
     scale = CameraScale(AHEAD_MM)
-    _approach(scale, factor, hears=False, seed=seed)
+    _approach(scale, factor, echoes=False, seed=seed)
     assert _factor(scale) == pytest.approx(factor, rel=0.1)
     assert scale.assured_mm("door", ARRIVE_MM) * factor / _factor(scale) <= 1.15 * ARRIVE_MM
 
@@ -92,7 +92,7 @@ def test_an_echo_to_the_side_is_ignored_and_before_anything_is_measured_the_robo
 def test_where_no_echo_confirms_a_stop_the_robot_goes_nearer_by_as_much_as_wheels_may_be_wrong(factor, wheels):
     scale = CameraScale(AHEAD_MM)
     for target in ("door", "window"):
-        _approach(scale, factor, wheels, hears=False, target=target)
+        _approach(scale, factor, wheels, echoes=False, target=target)
         unheard_mm = scale.assured_mm(target, ARRIVE_MM, heard=False)
         assert unheard_mm < scale.assured_mm(target, ARRIVE_MM)
         assert unheard_mm * factor / _factor(scale, target) <= 1.08 * ARRIVE_MM

@@ -124,7 +124,7 @@ def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
     world.floor.evidence[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = GRID.solid - 0.1
     for x_mm, y_mm in ((0.0, 0.0), (-1000.0, 0.0), (800.0, 1000.0), (800.0, -1000.0)):
         for heading_deg in range(0, 360, 10):
-            world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), hears=False)
+            world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), sonar_works=False)
         world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 0.0)
     world.floor.without_sonar = False
     best, *_ = _candidates(world).viewpoints("door")

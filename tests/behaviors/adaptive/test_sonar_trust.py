@@ -17,31 +17,31 @@ def _drive(trust, range_mm, *, begin_s=0.0, steps=40, step_mm=20.0):
     return heard[-1]
 
 
-def test_a_sonar_that_hears_different_things_is_believed():
+def test_a_sonar_with_different_echoes_is_believed():
     trust = SonarTrust()
     assert _drive(trust, lambda i: 2000.0 - 20.0 * i) == 1220.0
-    assert not trust.deaf
+    assert not trust.silent
 
 
 def test_a_sonar_at_rest_may_always_hear_the_same():
     assert _drive(SonarTrust(), lambda _: 700.0, step_mm=0.0) == 700.0
 
 
-def test_a_sonar_that_repeats_its_last_echo_on_the_way_is_not_believed_until_it_hears_something_else():
+def test_a_sonar_that_repeats_its_last_echo_on_the_way_is_not_believed_until_the_echo_changes():
     trust = SonarTrust()
     assert _drive(trust, lambda _: 700.0, steps=100) is None
-    assert trust.deaf
+    assert trust.silent
     assert _drive(trust, lambda i: 900.0 - 10.0 * i, begin_s=10.0, steps=5) == 860.0
-    assert not trust.deaf
+    assert not trust.silent
 
 
-def test_a_sonar_that_has_heard_nothing_for_some_time_is_deaf():
+def test_a_sonar_without_an_echo_for_some_time_is_silent():
     trust = SonarTrust()
     _drive(trust, lambda i: 2000.0 - i)
-    _drive(trust, lambda _: None, begin_s=4.0, steps=round(5.0 * SONAR.deaf_s))
-    assert not trust.deaf
-    _drive(trust, lambda _: None, begin_s=4.0, steps=round(12.0 * SONAR.deaf_s))
-    assert trust.deaf
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(5.0 * SONAR.silent_s))
+    assert not trust.silent
+    _drive(trust, lambda _: None, begin_s=4.0, steps=round(12.0 * SONAR.silent_s))
+    assert trust.silent
 
 
 def _turn(trust, degrees, range_mm=150.0, begin_deg=0.0):
@@ -59,33 +59,33 @@ def test_only_the_same_echo_on_both_sides_is_certainly_none():
         trust.stopped = True
         _turn(trust, degrees)
     assert wall.doubtful
-    assert not wall.lies
-    assert stuck.lies
+    assert not wall.stuck
+    assert stuck.stuck
 
 
 def test_a_sonar_that_stops_nothing_is_left_alone():
     trust = SonarTrust()
     _turn(trust, 160.0)
     assert not trust.doubtful
-    assert not trust.lies
+    assert not trust.stuck
 
 
-def test_a_sonar_that_hears_different_things_again_lies_no_more():
+def test_a_stuck_sonar_with_different_echoes_again_is_believed():
     trust = SonarTrust()
     _turn(trust, 10.0)
     trust.stopped = True
     _turn(trust, 160.0)
-    assert trust.lies
+    assert trust.stuck
     for i in range(4):
         trust.believed(20.0 + i, Pose(heading_deg=160.0), 500.0 + 10.0 * i)
-    assert not trust.lies
+    assert not trust.stuck
 
 
 def test_the_silence_of_a_dead_sonar_clears_nothing():
     table = {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "marker", "id": 0}}}
     world = WorldModel(Mission.model_validate(table))
     for i in range(10):
-        world.perceive(0.1 * i, Pose(heading_deg=5.0 * i), None, [], Glimpse(0.1 * i, {}), hears=False)
+        world.perceive(0.1 * i, Pose(heading_deg=5.0 * i), None, [], Glimpse(0.1 * i, {}), sonar_works=False)
     x, y = cell(800.0, 0.0)
     assert world.floor.evidence[x, y] == 0.0
 

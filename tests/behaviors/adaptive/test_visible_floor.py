@@ -90,7 +90,7 @@ def test_echoes_tell_how_high_the_camera_is():
 def test_echoes_of_something_else_teach_nothing():
     ranges = _ranges(calibrated=True)
     for i in range(30):
-        ranges.compare(_wall(700.0), Pose(x_mm=200.0 * i), 1400.0)  # a low box: the sonar hears the wall behind it
+        ranges.compare(_wall(700.0), Pose(x_mm=200.0 * i), 1400.0)  # a low box: the echo is of the wall behind it
     assert _ahead(ranges.measure(_wall(700.0)).end_mm) == pytest.approx(700.0, rel=0.01)
 
 

@@ -12,7 +12,7 @@ def plain_room():
     return next(one for one in rooms if (one.floor, one.wall, one.box) == ("carpet", "bricks", "green_box"))
 
 
-def test_rooms_are_learned_from_where_the_sonar_hears_nothing_near():
+def test_rooms_are_learned_from_where_no_echo_is_near():
     room = make_room(3, 2, 5)
     assert room == make_room(3, 2, 5)
     assert len(room.learned_from) == 10

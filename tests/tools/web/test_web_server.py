@@ -166,7 +166,7 @@ def test_there_is_a_limit_to_the_number_of_pages(tmp_path):
 
 
 @pytest.mark.slow
-def test_one_page_drives_and_the_robot_stops_when_it_hears_no_more(tmp_path):
+def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path):
     with (
         _running(tmp_path) as client,
         client.websocket_connect("/ws") as page,
