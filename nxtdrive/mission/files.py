@@ -24,6 +24,12 @@ def usual_robot() -> Path | None:
     return Path(named) if named else None
 
 
+def robot_file_of(folder: Path) -> Path | None:
+    """Return the robot file for missions in a folder if none is named: that of the environment, else ``robot.toml``."""
+    beside = folder / ROBOT_FILE
+    return usual_robot() or (beside if os.path.lexists(beside) else None)
+
+
 def read_robot_file(path: Path | None) -> RobotFile:
     """Read a robot file; without a path, one without values.
 

@@ -24,6 +24,7 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
+from behaviors.profile_names import named_profiles
 from firmware_protocol.errors import ConfigError
 from nxtdrive.signals import handling
 
@@ -271,6 +272,7 @@ class Server:
             "address": self.address,
             "drives": self.driven is not None,
             "missions": self.missions.names(),
+            "profiles": named_profiles(),
             "chart": chart(),
             "recoveries": recoveries(),
         }

@@ -13,7 +13,7 @@ from nxtdrive.cli.options import writing
 from nxtdrive.cli.output import make_console, write_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from behaviors.adaptive.chances import Counts
     from nxtdrive.recording.predictions import Prediction
@@ -51,18 +51,24 @@ def run(args: argparse.Namespace) -> int:
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
     earlier: list[Counts] = []
+    others: set[str] = set()
     for path in args.run_paths:
         if path.suffix == ".json" and path.is_file():
             kept, origins = _read_counts(path)
             earlier.append(kept)
             sources += origins
             continue
-        more, source = _read_sweep(path) if path.suffix == ".jsonl" and path.is_file() else _read_run(path)
+        if path.suffix == ".jsonl" and path.is_file():
+            more, source = _read_sweep(path)
+        else:
+            (profile, more), source = _read_run(path), {}
+            others |= {profile} - {"", "adaptive"}
         found += more
         sources.append({"name": path.name, "choices": len(more), **source})
     if not found and not earlier:
-        raise _nothing_to_count(args.run_paths)
-    _show(found)
+        raise _nothing_to_count(sorted(others))
+    if found:
+        _show(found)
     numbers = summed([*earlier, counts(found)])
     if args.out is not None:
         with writing(args.out, "Choose another file with --out."):
@@ -86,12 +92,8 @@ def _read_counts(path: Path) -> tuple[Counts, list[dict[str, Any]]]:
         raise ConfigError(f"{path} has no counts.", remedy=remedy) from error
 
 
-def _nothing_to_count(paths: Iterable[Path]) -> ConfigError:
-    """Return the error of runs without a choice of the adaptive profile; says which other profiles they have."""
-    from nxtdrive.recording.run_reader import read_run
-
-    missions = (read_run(path).mission for path in paths if path.is_dir())
-    others = sorted({each.mission.profile for each in missions if each} - {"adaptive"})
+def _nothing_to_count(others: Sequence[str]) -> ConfigError:
+    """Return the error of runs without a choice of the adaptive profile, with the other profiles that they have."""
     if not others:
         return ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
     return ConfigError(
@@ -100,14 +102,16 @@ def _nothing_to_count(paths: Iterable[Path]) -> ConfigError:
     )
 
 
-def _read_run(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
+def _read_run(path: Path) -> tuple[str, list[Prediction]]:
+    """Read a run's profile, empty if its mission is lost, and its choices if that is the adaptive one."""
     from nxtdrive.recording.predictions import predictions
     from nxtdrive.recording.run_reader import read_run
 
     past = read_run(path)
-    if past.mission is None or past.mission.mission.profile != "adaptive":
-        return [], {}
-    return predictions(past.records, "adaptive", past.mission), {}
+    if past.mission is None:
+        return "", []
+    profile = past.mission.mission.profile
+    return profile, predictions(past.records, profile, past.mission) if profile == "adaptive" else []
 
 
 def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:

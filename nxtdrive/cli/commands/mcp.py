@@ -24,7 +24,8 @@ DESCRIPTION = """\
 Let an assistant, a program that speaks the Model Context Protocol, use the robot: it
 looks, drives short distances, and starts missions. The assistant starts this command
 itself and talks to it over standard input and output. Without a brick it gets the
-simulated one in real time. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
+simulated one in real time. It uses the robot.toml in the folder of the missions if no
+other robot file is named. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
 EXAMPLES = """\
   nxtdrive mcp
   nxtdrive mcp --nxt usb:// --camera 0 --max-mm 300
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until the assistant disconnects; return the exit code."""
     require("mcp", "mcp", what="the assistant's protocol")
-    from nxtdrive.mission.files import read_mission_file
+    from nxtdrive.mission.files import read_mission_file, robot_file_of
     from nxtdrive.tools.mcp.assistant import Assistant
     from nxtdrive.tools.mcp.mission_status import MissionStatusHub
     from nxtdrive.tools.mcp.server import make_server, serve
@@ -59,9 +60,10 @@ def run(args: argparse.Namespace) -> int:
 
     if args.web:
         require_page()
-    status_hub, address = MissionStatusHub(), in_real_time(args.nxt)
-    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot), status_hub, args.out)
-    assistant = Assistant(robot, status_hub, Missions(existing(args.folder), args.robot), args.out, args.max_mm)
+    status_hub, address, folder = MissionStatusHub(), in_real_time(args.nxt), existing(args.folder)
+    usual = robot_file_of(folder)
+    robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), status_hub, args.out)
+    assistant = Assistant(robot, status_hub, Missions(folder, args.robot, usual), args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
         robot.open()

@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     """Serve the page of one robot."""
-    from nxtdrive.mission.files import ROBOT_FILE, read_mission_file, usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE, read_mission_file, robot_file_of
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.calibration import Calibrations
     from nxtdrive.tools.web.hub import Hub
@@ -80,8 +80,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
 
     address = in_real_time(args.nxt)
     folder = existing(args.folder)
-    in_folder = folder / ROBOT_FILE
-    usual = usual_robot() or (in_folder if os.path.lexists(in_folder) else None)
+    usual = robot_file_of(folder)
     hub, missions = Hub(), Missions(folder, args.robot, usual)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
 
@@ -94,7 +93,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
         closing(robot),
         suppress(KeyboardInterrupt),
     ):
-        calibrations = Calibrations(hub, args.robot or usual or in_folder, use)
+        calibrations = Calibrations(hub, args.robot or usual or folder / ROBOT_FILE, use)
         server = Server(robot, hub, missions, Runs(args.out), str(address), pin, calibrations)
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:

@@ -75,3 +75,10 @@ def test_it_ends_when_the_assistant_leaves(tmp_path):
 def test_a_brick_that_is_not_there_is_reported(capsys, tmp_path):
     assert main(["mcp", "--nxt", f"sim://{tmp_path}/nowhere.toml"]) == USAGE
     assert "nowhere.toml" in capsys.readouterr().err
+
+
+def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("NXT_ROBOT", raising=False)
+    (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
+    assert main(["mcp", "--folder", str(tmp_path)]) == USAGE
+    assert "robot.radius_mm" in capsys.readouterr().err

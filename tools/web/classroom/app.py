@@ -18,6 +18,8 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
+from behaviors.profile_names import named_profiles
+
 from ..access import Pin
 from ..app import STATIC, as_json, guarded, http_server, run_until_signal
 from ..hub import Client
@@ -86,6 +88,7 @@ class ClassroomServer:
             "name": config.name,
             "robots": robots,
             "missions": self.classroom.missions.names(),
+            "profiles": named_profiles(),
         }
 
     def _results(self, _request: Request) -> Response:

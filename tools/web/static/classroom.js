@@ -17,11 +17,11 @@ const inSight = new IntersectionObserver((entries) => {
   tellVisible();
 });
 
-connection.on("hello", ({ name, robots, missions }) => {
+connection.on("hello", ({ name, robots, missions, profiles }) => {
   notice("");
   document.title = `nxtdrive: ${name}`;
   find("title").textContent = name;
-  offer(missions, robots.some(({ mission }) => mission));
+  offer(missions, profiles, robots.some(({ mission }) => mission));
   if (robots.map((robot) => robot.name).join("\n") !== tiles.map((tile) => tile.name).join("\n")) build(robots);
   tellVisible();
   results.fetch();
@@ -73,11 +73,13 @@ function build(robots) {
   choose();
 }
 
-function offer(missions, own) {
-  const before = find("mission").value;
+function offer(missions, profiles, own) {
+  const before = find("mission").value, profile = find("profile").value;
   const options = [...(own ? [[OWN, "each robot's own"]] : []), ["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
   find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
   if (options.some(([value]) => value === before)) find("mission").value = before || options[0][0];
+  find("profile").replaceChildren(new Option("as the mission says", ""), ...profiles.map((name) => new Option(name, name)));
+  find("profile").value = profiles.includes(profile) ? profile : "";
 }
 
 function chosen() {

@@ -77,7 +77,7 @@ export class MissionPanel {
   constructor(connection, find) {
     this.connection = connection;
     this.find = find;
-    connection.on("hello", ({ missions }) => this.offer(missions));
+    connection.on("hello", ({ missions, profiles }) => this.offer(missions, profiles));
     connection.on("run", () => this.running(true));
     connection.on("ended", () => this.running(false));
     connection.on("question", (question) => this.ask(question));
@@ -91,9 +91,10 @@ export class MissionPanel {
     find("pause").addEventListener("click", () => connection.send({ type: this.paused ? "resume" : "pause" }));
   }
 
-  offer(missions) {
+  offer(missions, profiles) {
     const options = [["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
     this.find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+    this.find("profile").replaceChildren(new Option("as the mission says", ""), ...profiles.map((name) => new Option(name, name)));
     this.running(false);
     this.find("question").hidden = true;
   }

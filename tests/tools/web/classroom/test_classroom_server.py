@@ -80,6 +80,7 @@ def test_a_page_is_greeted_with_the_robots_and_missions(tmp_path):
     with _client(_closed(tmp_path, "Ada", mission="quick.toml")).websocket_connect("/ws") as page:
         hello = page.receive_json()
     assert (hello["type"], hello["version"], hello["name"], hello["missions"]) == ("hello", 1, "7b", ["quick.toml"])
+    assert hello["profiles"] == ["thesis", "adaptive"]
     assert hello["robots"] == [
         {"name": "Ada", "colour": "#c4161c", "address": "sim://open?pace=realtime", "mission": "quick.toml"}
     ]
