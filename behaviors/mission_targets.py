@@ -53,7 +53,7 @@ class MarkerTarget(_Target):
 
     detector: Literal["marker"]
     family: Literal["aruco_4x4_50", "apriltag_36h11"] = "aruco_4x4_50"
-    id: int = Field(ge=0, le=586)
+    id: int = Field(ge=0)
 
 
 class QrTarget(_Target):

@@ -79,8 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=target_height_mm,
-        help="its real height. Measure that of what a photograph shows: A4 upright is 297, A4 across 210, A5 upright "
-        "210; a marker is printed 150 mm high and a QR code 160 unless you say so",
+        help="its real height, 10 to 3,000. Measure that of what a photograph shows: A4 upright is 297, A4 across "
+        "210, A5 upright 210; a marker is printed 150 mm high and a QR code 160 unless you say so",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
