@@ -152,11 +152,11 @@ def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text
 
 
 def _sum(explanation: Explanation) -> Text:
-    told = [each.replay for each in explanation.decisions if each.replay.choice is not None]
-    if not told:
+    replays = [each.replay for each in explanation.decisions if each.replay.choice is not None]
+    if not replays:
         return Text(f"This journal does not show what {explanation.policy} would have chosen.")
-    differing = sum(replay.differs for replay in told)
-    text = f"{explanation.policy} would have chosen differently in {differing} of {len(told)} decisions"
-    left_out = len(explanation.decisions) - len(told)
+    differing = sum(replay.differs for replay in replays)
+    text = f"{explanation.policy} would have chosen differently in {differing} of {len(replays)} decisions"
+    left_out = len(explanation.decisions) - len(replays)
     text += f"; {left_out} unknown" if left_out else ""
     return Text(f"{text}. After the first different choice the run itself would have gone differently.")

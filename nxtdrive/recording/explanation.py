@@ -81,15 +81,15 @@ def what_ifs(folder: Path) -> dict[int, Mapping[str, Any]]:
     Returns none if there is no such file, or another one has its name.
     """
     try:
-        told = parse_object(read_text(folder / WHAT_IF, MAX_BYTES)).get("decisions")
+        decisions = parse_object(read_text(folder / WHAT_IF, MAX_BYTES)).get("decisions")
     except ValueError:
         return {}
-    return {each["decision"]: each for each in told if _is_what_if(each)} if isinstance(told, list) else {}
+    return {each["decision"]: each for each in decisions if _is_what_if(each)} if isinstance(decisions, list) else {}
 
 
-def _is_what_if(told: Any) -> bool:  # noqa: ANN401 - whatever the file has
+def _is_what_if(value: Any) -> bool:  # noqa: ANN401 - whatever the file has
     try:
-        candidates = _WhatIf.model_validate(told).candidates
+        candidates = _WhatIf.model_validate(value).candidates
     except ValidationError:
         return False
     return any(each.chosen for each in candidates) and any(each.best for each in candidates)
@@ -125,10 +125,10 @@ def _own_policy(profile: str, mission: Mission) -> tuple[RecoveryPolicy | None, 
         return None, str(error)
 
 
-def what_if_words(told: Mapping[str, Any]) -> str:
+def what_if_words(decision: Mapping[str, Any]) -> str:
     """Say what ``nxtdrive what-if`` found: the costs of the choice and of the best candidate, and the regret."""
-    chosen, best = (next(each for each in told["candidates"] if each[mark]) for mark in ("chosen", "best"))
+    chosen, best = (next(each for each in decision["candidates"] if each[mark]) for mark in ("chosen", "best"))
     costs = f"the choice costs {chosen['cost_s'][0]:.1f} s to a target on average"
     if best is not chosen:
         costs += f"; to {best['does']}, {best['cost_s'][0]:.1f} s"
-    return printable(f"{costs}; regret {told['regret_s']:.1f} s")
+    return printable(f"{costs}; regret {decision['regret_s']:.1f} s")

@@ -82,16 +82,16 @@ class RunFolder:
             details: Further entries: mission, address, camera, seed.
         """
         self._reserve.unlink(missing_ok=True)
-        told = summary(report, error, details)
+        values = summary(report, error, details)
         try:
-            self._write_json(SUMMARY, told)
+            self._write_json(SUMMARY, values)
         except OSError:
-            if told.pop("path", None) is None:
+            if values.pop("path", None) is None:
                 raise
-            self._write_json(SUMMARY, told)
+            self._write_json(SUMMARY, values)
 
-    def _write_json(self, name: str, told: dict[str, object]) -> None:
-        write_file(self.path / name, (json.dumps(told, indent=2, ensure_ascii=False) + "\n").encode())
+    def _write_json(self, name: str, values: dict[str, object]) -> None:
+        write_file(self.path / name, (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:

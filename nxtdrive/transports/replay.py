@@ -182,7 +182,7 @@ def in_words(telegram: bytes) -> str:
     """Format a telegram in one line: its name, its fields, its bytes."""
     if not telegram:
         return ""
-    told = explain(telegram)
-    status = "" if told.status is None else f" {told.status.label}"
-    fields = "".join(f" {field.name}={field.text}" for field in told.fields)
-    return f"{told.name or told.kind}{status}{fields} ({telegram.hex(' ')})"
+    explained = explain(telegram)
+    status = "" if explained.status is None else f" {explained.status.label}"
+    fields = "".join(f" {field.name}={field.text}" for field in explained.fields)
+    return f"{explained.name or explained.kind}{status}{fields} ({telegram.hex(' ')})"

@@ -74,7 +74,7 @@ def constant_model(
     shape: Shape = (1, 3, SIDE, SIDE),
     dtype: int = TensorProto.FLOAT,
     whole: Sequence[str] = (),
-    told_size: bool = False,
+    takes_size: bool = False,
     metadata: Mapping[str, str] | None = None,
 ) -> bytes:
     """Return a model that returns the same for every image.
@@ -84,7 +84,7 @@ def constant_model(
         shape: Shape of its input; texts leave dimensions open.
         dtype: Type of its input.
         whole: Names of the outputs that are whole numbers.
-        told_size: Whether it has a second input, which takes the size of the frame and scales the boxes.
+        takes_size: Whether it has a second input, which takes the size of the frame and scales the boxes.
         metadata: The file's metadata; by default its labels.
     """
     inputs = [helper.make_tensor_value_info("images", dtype, list(shape))]
@@ -94,14 +94,14 @@ def constant_model(
         helper.make_node("Mul", ["mean", "nothing"], ["none"]),
     ]
     values = [numpy_helper.from_array(np.array(0, np.float32), "nothing")]
-    if told_size:
+    if takes_size:
         inputs.append(helper.make_tensor_value_info("orig_target_sizes", TensorProto.INT64, [1, 2]))
         nodes.append(helper.make_node("Cast", ["orig_target_sizes"], ["size"], to=TensorProto.FLOAT))
         nodes.append(helper.make_node("Concat", ["size", "size"], ["sizes"], axis=1))
-    told = []
+    declared = []
     for name, value in outputs.items():
         values.append(numpy_helper.from_array(value, f"{name}_values"))
-        scaled = told_size and name == "boxes"
+        scaled = takes_size and name == "boxes"
         summed = f"{name}_sum" if scaled or name in whole else name
         nodes.append(helper.make_node("Add", [f"{name}_values", "none"], [summed]))
         if scaled:
@@ -109,8 +109,8 @@ def constant_model(
         if name in whole:
             nodes.append(helper.make_node("Cast", [f"{name}_sum"], [name], to=TensorProto.INT64))
         kind = TensorProto.INT64 if name in whole else TensorProto.FLOAT
-        told.append(helper.make_tensor_value_info(name, kind, list(value.shape)))
-    return _saved(helper.make_graph(nodes, "constant", inputs, told, values), metadata)
+        declared.append(helper.make_tensor_value_info(name, kind, list(value.shape)))
+    return _saved(helper.make_graph(nodes, "constant", inputs, declared, values), metadata)
 
 
 def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
@@ -153,12 +153,12 @@ def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
     nodes.append(node("ReduceMax", ["columns"], ["scores"], axes=[1], keepdims=1))
     nodes.append(node("Mul", ["scores", "zero"], ["labels"]))
     inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, 240, 320])]
-    told = [
+    outputs = [
         helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, size])
         for name, size in (("boxes", 4), ("scores", 1), ("labels", 1))
     ]
     initial = [numpy_helper.from_array(np.asarray(value), name) for name, value in values.items()]
-    graph = helper.make_graph(nodes, "red", inputs, told, initial)
+    graph = helper.make_graph(nodes, "red", inputs, outputs, initial)
     return _saved(graph, {"names": "{0: 'box'}"} if metadata is None else metadata)
 
 

@@ -177,9 +177,9 @@ def _compare(found: dict[str, Any]) -> None:
 
 
 def _unlike(workers: dict[str, Any], expected: Installed) -> ConfigError:
-    told = "; ".join(f"{worker} {_difference(what, expected)}" for worker, what in sorted(workers.items()))
+    differences = "; ".join(f"{worker} {_difference(what, expected)}" for worker, what in sorted(workers.items()))
     return ConfigError(
-        f"not every worker has the nxtdrive of this computer, {expected.version}: {told}.",
+        f"not every worker has the nxtdrive of this computer, {expected.version}: {differences}.",
         remedy="Install the same there and start these workers again.",
     )
 

@@ -24,7 +24,7 @@ class Forks:
     A context manager: a copy ends with the context, and the original leaves it when all copies have ended.
 
     Attributes:
-        results: What the copies told, in order; in the original.
+        results: Results of the copies, in order; in the original.
     """
 
     def __init__(self) -> None:
@@ -59,11 +59,11 @@ class Forks:
                 return copy
             os.close(theirs)
             with os.fdopen(ours) as pipe:
-                told = pipe.read()
+                result = pipe.read()
             os.waitpid(process, 0)
-            if not told:
+            if not result:
                 raise RuntimeError("a copy of the process ended without a result")
-            self.results.append(float(told))
+            self.results.append(float(result))
         raise _AllEnded
 
     def tell(self, result: float) -> None:

@@ -201,8 +201,8 @@ def calibration_rows(lines: Sequence[Line]) -> Rows:
         if not (error := calibration_error(group)).number:
             continue
         parts = [(name, pairs(group, name)) for name in RECOVERIES]
-        told = [_predicted(part) for _, part in parts]
-        rows.append([agent, interval(error), *told])
+        predicted = [_predicted(part) for _, part in parts]
+        rows.append([agent, interval(error), *predicted])
     return rows
 
 

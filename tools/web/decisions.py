@@ -58,15 +58,15 @@ def _with_costs(values: dict[str, Any], what_if: Mapping[str, Any]) -> dict[str,
     known = list(what_if["candidates"])
     # two candidates may have the same words; there, too, the chosen one comes first
     for each in sorted(values["candidates"], key=lambda each: each is not values["candidates"][values["chosen"] or 0]):
-        if found := next((told for told in known if told["does"] == each["text"]), None):
+        if found := next((alternative for alternative in known if alternative["does"] == each["text"]), None):
             known.remove(found)
             each |= _cost(found)
-    values["candidates"] += [{"text": told["does"], "why": "", **_cost(told)} for told in known]
+    values["candidates"] += [{"text": alternative["does"], "why": "", **_cost(alternative)} for alternative in known]
     return {**values, "what_if": what_if_words(what_if)}
 
 
-def _cost(told: Mapping[str, Any]) -> dict[str, Any]:
-    return {"cost_s": told["cost_s"], "best": told["best"]}
+def _cost(alternative: Mapping[str, Any]) -> dict[str, Any]:
+    return {"cost_s": alternative["cost_s"], "best": alternative["best"]}
 
 
 def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:

@@ -111,8 +111,8 @@ class Missions:
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
             if (_version(read_bytes(path, MAX_BYTES)) if path.exists() else "") != version:
-                told = "has changed on the disk since it was opened" if version else "exists already"
-                raise Conflict(f"{name} {told}. Nothing was saved: open it again, or choose another name.")
+                reason = "has changed on the disk since it was opened" if version else "exists already"
+                raise Conflict(f"{name} {reason}. Nothing was saved: open it again, or choose another name.")
             file.replace(path)
         return _version(content)
 

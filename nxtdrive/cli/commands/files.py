@@ -113,8 +113,8 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
                 brick.files.delete(name)
             except (BrickError, ConfigError, LocalProtocolError) as error:
                 missing = isinstance(error, BrickError) and error.status is Status.FILE_NOT_FOUND
-                told = f"there is no file {name} on the brick; {LISTED}"
-                complain(told if missing else f"{name} is kept: {error}")
+                text = f"there is no file {name} on the brick; {LISTED}"
+                complain(text if missing else f"{name} is kept: {error}")
                 code = code or exit_code(error) or USAGE
             else:
                 _say(args, {"deleted": name})

@@ -119,7 +119,7 @@ def _played(name: str, source: Source, request: Request, workers: Workers) -> di
     return result
 
 
-def _show(name: str, told: list[dict[str, Any]]) -> None:
+def _show(name: str, decisions: list[dict[str, Any]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -127,7 +127,7 @@ def _show(name: str, told: list[dict[str, Any]]) -> None:
     from nxtdrive.recording.wording import failure_words
 
     console = make_console()
-    for each in told:
+    for each in decisions:
         head = f"{name}, {each['decision']}. {each['t']:.1f} s, {each['target']}: {failure_words(each['reason'])}"
         table = Table(title=Text(printable(head)), title_justify="left")
         for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
@@ -138,5 +138,5 @@ def _show(name: str, told: list[dict[str, Any]]) -> None:
             table.add_row(mark, Text(printable(candidate["does"])), f"{mean:.1f} [{low:.1f}, {high:.1f}]")
         console.print(table)
         write_line(f"regret {each['regret_s']:.1f} s ({each['biased_regret_s']:.1f} s with the bias)")
-    if not told:
+    if not decisions:
         write_line(f"{name}: the mission had no decision")

@@ -77,8 +77,8 @@ def image_input(file: OnnxFile, open_size: int) -> ImageInput:
         width, height = (third, second) if channels_first else (second, first)
         usable = tensor.dtype in ("float32", "float16", "uint8") and batch in ([], [1], [None])
         colors = first if channels_first else third
-        told = all(one.dtype and one.shape is not None and one.shape[1] in (2, None) for one in sizes)
-        if usable and told and colors in (3, None) and max(width or 1, height or 1) <= LARGEST:
+        declared = all(one.dtype and one.shape is not None and one.shape[1] in (2, None) for one in sizes)
+        if usable and declared and colors in (3, None) and max(width or 1, height or 1) <= LARGEST:
             if batch:
                 width, height = width or open_size, height or open_size
             return ImageInput(tensor, channels_first, width, height, sizes[0] if sizes else None)

@@ -86,10 +86,10 @@ def find_layout(
     shapes = {name: value.shape for name, value in outputs.items()}
     found = _alone(shapes, size, named, wanted) if len(shapes) == 1 else _together(model, shapes, wanted)
     if found is None or (wanted is not None and found.name != wanted):
-        told = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
+        listed = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
         fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
         remedy = f"Set layout to one of: {', '.join(LAYOUTS)}; or export the model in one of these."
-        raise ConfigError(f"the outputs of {model.path} {fits}: {told}.", remedy=remedy)
+        raise ConfigError(f"the outputs of {model.path} {fits}: {listed}.", remedy=remedy)
     if found.name == "yolox":
         rows = _rows(outputs[found.roles["all"]])
         relative = len(rows) == len(_cells(size)[1]) and _relative(rows.astype(np.float32), size)
@@ -117,7 +117,7 @@ def decode(layout: Layout, outputs: Arrays, size: tuple[int, int]) -> Places:
         boxes = _rows(parts["boxes"])
         scores = parts["scores"].reshape(-1) if "scores" in parts else boxes[:, 4]
         corners = boxes[:, :4]
-        if layout.name == "boxes":  # a detr-post model was told that the frame has one pixel
+        if layout.name == "boxes":  # a detr-post model was given one pixel as the size of the frame
             corners = _shares(corners, size)
         return _places(corners, scores, parts["labels"].reshape(-1))
 
@@ -153,8 +153,8 @@ def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str 
         return Layout("detr", roles, scores[-1]) if fits else None
     if "labels" not in roles or ("scores" not in roles and shapes[roles["boxes"]][-1] != 5):
         return None
-    told = len(model.inputs) > 1 if wanted is None else wanted == "detr-post"
-    return Layout("detr-post" if told else "boxes", roles)
+    takes_size = len(model.inputs) > 1 if wanted is None else wanted == "detr-post"
+    return Layout("detr-post" if takes_size else "boxes", roles)
 
 
 def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, str]:

@@ -32,7 +32,7 @@ def detector(tmp_path):
 def model(layout, **more):
     outputs = outputs_of(layout)
     whole = ["labels"] if "labels" in outputs else []
-    return constant_model(outputs, **{"whole": whole, "told_size": layout == "detr-post", **more})
+    return constant_model(outputs, **{"whole": whole, "takes_size": layout == "detr-post", **more})
 
 
 def expected(layout):

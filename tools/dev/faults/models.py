@@ -41,7 +41,7 @@ def _goods() -> tuple[bytes, ...]:
     """Return models of all layouts."""
     layouts = {layout: outputs_of(layout) for layout in LAYOUTS}
     constant = [
-        constant_model(outputs, whole=("labels",) if "labels" in outputs else (), told_size=layout == "detr-post")
+        constant_model(outputs, whole=("labels",) if "labels" in outputs else (), takes_size=layout == "detr-post")
         for layout, outputs in layouts.items()
     ]
     return (*constant, red_model(), yunet_model(), constant_model(layouts["yolo"], shape=("n", 3, "h", "w")))
