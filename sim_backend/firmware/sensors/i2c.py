@@ -5,7 +5,7 @@ The firmware's end of the bus works in the interrupts of a timer: it moves the t
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Sequence
 
 from sim_backend.firmware.sensors.i2c_sensor import BYTE_BITS
 from sim_backend.firmware.sensors.i2c_wires import Wires
@@ -62,7 +62,7 @@ class I2CBus(Wires):
         """The firmware's receive buffer: bytes that it has not taken."""
         return bytes(self._buffer)
 
-    def begin(self, message: Iterable[int], rx_size: int, *, restarts: bool = True) -> None:
+    def begin(self, message: Sequence[int], rx_size: int, *, restarts: bool = True) -> None:
         """Start to write `message`, address first, and then to read, with a second start before it or without.
 
         A read that an earlier message did not come to follows one without a read.
@@ -132,15 +132,12 @@ class I2CBus(Wires):
         self._put_bit(False)
         self.set_data(True)
 
-    def interrupt(self, times: int) -> None:
-        """Do the work of some interrupts of the timer."""
-        for _ in range(times):
-            if self._sending is not None:
-                self._sending = self._step(self._sending)
-            if self._reading is not None:
-                self._reading = self._step(self._reading)
-            elif self._sending is None:
-                return
+    def interrupt(self) -> None:
+        """Do the work of an interrupt of the timer."""
+        if self._sending is not None:
+            self._sending = self._step(self._sending)
+        if self._reading is not None:
+            self._reading = self._step(self._reading)
 
     def _step(self, steps: Steps) -> Steps | None:
         """Do the work of one interrupt; return the rest of the steps, None after the last one.
@@ -222,7 +219,7 @@ class I2CBus(Wires):
         if self._waits and not self.clock:
             raise _ClockHeldError
 
-    def _send(self, message: Iterable[int]) -> Steps:
+    def _send(self, message: Sequence[int]) -> Steps:
         """Write the bytes; only the first one must be acknowledged.
 
         The data line falls in vain where a read that went on without the clock pin has left this at low.
@@ -230,14 +227,14 @@ class I2CBus(Wires):
         self.pull_data()
         self.set_clock(True)
         yield
-        address = None
-        for byte in message:
-            if address is not None:
+        address = 0
+        for place in range(len(message)):
+            if place:
                 yield from _pause(_WRITE_PAUSE)
                 self.pull_data()
-            yield from self._send_byte(byte)
-            if address is None:
-                address, self._acknowledged = byte, not self.data
+            yield from self._send_byte(message, place)
+            if not place:
+                address, self._acknowledged = message[place], not self.data
             self.set_clock(False)
             if not self._acknowledged:
                 break
@@ -246,20 +243,21 @@ class I2CBus(Wires):
             self._reading = self._resume(self._suspended) if self._suspended else self._read()
             return
         yield from self._stop()
-        if self._acknowledged and self._turns and address is not None:
+        if self._acknowledged and self._turns:
             yield from self._turn(address + 1 & 0xFF)
 
-    def _send_byte(self, byte: int) -> Steps:
-        """Write a byte; it ends with the clock line high for the acknowledge."""
+    def _send_byte(self, message: Sequence[int], place: int) -> Steps:
+        """Write a byte, of which each bit is read when it is sent; end with the clock line high for the acknowledge."""
         for bits_left in _PLACES:
             self._bits_left = bits_left
             self.set_clock(False)
-            self.set_data(bool(byte >> bits_left & 1))
+            self.set_data(bool(message[place] >> bits_left & 1))
             yield
             self._raise_clock()
             yield
             self._check_clock()
         self.set_clock(False)
+        self.set_data(False)  # the sensor sees that level, also while the pin is an input
         self.free_data()
         yield from self._pulse()
 
@@ -281,7 +279,7 @@ class I2CBus(Wires):
         self._bits_left = BYTE_BITS
         yield
         self._acknowledged = False
-        yield from self._send_byte(address)
+        yield from self._send_byte((address,), 0)
         self._acknowledged = not self.data
         self.set_clock(False)
         if self._acknowledged:
@@ -289,6 +287,7 @@ class I2CBus(Wires):
             self._reading = self._read()
         else:
             yield from self._stop()
+            self._turns = False
 
     def _resume(self, reading: Steps) -> Steps:
         """Go on with a read where it was suspended."""
@@ -303,6 +302,7 @@ class I2CBus(Wires):
         while self._unread:
             for bits_left in _PLACES:
                 yield
+                self.set_data(True)  # seen as the acknowledge by a sensor that counts the bits of another byte
                 self._raise_clock()
                 yield
                 self._check_clock()

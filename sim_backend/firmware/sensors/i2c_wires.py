@@ -45,13 +45,16 @@ class Wires:
         return not (self.clock and self.data)
 
     def set_clock(self, high: bool) -> None:
-        """Set the clock pin; nothing happens on the line while the pin is an input."""
+        """Set the clock pin; nothing happens on the line while the pin is an input.
+
+        In a pulse the sensor sees the level of the data pin even if that is an input.
+        """
         self._clock_level = high
         clock = (high or not self._drives_clock) and not self._clock_held
         if clock != self._seen_clock:
             self._seen_clock = clock
             if clock:
-                self.sensor.rise(self.data)
+                self.sensor.rise(self.data and self._data_level)
             else:
                 self.sensor.fall()
             self._seen_data = self.data

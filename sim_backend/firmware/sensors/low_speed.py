@@ -15,7 +15,7 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.sensors.i2c import BUFFER, STEPS_PER_MS
 from sim_backend.firmware.sensors.input import InputPort
 from sim_backend.firmware.sensors.low_speed_channel import Channel, ChannelError, ChannelState
-from sim_backend.firmware.sensors.low_speed_ram import after_map_buffer, after_send_buffer
+from sim_backend.firmware.sensors.low_speed_ram import AfterSendBuffer, after_map_buffer
 from sim_backend.firmware.versions import Version
 
 _FIRST = 1
@@ -74,9 +74,10 @@ class LowSpeedModule:
         if self._ticking:
             self._passes += 1
             interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
-            for channel in self.channels:
-                if channel.bus.busy:
-                    channel.bus.interrupt(interrupts)
+            buses = [channel.bus for channel in self.channels if channel.bus.busy]
+            for _ in range(interrupts):  # ports take turns, as one may send what another one has read
+                for bus in buses:
+                    bus.interrupt()
         else:
             self._passes = 0
         self.due_ms = now_ms + 1 if self.active else NEVER
@@ -111,7 +112,7 @@ class LowSpeedModule:
             channel.fail(ChannelError.NOT_READY)
             return
         restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)
-        channel.begin(message or after_send_buffer(self.channels, lambda: self.active, index), restarts=restarts)
+        channel.begin(message or AfterSendBuffer(self.channels, lambda: self.active, index), restarts=restarts)
 
     def _transfer(self, index: int, channel: Channel) -> None:
         channel.tx_out = 0

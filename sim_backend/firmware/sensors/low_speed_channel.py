@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from enum import IntEnum
 
 from sim_backend.firmware.sensors.i2c import BUFFER, I2CBus
@@ -121,7 +121,7 @@ class Channel:
             self.waited = 0
         self.take()
 
-    def begin(self, message: Iterable[int], *, restarts: bool) -> None:
+    def begin(self, message: Sequence[int], *, restarts: bool) -> None:
         """Send a message; `restarts`: with a second start before a read."""
         self._account()
         self.bus.begin(message, self.rx_size, restarts=restarts)
@@ -154,6 +154,8 @@ class Channel:
         if self.mode == ChannelMode.RECEIVING:
             self.waited += 1
             received = self.bus.received()
+            if received is False:
+                self.bus.read(self.rx_size)  # its bytes are lost
             if received:
                 self._finish(self.bus.read(self.rx_size))
             elif received is False or self.waited > READ_TIMEOUT:

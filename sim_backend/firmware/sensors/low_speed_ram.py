@@ -9,7 +9,8 @@ Source: docs/firmware.md section 7; the map's layout is in section 5.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from typing import overload
 
 from firmware_protocol.iomap import LOW_SPEED
 from sim_backend.firmware.sensors.i2c import BUFFER
@@ -25,18 +26,24 @@ _PADDING = bytes(6)
 _MAP_END = bytes(2)
 
 
-def after_send_buffer(ports: Sequence[Channel], active: Callable[[], int], index: int) -> Iterator[int]:
-    """Yield the bytes that a port sends for an empty message; each is read when it is sent.
+class AfterSendBuffer(Sequence[int]):
+    """The bytes that a port sends for an empty message, each as it is in the RAM when it is taken."""
 
-    Args:
-        ports: All ports.
-        active: Returns the state byte of the map.
-        index: The port.
-    """
-    start = index * (BUFFER + _POINTERS)
-    for place in range(start, start + WRAP):
-        ram = _ram(ports, active())
-        yield ram[place] if place < len(ram) else 0
+    def __init__(self, ports: Sequence[Channel], active: Callable[[], int], index: int) -> None:
+        """Begin with the send buffer of port `index`; `active` returns the state byte of the map."""
+        self._ports, self._active = ports, active
+        self._start = index * (BUFFER + _POINTERS)
+
+    def __len__(self) -> int:
+        return WRAP
+
+    @overload
+    def __getitem__(self, place: int) -> int: ...
+    @overload
+    def __getitem__(self, place: slice) -> bytes: ...
+    def __getitem__(self, place: int | slice) -> int | bytes:
+        ram = _ram(self._ports, self._active())
+        return ram[self._start :].ljust(WRAP, b"\0")[place]
 
 
 def _ram(ports: Sequence[Channel], active: int) -> bytes:
