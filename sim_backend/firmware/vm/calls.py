@@ -84,8 +84,10 @@ class Call:
         return b"" if at - self._data.memory.base == NOT_AN_OFFSET else bytes(self._data.text_at(at))
 
     def put(self, position: int, value: int) -> None:
-        """Return a number."""
+        """Return a number, unless the argument is missing."""
         member, kind = self.members[position], self._type(position)
+        if member == NONE:
+            return
         if kind is None:
             self._data.put(member, value)
         else:

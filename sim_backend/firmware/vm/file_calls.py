@@ -44,11 +44,11 @@ def _open_append(call: Call) -> None:
 
 def returned(call: Call, opened: Opened) -> None:
     """Return an opened file: status, handle, length."""
+    put_status(call, opened.status)
     call.put(1, opened.handle)
     if opened.status == Status.OK:
         call.machine.handles.add(opened.handle)
         call.put(3, opened.size)
-    put_status(call, opened.status)
 
 
 def _read(call: Call) -> None:

@@ -367,19 +367,23 @@ class Machine:
             pool[at] = number
             return following
         self.suspend(following)
-        self._queue(pool, at + 1).append(number)
+        self._waiting(mutex).append(number)
         return END_TURN
 
     def release(self, mutex: int, following: int) -> int:
         """Give the mutex at an offset to the first clump that waits for it."""
         pool, at = self.memory.pool, self.memory.base + (mutex & 0xFFFF)
-        waiting = self._queue(pool, at + 1)
+        waiting = self._waiting(mutex)
         pool[at] = number = waiting.first
         if number == NO_CLUMP:
             return following
         waiting.remove(number)
         self.queue.append(number)
         return QUEUE_CHANGED - following
+
+    def _waiting(self, mutex: int) -> ClumpQueue:
+        """Return the queue of a mutex, behind its owner; that of a mutex at the last offset is at the first ones."""
+        return self._queue(self.memory.pool, self.memory.base + (mutex + 1 & 0xFFFF))
 
     def _queue(self, ends: bytearray | None = None, at: int = 0) -> ClumpQueue:
         layout = self.memory.layout

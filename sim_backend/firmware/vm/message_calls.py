@@ -14,7 +14,11 @@ CONNECTIONS = 4
 
 
 def _write(call: Call) -> None:
-    """Append a message to a mailbox: status, box, text."""
+    """Append a message to a mailbox: status, box, text.
+
+    Raises:
+        OutOfMemory: The pool is full, which ends the program.
+    """
     box, message = call.number(1), call.content(2)
     if box >= MAILBOXES:
         call.put(0, Status.ILLEGAL_MAILBOX)
@@ -26,6 +30,7 @@ def _write(call: Call) -> None:
             call.put(0, Status.OK)
         except OutOfMemory:
             call.put(0, Status.OUT_OF_MEMORY)
+            raise
 
 
 def _read(call: Call) -> None:

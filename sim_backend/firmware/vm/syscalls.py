@@ -238,7 +238,11 @@ def _log_times(call: Call) -> None:
 
 
 def _log(call: Call) -> None:
-    """Write a record of the data log: status, bytes."""
+    """Write a record of the data log: status, bytes.
+
+    Raises:
+        OutOfMemory: The pool is full, which ends the program.
+    """
     record = call.content(1)
     if len(record) > _RECORD_LIMIT:
         call.put(0, Status.ILLEGAL_SIZE)
@@ -247,6 +251,7 @@ def _log(call: Call) -> None:
         call.put(0, _LOG_WRAPS if call.devices.mailboxes.write(LOG, record) else Status.OK)
     except OutOfMemory:
         call.put(0, Status.OUT_OF_MEMORY)
+        raise
 
 
 def _nothing(_: Call) -> None:
