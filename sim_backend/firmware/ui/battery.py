@@ -9,7 +9,6 @@ RECHARGEABLE = 0x8000
 """Bit of the battery's converter value that marks the rechargeable pack."""
 
 SAMPLE_MS = 167
-_LOW_MV, _LOW_RECHARGEABLE_MV = 6100, 7100
 _LOW_SAMPLES = 6
 _LEVELS_MV = (6100, 6500, 7000, 7500)
 _LEVELS_RECHARGEABLE_MV = (7100, 7200, 7300, 7500)
@@ -29,13 +28,13 @@ class Battery:
 
     def __init__(self) -> None:
         self.raw = FRESH_BATTERY
-        self._started_ms = self._low_samples = self._empty_samples = 0
+        self._started_ms = self._empty_samples = 0
         self.bars = len(_LEVELS_MV)
         self.sample()
 
     def restart(self, started_ms: int) -> None:
         """Forget the samples and take the first new one a period after `started_ms`."""
-        self._started_ms, self._low_samples, self._empty_samples, self.bars = started_ms, 0, 0, 0
+        self._started_ms, self._empty_samples, self.bars = started_ms, 0, 0
 
     def since_sample_ms(self, now_ms: int) -> int:
         """Return the time since the last sample, or since the start."""
@@ -67,13 +66,13 @@ class Battery:
 
     @property
     def low(self) -> bool:
-        """Whether the voltage was low in enough samples for a warning."""
-        return self._low_samples >= _LOW_SAMPLES
+        """Whether the symbol had no bar in enough samples for a warning."""
+        return self._empty_samples >= _LOW_SAMPLES
 
     @property
     def settled(self) -> bool:
         """Whether the next samples change nothing."""
-        counting = self.millivolts < self._threshold_mv and not self.low
+        counting = not self.bars and not self.low
         same = self.millivolts == self._now_mv and self.rechargeable == bool(self.raw & RECHARGEABLE)
         return same and self.bars == self._bars_at(self.millivolts) and not counting
 
@@ -81,7 +80,6 @@ class Battery:
         """Take a sample."""
         self.millivolts, self.rechargeable = self._now_mv, bool(self.raw & RECHARGEABLE)
         self.bars = self._bars_at(self.millivolts)
-        self._low_samples = self._low_samples + 1 if self.millivolts < self._threshold_mv else 0
         self._empty_samples = 0 if self.bars else self._empty_samples + 1
 
     @property
@@ -95,7 +93,3 @@ class Battery:
         if bars == self.bars + 1 and millivolts <= levels[self.bars] + hysteresis:
             return self.bars
         return bars
-
-    @property
-    def _threshold_mv(self) -> int:
-        return _LOW_RECHARGEABLE_MV if self.rechargeable else _LOW_MV
