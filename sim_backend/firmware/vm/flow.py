@@ -125,13 +125,13 @@ def _finish_into(machine: Machine, instruction: Instruction) -> Next:
 
 def _acquire(machine: Machine, instruction: Instruction) -> Next:
     """Acquire a mutex, or wait until it is free; its variable has the bytes owner, first and last waiting clump."""
-    mutex, data = Place(instruction.arguments[0]), machine.data
-    return Next(lambda: machine.acquire(data.address(mutex), instruction.following))
+    mutex, data = instruction.arguments[0], machine.data
+    return Next(lambda: machine.acquire(data.entry(mutex).data, instruction.following))
 
 
 def _release(machine: Machine, instruction: Instruction) -> Next:
-    mutex, data = Place(instruction.arguments[0]), machine.data
-    return Next(lambda: machine.release(data.address(mutex), instruction.following))
+    mutex, data = instruction.arguments[0], machine.data
+    return Next(lambda: machine.release(data.entry(mutex).data, instruction.following))
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:

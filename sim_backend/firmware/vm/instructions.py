@@ -135,7 +135,8 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
             words = size // _WORD
         elif not words:
             raise ProgramError(ERR_INSTR, "a short form that does not exist")
-        arguments = (opcode,) if words == 1 else (s8(opcode) + code[at + 1] & 0xFFFF, *code[at + 1 : at + words])
+        first = s8(opcode) if words == 1 else s8(opcode) + code[at + 1]
+        arguments = (first & 0xFFFF, *code[at + 1 : at + words])
         return Instruction(short, 0, arguments, at, at + words, len(arguments))
     if not (size or checks_short_forms):
         raise ProgramError(ERR_INSTR, "an instruction without a size")
