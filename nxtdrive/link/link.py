@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 from firmware_protocol.direct import KeepAlive, SetInputMode
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import LinkError, LinkLost, NXTError
+from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, answer_s
@@ -111,10 +111,10 @@ class Link:
             now = self.now()
             if now >= self._check_due:
                 now = self._check_before_request(now)
-            if self._queue or not self._free.acquire(False):
-                self._lock.acquire(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
-                now = self.now()
-            try:
+            try:  # as in `PriorityLock.run`; a call of it would cost time
+                if self._queue or not self._free.acquire(False):
+                    self._lock.wait(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
+                    now = self.now()
                 dialogue = self._dialogue
                 if self._waiting():
                     dialogue.discard(drain(self.transport))
@@ -128,7 +128,10 @@ class Link:
                     self._measuring = False
                 return reply  # type: ignore[return-value]
             finally:
-                self._free.release()
+                try:  # noqa: SIM105
+                    self._free.release()
+                except RuntimeError:
+                    pass
                 if self._queue:
                     self._lock.call_next()
         except LinkLost as lost:
@@ -147,9 +150,7 @@ class Link:
         telegram, known = command.encode(want_reply=False), self.lost
         try:
             self._reconnector.check()
-            with self._lock.exclusive():
-                self._send(telegram)
-                self._send_due(self.now())
+            self._lock.run(self._send_due, telegram)
         except LinkLost as lost:
             self._reconnector.recover(lost, 0.0 if known else self.reconnect_timeout_s, command)
             raise interrupted(command) from lost
@@ -298,14 +299,15 @@ class Link:
 
     def close(self) -> None:
         """End all motions and close the link; may be called again, and does not fail if the link is lost."""
-        if self._core.state is LinkState.CLOSED:
-            return
-        self._core.close()
-        self.announce()
-        if self._thread is not None:
-            self._threads.join(self._thread, CLOSING_S)
-        self.motions.end_all()
-        with self._lock.exclusive():
+        try:
+            self._core.close()
+            self.announce()
+            if self._thread is not None:
+                self._threads.join(self._thread, CLOSING_S)
+            self.motions.end_all()
+            with suppress(LinkTimeout):
+                self._lock.run(self.transport.close, timeout_s=CLOSING_S)  # not amid a request, unless that lasts
+        finally:
             self.transport.close()
         self.motions.end_all()  # another thread may have begun one since, and wait for its end
 
@@ -336,8 +338,7 @@ class Link:
         if self._stepped:
             self.motions.run_due()
         if core.timers.due <= self.now():
-            with self._lock.exclusive():
-                self._send_due(self.now())
+            self._lock.run(self._send_due)
         steps_due = core.steps_due if self._stepped else math.inf
         always = self.before_request or core.timers.punctual or core.state is not LinkState.OPEN
         self._check_due = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
@@ -349,7 +350,7 @@ class Link:
         dialogue = self._dialogue
         while True:
             now = self.now()
-            self._send_due(now)
+            self._send_due()
             if held_back := dialogue.follow_up(now):
                 self._send(held_back)
             left = dialogue.deadline - now
@@ -359,11 +360,10 @@ class Link:
             if telegram is not None and (reply := dialogue.feed(telegram)) is not None:
                 return reply
 
-    def _send_due(self, now: float) -> None:
-        """Send the timed telegrams that are due; the caller holds the lock."""
-        if now >= self._core.timers.due:
-            for telegram in self._core.timers.take(now):
-                self._send(telegram)
+    def _send_due(self, *first: bytes) -> None:
+        """Send `first` and the timed telegrams that are due; the caller holds the lock."""
+        for telegram in (*first, *self._core.timers.take(self.now())):
+            self._send(telegram)
 
     def _run(self) -> None:
         """Do the work in the link's thread, so that it gets done while the program waits for its user."""
@@ -389,8 +389,7 @@ class Link:
         core = self._core
         if core.state is LinkState.OPEN and core.timers.due <= self.now():
             try:
-                with self._lock.exclusive():
-                    self._send_due(self.now())
+                self._lock.run(self._send_due)
             except LinkLost as error:
                 self._reconnector.lose(error)
         if step:

@@ -6,100 +6,117 @@ for no more than the request in progress.
 
 from __future__ import annotations
 
+import math
 import threading
-from bisect import insort
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import count
+from operator import attrgetter
+from typing import TypeVar, TypeVarTuple
 
 from firmware_protocol.direct import ResetMotorPosition, SetOutputState, UpdateResetCount
 from firmware_protocol.errors import LinkTimeout
 from firmware_protocol.system import IOMapWrite
 from nxtdrive.link.threads import THREADS, Threads
 
+Args = TypeVarTuple("Args")
+Result = TypeVar("Result")
+
 PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
 """Commands that drive motors; they go before other waiting commands."""
+SLICE_S = 0.1
+"""A waiting thread looks this often whether it is next, as a thread that was interrupted may not have called it."""
 
 
-@dataclass(slots=True, order=True)
+@dataclass(slots=True, eq=False)
 class _Place:
-    """A thread's place in the queue; the smallest is next."""
+    """A thread's place in the queue; the one of the smallest rank is next.
 
-    ordinary: bool
-    number: int
-    called: threading.Event = field(compare=False, default_factory=threading.Event)
+    Attributes:
+        rank: 0 for a called thread, 1 for a preempting one, 2 for others; and a number.
+        called: Set to wake the thread.
+    """
+
+    rank: tuple[int, int]
+    called: threading.Event = field(default_factory=threading.Event)
+
+
+_RANK = attrgetter("rank")
 
 
 class PriorityLock:
     """A lock with a queue, in front of a link.
 
+    An exception that a signal handler raises, as Ctrl-C does, leaves it free: it is acquired within the `try` that
+    releases it. CPython may call a handler when `acquire` has returned, but not between the beginning of a `finally`
+    and `release`.
+
     Args:
-        threads: Lets a thread wait.
+        threads: Makes the lock, and lets a thread wait.
 
     Attributes:
-        queue: The waiting threads, next one first; empty while only one thread uses the link.
-        free: The lock itself. Time-critical code may acquire it directly if the queue is empty, and must call
-            `call_next` after releasing it if the queue is not.
+        queue: The waiting threads; empty while only one thread uses the link.
+        free: The lock itself, reentrant because only such a lock knows its owner. Time-critical code may do inline what
+            `run` does.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
         self.queue: list[_Place] = []
+        self.free = threads.lock(reentrant=True)
         self._threads = threads
-        self.free = threading.Lock()
-        self._mutex = threading.Lock()
         self._numbers = count()
 
-    def acquire(self, *, preempting: bool, timeout_s: float | None = None) -> None:
-        """Acquire the lock after all waiting threads, or with `preempting` before those that are not.
+    def run(
+        self, work: Callable[[*Args], Result], *args: *Args, preempting: bool = True, timeout_s: float | None = None
+    ) -> Result:
+        """Call `work` with the lock held, after all waiting threads, or with `preempting` before those that are not.
 
         Raises:
             LinkTimeout: Other threads held it for `timeout_s`; None: no limit.
         """
-        place = _Place(not preempting, next(self._numbers))
-        with self._mutex:
-            insort(self.queue, place)
-        self.call_next()
         try:
-            if self._threads.wait(place.called, timeout_s):
-                return
-        except BaseException:
-            if not self._withdraw(place):
-                self.release()
-            raise
-        if not self._withdraw(place):
-            return  # called at the last moment
+            if self.queue or not self.free.acquire(False):
+                self.wait(preempting=preempting, timeout_s=timeout_s)
+            return work(*args)
+        finally:
+            try:  # noqa: SIM105 - a handler may be called in `suppress`
+                self.free.release()
+            except RuntimeError:  # it was not acquired
+                pass
+            if self.queue:
+                self.call_next()
+
+    def wait(self, *, preempting: bool, timeout_s: float | None) -> None:
+        """Wait in the queue, and acquire the lock.
+
+        Raises:
+            LinkTimeout: As `run`.
+        """
+        place = _Place((1 if preempting else 2, next(self._numbers)))
+        end = math.inf if timeout_s is None else self._threads.now() + timeout_s
+        try:
+            self.queue.append(place)
+            while True:
+                place.called.clear()
+                if min(self.queue, key=_RANK) is place and self.free.acquire(False):
+                    return
+                left = end - self._threads.now()
+                if left <= 0:
+                    break
+                self._threads.wait(place.called, min(left, SLICE_S))
+        finally:
+            try:  # noqa: SIM105 - as in `run`
+                self.queue.remove(place)
+            except ValueError:  # it was not appended
+                pass
         raise LinkTimeout(
             f"other threads of this program kept the link busy for {timeout_s or 0:g} s.",
             remedy="Ask less often, or allow more time.",
         )
 
-    def release(self) -> None:
-        """Release the lock to the next thread in the queue."""
-        self.free.release()
-        if self.queue:
-            self.call_next()
-
-    @contextmanager
-    def exclusive(self) -> Iterator[None]:
-        """Hold the lock for a block, ahead of ordinary requests."""
-        if self.queue or not self.free.acquire(blocking=False):
-            self.acquire(preempting=True)
-        try:
-            yield
-        finally:
-            self.release()
-
     def call_next(self) -> None:
-        """Give the lock, if it is free, to the first thread in the queue."""
-        with self._mutex:
-            if self.queue and self.free.acquire(blocking=False):
-                self.queue.pop(0).called.set()
-
-    def _withdraw(self, place: _Place) -> bool:
-        """Leave the queue; return False if the thread has been called since and holds the lock."""
-        with self._mutex:
-            if place not in self.queue:
-                return False
-            self.queue.remove(place)
-            return True
+        """Wake the first thread in the queue; no other overtakes it from now on."""
+        first = min(self.queue, key=_RANK, default=None)
+        if first is not None:
+            first.rank = 0, 0
+            first.called.set()

@@ -190,16 +190,14 @@ class Reconnector:
         core, link = self._core, self._link
         self._attempting = threading.get_ident()
         try:
-            with self._lock.exclusive():
-                link.transport.close()  # not amid a request; opening it takes long, and needs no lock
+            self._lock.run(link.transport.close)  # not amid a request; opening it takes long, and needs no lock
             transport = reopen_transport(link.transport, timeout_s=link.timeout_s)
-            with self._lock.exclusive():
-                if core.state is LinkState.CLOSED:
+            try:
+                self._lock.run(self._use, transport)
+            except BaseException:  # closed meanwhile, or Ctrl-C
+                if link.transport is not transport:
                     transport.close()
-                    raise closed(transport.address)
-                link.use(transport)
-                core.dialogue.reset()
-                core.timers.clear()
+                raise
             link.reconnecting = core.reconnecting  # probes again
             link.keep_alive()
             for port, mode in list(core.modes.items()):
@@ -213,6 +211,14 @@ class Reconnector:
         finally:
             self._attempting = 0
             link.announce()
+
+    def _use(self, transport: Transport) -> None:
+        """Switch to a transport that was opened again; the caller holds the lock."""
+        if self._core.state is LinkState.CLOSED:
+            raise closed(transport.address)
+        self._link.use(transport)
+        self._core.dialogue.reset()
+        self._core.timers.clear()
 
 
 def interrupted(command: Command[Any] | None = None) -> Interrupted:

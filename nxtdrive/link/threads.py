@@ -7,8 +7,11 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Protocol
 
+from nxtdrive.transports.base import WallClock
+
 CLOSING_S = 2.0
 """How long closing waits for the link's thread, which may be reopening the link."""
+_CLOCK = WallClock()
 
 
 class Lock(AbstractContextManager[object], Protocol):
@@ -19,12 +22,20 @@ class Lock(AbstractContextManager[object], Protocol):
         ...
 
     def release(self) -> None:
-        """Release it."""
+        """Release it.
+
+        Raises:
+            RuntimeError: This thread does not hold it.
+        """
         ...
 
 
 class Threads:
     """Threads of the operating system, on the wall clock."""
+
+    def now(self) -> float:
+        """Return the time on the clock of `wait`, in seconds."""
+        return _CLOCK.now()
 
     def start(self, target: Callable[[], None], name: str) -> threading.Thread:
         """Start a daemon thread."""

@@ -93,6 +93,7 @@ class DirectTransport(WallClock):
     Attributes:
         sent: All telegrams.
         on_send: Called with each.
+        closed: Whether it was closed.
     """
 
     address = "direct://"
@@ -102,6 +103,7 @@ class DirectTransport(WallClock):
         self.brick = SimBrick()
         self.sent = []
         self.on_send = lambda telegram: None
+        self.closed = False
         self._replies = deque()
 
     def send(self, telegram):
@@ -119,7 +121,7 @@ class DirectTransport(WallClock):
         return bool(self._replies)
 
     def close(self):
-        pass
+        self.closed = True
 
 
 @pytest.fixture

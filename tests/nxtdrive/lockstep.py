@@ -76,6 +76,9 @@ class Lockstep(Threads):
     def join(self, thread, timeout_s):
         self.block(lambda: thread.over, timeout_s)
 
+    def now(self):
+        return self.simulation.now_ms / 1000
+
     def wait(self, event, timeout_s=None):
         return event.is_set() or self.block(event.is_set, timeout_s)
 
@@ -100,6 +103,8 @@ class LockstepLock:
         return True
 
     def release(self):
+        if self.owner != threading.get_ident():
+            raise RuntimeError
         self.depth -= 1
         if not self.depth:
             self.owner = None

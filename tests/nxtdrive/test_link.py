@@ -1,6 +1,7 @@
 """The link: order of requests, round-trip times, and reconnection."""
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -9,7 +10,9 @@ from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorTyp
 from firmware_protocol.errors import LinkLost, LinkTimeout
 from nxtdrive import open_brick
 from nxtdrive.brick import Brick
+from nxtdrive.link.link import Link
 from nxtdrive.link.priority_lock import PriorityLock
+from nxtdrive.link.threads import Threads
 from nxtdrive.motion.outputs import coasting
 from sim_backend.simulation import LinkFaults
 
@@ -33,9 +36,7 @@ class Crowd:
 
     def join(self, name, preempting):
         def use():
-            self.lock.acquire(preempting=preempting, timeout_s=PATIENCE_S)
-            self.served.append(name)
-            self.lock.release()
+            self.lock.run(self.served.append, name, preempting=preempting, timeout_s=PATIENCE_S)
 
         waiting = len(self.lock.queue)
         self.threads.append(threading.Thread(target=use))
@@ -51,25 +52,180 @@ class Crowd:
 def test_threads_are_served_in_order_and_preempting_ones_first():
     lock = PriorityLock()
     crowd = Crowd(lock)
-    with lock.exclusive():
+
+    def work():
         crowd.join("poll 1", preempting=False)
         crowd.join("poll 2", preempting=False)
         crowd.join("motor", preempting=True)
         crowd.join("poll 3", preempting=False)
+
+    lock.run(work)
     crowd.disperse()
     assert crowd.served == ["motor", "poll 1", "poll 2", "poll 3"]
-    with lock.exclusive():
-        assert lock.queue == []
+    assert lock.queue == []
+
+
+def in_another_thread(function):
+    """The result of a function that is called in a thread of its own."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(function).result(PATIENCE_S)
+
+
+def is_free(lock):
+    """Whether another thread can use the lock at once."""
+    return in_another_thread(lambda: lock.run(lambda: True, timeout_s=0)) and lock.queue == []
 
 
 def test_a_lock_that_does_not_become_free_is_a_timeout_and_leaves_no_thread_in_the_queue():
     lock = PriorityLock()
-    with lock.exclusive():
+
+    def wait():
         with pytest.raises(LinkTimeout, match="other threads"):
-            lock.acquire(preempting=False, timeout_s=0.01)
-        assert lock.queue == []
-    with lock.exclusive():
-        assert lock.queue == []
+            lock.run(lambda: None, preempting=False, timeout_s=0.01)
+        return lock.queue
+
+    assert lock.run(in_another_thread, wait) == []
+    assert is_free(lock)
+
+
+class CtrlC(Threads):
+    """Threads whose lock is interrupted as by Ctrl-C; Python raises when `acquire`, `release` or `wait` returns."""
+
+    def __init__(self):
+        self.interrupted = None
+
+    def strike(self, where):
+        if self.interrupted == where:
+            self.interrupted = None
+            raise KeyboardInterrupt
+
+    def lock(self, *, reentrant=False):
+        return InterruptedLock(self, super().lock(reentrant=reentrant))
+
+    def wait(self, event, timeout_s=None):
+        self.strike("wait")
+        return super().wait(event, timeout_s)
+
+    def join(self, thread, timeout_s):
+        self.strike("join")
+        super().join(thread, timeout_s)
+
+
+class InterruptedLock:
+    """A lock at which `ctrl_c` strikes."""
+
+    def __init__(self, ctrl_c, lock):
+        self.ctrl_c, self.lock = ctrl_c, lock
+
+    def acquire(self, blocking=True):
+        taken = self.lock.acquire(blocking)
+        self.ctrl_c.strike("acquire")
+        return taken
+
+    def release(self):
+        self.lock.release()
+        self.ctrl_c.strike("release")
+
+    def __enter__(self):
+        self.acquire()
+
+    def __exit__(self, *_):
+        self.release()
+
+
+@pytest.mark.parametrize("where", ["acquire", "release"])
+def test_ctrl_c_while_the_lock_is_taken_or_released_leaves_it_free(where):
+    threads = CtrlC()
+    lock = PriorityLock(threads)
+    threads.interrupted = where
+    with pytest.raises(KeyboardInterrupt):
+        lock.run(lambda: None)
+    assert is_free(lock)
+
+
+def test_ctrl_c_in_the_queue_leaves_it():
+    threads = CtrlC()
+    lock = PriorityLock(threads)
+
+    def wait():
+        threads.interrupted = "wait"
+        with pytest.raises(KeyboardInterrupt):
+            lock.run(lambda: None)
+
+    lock.run(in_another_thread, wait)
+    assert is_free(lock)
+
+
+def test_a_waiting_thread_that_was_not_called_because_of_ctrl_c_goes_on():
+    threads = CtrlC()
+    lock = PriorityLock(threads)
+    crowd = Crowd(lock)
+
+    def work():
+        crowd.join("poll", preempting=False)
+        threads.interrupted = "release"
+
+    with pytest.raises(KeyboardInterrupt):
+        lock.run(work)
+    crowd.disperse()
+    assert crowd.served == ["poll"]
+
+
+@pytest.mark.parametrize("where", ["acquire", "release"])
+def test_after_ctrl_c_in_a_request_other_threads_use_the_link(direct, where):
+    threads = CtrlC()
+    with Brick(direct, threads=threads) as brick:
+        threads.interrupted = where
+        with pytest.raises(KeyboardInterrupt):
+            brick.request(GetBatteryLevel())
+        assert in_another_thread(lambda: brick.request(GetBatteryLevel(), timeout_s=0)).voltage_mv
+
+
+@pytest.mark.parametrize("where", ["join", "acquire", "release"])
+def test_ctrl_c_while_the_link_closes_releases_the_device(direct, where):
+    threads = CtrlC()
+    link = Link(direct, threads=threads)
+    link.announce()
+    threads.interrupted = where
+    with pytest.raises(KeyboardInterrupt):
+        link.close()
+    assert direct.closed
+    link.close()
+
+
+def test_a_request_without_an_end_does_not_keep_the_link_open(direct, monkeypatch):
+    monkeypatch.setattr("nxtdrive.link.link.CLOSING_S", 0.01)
+    link = Link(direct)
+    sent, closed = threading.Event(), threading.Event()
+
+    def hang(telegram):
+        sent.set()
+        closed.wait(PATIENCE_S)
+
+    direct.on_send = hang
+    request = threading.Thread(target=link.request, args=(GetBatteryLevel(),))
+    request.start()
+    assert sent.wait(PATIENCE_S)
+    link.close()
+    assert direct.closed
+    closed.set()
+    request.join(PATIENCE_S)
+
+
+def test_ctrl_c_while_the_link_is_reopened_releases_the_device(direct):
+    threads = CtrlC()
+    reopened = type(direct)()
+
+    def reopen(timeout_s):
+        threads.interrupted = "acquire"
+        return reopened
+
+    direct.reopen = reopen
+    link = Link(direct, threads=threads)
+    with pytest.raises(KeyboardInterrupt):
+        link.reconnect()
+    link.close()
+    assert reopened.closed
 
 
 def test_a_motor_command_overtakes_polls_that_wait(direct):
