@@ -39,6 +39,10 @@ LISTED_LIMIT = 256
 """More files than any firmware's directory has; 1.29 has 127 entries."""
 FLASH_SIZE = 256 * 1024
 """Bytes of the brick's flash; no file is larger. Source: LEGO's hardware developer kit."""
+SECTOR, POINTER, FIRST_POINTERS = 256, 2, 34
+"""Bytes of a sector, and what the header takes for each and once; it is rounded up to 4 bytes. Source: section 5."""
+NO_FILE = "/"
+"""A name that no file has; even a refused deletion makes the brick count its free sectors (section 5, 9B)."""
 READ_OVERHEAD = 6
 WRITE_OVERHEAD = 3
 """Bytes around the data in a Read reply and a Write request. With them a telegram fills the brick's buffer exactly:
@@ -109,7 +113,8 @@ class Files:
             name: At most 19 characters.
             data: Its content, at least one byte.
             progress: Called after each piece.
-            replace: Whether an existing file of this name is deleted first; else it is an error.
+            replace: Whether an existing file of this name is deleted first, if that makes room enough; else it is an
+                error. What fails later, such as the link or the search for a contiguous block, loses the old file too.
 
         Raises:
             LocalProtocolError: The name is not valid, or there is no data; nothing was sent.
@@ -124,7 +129,8 @@ class Files:
                 remedy="Write at least one byte.",
             )
         with self.alone():
-            if replace:
+            if replace and (old := in_step(self._link, lambda: self._find(name))) is not None:
+                self._check_room(len(data), old.size)
                 with suppress_not_found():
                     self._link.request(Delete(name))
             handle = self._link.request(OpenWrite(name, len(data))).handle
@@ -148,6 +154,19 @@ class Files:
     def free_bytes(self) -> int:
         """Free flash, bytes; each file also needs a header of 36 bytes, and whole sectors of 256."""
         return self._link.request(GetDeviceInfo()).free_flash
+
+    def _check_room(self, size: int, deleted: int) -> None:
+        """Check that there is room for `size` bytes once a file of `deleted` bytes is gone.
+
+        Raises:
+            BrickError: There is not.
+        """
+        sectors = _sectors(size) - _sectors(deleted)
+        if sectors > _free_sectors(self.free_bytes):
+            with suppress_not_found():
+                self._link.request(Delete(NO_FILE))  # those of an aborted download are not counted as free yet
+            if sectors > _free_sectors(self.free_bytes):
+                raise BrickError(Status.NO_SPACE, OpenWrite.__name__)
 
     def _read(self, name: str, progress: Progress | None) -> bytes:
         doubted = None
@@ -250,6 +269,18 @@ def suppress_not_found() -> Iterator[None]:
     except BrickError as error:
         if error.status is not Status.FILE_NOT_FOUND:
             raise
+
+
+def _sectors(size: int) -> int:
+    """Return the number of sectors of a file."""
+    sectors = -(-(size + FIRST_POINTERS) // (SECTOR - POINTER))
+    header = -(-(FIRST_POINTERS + sectors * POINTER) // 4) * 4
+    return sectors + (sectors * SECTOR - header < size)
+
+
+def _free_sectors(free_bytes: int) -> int:
+    """Return the number of free sectors; the brick reports what a file of all of them holds, up to 2 bytes less."""
+    return (free_bytes + FIRST_POINTERS + POINTER) // (SECTOR - POINTER)
 
 
 def _checked(name: str) -> str:

@@ -12,9 +12,10 @@ from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, fra
 from firmware_protocol.status import Status
 from firmware_protocol.system import Close, Delete, FindFirst, OpenRead, OpenWrite, OpenWriteData, Read, Write
 from nxtdrive.brick import Brick
-from nxtdrive.onboard.files import FileEntry
+from nxtdrive.onboard.files import FileEntry, _free_sectors, _sectors
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.files.flash import free_bytes
 from sim_backend.simulation import LinkFaults, Simulation
 
 SETTINGS_FILE = "NVConfig.sys"
@@ -132,6 +133,41 @@ def test_a_file_is_replaced_only_if_that_is_wished(files):
     files.write("data.bin", b"new", replace=True)
     files.write("other.bin", b"new", replace=True)
     assert files.read("data.bin") == b"new"
+
+
+@given(sectors=st.integers(1, 700), data=st.data())
+def test_sectors_are_counted_as_by_the_brick(sectors, data):
+    assert _free_sectors(free_bytes(sectors)) == sectors
+    brick = SimBrick()
+    before = brick.loader.flash.free
+    size = data.draw(st.integers(1, before))
+    assert brick.loader.create("data.bin", size).status == Status.OK
+    brick.loader.flash.files.insert(0, brick.loader.handles[0].file)
+    brick.loader.flash.count()
+    assert _free_sectors(before) - _free_sectors(brick.loader.flash.free) == _sectors(size)
+
+
+def test_a_file_is_not_lost_to_one_for_which_there_is_no_room(files):
+    files.write("other.bin", bytes(1000))
+    files.write("data.bin", bytes(300))
+    files.write("last.bin", bytes(files.free_bytes))
+    for size in (475, 10_000):  # one sector more, and many
+        with pytest.raises(BrickError) as caught:
+            files.write("data.bin", bytes(size), replace=True)
+        assert caught.value.status is Status.NO_SPACE
+        assert files.read("data.bin") == bytes(300)
+    files.write("data.bin", bytes(474 - 2), replace=True)
+    assert files.free_bytes == 0
+
+
+def test_what_an_aborted_download_took_is_room_for_a_replacement(watched):
+    brick, _ = watched
+    brick.files.write("data.bin", b"old")
+    size = brick.files.free_bytes
+    aborted = brick.request(OpenWrite("aborted.bin", size))
+    brick.request(Close(aborted.handle))
+    brick.files.write("data.bin", bytes(size), replace=True)
+    assert brick.files.read("data.bin") == bytes(size)
 
 
 def test_deleting_makes_room(files):
