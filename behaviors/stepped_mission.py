@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from queue import SimpleQueue
-from threading import Thread
+from threading import Event, Thread
 
 from behaviors.executive import Report
 from behaviors.operator import Ask, Question
@@ -24,7 +24,8 @@ class SteppedMission:
             pause, by which `end` ends it.
 
     Attributes:
-        question: The decision that is to be taken; None before the first step and after the end.
+        question: The decision that is to be taken; None before the first step, after an interrupted one, and after the
+            end.
         report: The mission's result, once it has ended.
     """
 
@@ -34,11 +35,15 @@ class SteppedMission:
         self._run = run
         self._pause = Pause()
         self._answers: SimpleQueue[Choice | None] = SimpleQueue()
-        self._turns: SimpleQueue[BaseException | None] = SimpleQueue()
+        self._halted = Event()
+        self._asked: Question | None = None
+        self._error: BaseException | None = None
         self._thread: Thread | None = None
 
     def step(self, number: int = 0) -> Question | None:
         """Take a candidate, or begin the mission, and run it to its next decision; returns that, or None at the end.
+
+        After a step that Ctrl-C interrupted this takes nothing: it waits for the decision that was not returned.
 
         Args:
             number: Index of the candidate; 0 is the one that the profile proposes, and begins a mission.
@@ -54,10 +59,15 @@ class SteppedMission:
             self._thread = Thread(target=self._work, daemon=True)
             self._thread.start()
         elif self.question is not None:
+            self._halted.clear()
+            self.question = None
             self._answers.put(candidates[number].choice)
-        else:
-            return None
-        return self._wait()
+        self._halted.wait()
+        self.question = self._asked
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+        return self.question
 
     def end(self) -> None:
         """End the mission as Ctrl-C does, halted or not, and wait until it has ended; its errors are ignored."""
@@ -66,25 +76,17 @@ class SteppedMission:
             self._answers.put(None)
             self._thread.join()
 
-    def _wait(self) -> Question | None:
-        """Let the mission run; it hands the turn back when it asks and when it ends."""
-        error = self._turns.get()
-        if error is not None:
-            raise error
-        return self.question
-
     def _work(self) -> None:
-        error: BaseException | None = None
         try:
             self.report = self._run(self._ask, self._pause)
-        except BaseException as raised:  # noqa: BLE001 - raised again in the caller's thread
-            error = raised
-        self.question = None
-        self._turns.put(error)
+        except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
+            self._error = error
+        self._asked = None
+        self._halted.set()
 
     def _ask(self, question: Question) -> Choice:
-        self.question = question
-        self._turns.put(None)
+        self._asked = question
+        self._halted.set()
         choice = self._answers.get()
         if choice is None:
             raise KeyboardInterrupt
