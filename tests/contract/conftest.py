@@ -44,8 +44,8 @@ class Fault(Enum):
     LATE = auto()  # after the driver has given up
     TWICE = auto()
     GARBAGE = auto()  # as many bytes, none of them right
-    HALF = auto()  # streams only: half of it, then silence
-    PIECES = auto()  # streams only: byte by byte
+    HALF = auto()  # in pieces only: half of it, then silence
+    PIECES = auto()  # in pieces only: byte by byte
     NONSENSE = auto()  # streams only: bytes that are not frames, in front of the reply
     UNPLUG = auto()
 
@@ -98,7 +98,7 @@ class StreamServer(threading.Thread):
             self.hang_up()
             return False
         for reply in replies:
-            framed = frame(reply)
+            framed = self.framed(reply)
             if fault is Fault.HALF:
                 self.write(framed[: len(framed) // 2])
             elif fault is Fault.PIECES:
@@ -110,11 +110,15 @@ class StreamServer(threading.Thread):
                 self.write(framed)
         return True
 
+    def framed(self, reply):
+        return frame(reply)
+
 
 class Rig:
     """Opens transports and cleans up after them."""
 
     streams = False
+    in_pieces = False
     faulty = True
 
     def __init__(self, stack):
@@ -149,7 +153,7 @@ class SimRig(Rig):
 class SerialRig(Rig):
     """A pseudo-terminal: what ``serial://`` sees is a tty of the kernel."""
 
-    streams = True
+    streams = in_pieces = True
 
     def connect(self, faults):
         master, slave = os.openpty()
@@ -205,7 +209,7 @@ class SocketRig(Rig):
 class TcpRig(SocketRig):
     """Telegrams with their length in front."""
 
-    streams = True
+    streams = in_pieces = True
 
     def connect(self, faults):
         listener = self.listen()
@@ -217,7 +221,7 @@ class TcpRig(SocketRig):
 class BluetoothRig(SocketRig):
     """A connected socket in the place of the kernel's RFCOMM socket; how that is made is tested by itself."""
 
-    streams = True
+    streams = in_pieces = True
 
     def connect(self, faults):
         ours, theirs = socket.socketpair()
@@ -236,18 +240,14 @@ class DatagramServer(StreamServer):
                 elif data == b"\x99" or not self.serve(data):
                     return
 
-    def serve(self, telegram):
-        replies, fault = self.peer.answer(telegram)
-        if fault is Fault.UNPLUG:
-            self.hang_up()
-            return False
-        for reply in replies:
-            self.write(reply)
-        return True
+    def framed(self, reply):
+        return reply
 
 
 class NxtServerRig(SocketRig):
     """nxt-python's server protocol."""
+
+    in_pieces = True
 
     def connect(self, faults):
         listener = self.listen()
@@ -393,6 +393,14 @@ def faulty_rig(rig):
 def stream_rig(faulty_rig):
     """A rig of a transport that frames telegrams in a stream."""
     if not faulty_rig.streams:
+        pytest.skip("this transport moves whole packets")
+    return faulty_rig
+
+
+@pytest.fixture
+def piecemeal_rig(faulty_rig):
+    """A rig of a transport to which a telegram may come in pieces."""
+    if not faulty_rig.in_pieces:
         pytest.skip("this transport moves whole packets")
     return faulty_rig
 

@@ -4,6 +4,7 @@ import errno
 import os
 import re
 import socket
+import struct
 import subprocess
 import sys
 import tty
@@ -12,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 import serial
 
+from firmware_protocol.direct import GetBatteryLevel, KeepAlive
 from firmware_protocol.errors import (
     AddressError,
     BrickNotFound,
@@ -22,8 +24,13 @@ from firmware_protocol.errors import (
     PermissionDenied,
     RemoteProtocolError,
 )
+from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT
+from firmware_protocol.system import IOMapRead
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
+from nxtdrive.transports.nxt_server import NxtServerTransport
+
+PATIENCE_S = 10.0
 
 
 @pytest.fixture
@@ -189,6 +196,69 @@ def test_another_server_is_not_taken_for_an_nxt_server(answer, error, said):
         served = other.submit(serve)
         with pytest.raises(error, match=re.escape(said)):
             open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=10.0)
+        served.result()
+
+
+class Arriving:
+    """A connection on which pieces of bytes arrive, one at each read."""
+
+    def __init__(self, *pieces):
+        self.pieces = list(pieces)
+        self.written = []
+
+    def read(self, timeout_s):
+        return self.pieces.pop(0) if self.pieces else b""
+
+    def write(self, data):
+        self.written.append(data)
+
+
+BATTERY = GetBatteryLevel.encode_reply() + b"\x40\x1f"
+
+
+@pytest.mark.parametrize("at", range(1, len(BATTERY)))
+def test_a_reply_of_an_nxt_server_in_two_pieces_is_one(at):
+    pieces = Arriving(BATTERY[:at], BATTERY[at:])
+    transport = NxtServerTransport("nxt-server://", pieces, 64)
+    transport.send(GetBatteryLevel().encode())
+    assert transport.receive(0.0) is None
+    assert transport.receive(0.0) == BATTERY
+    transport.send(GetBatteryLevel().encode())
+    assert transport.receive(0.0) is None
+
+
+def test_a_refusal_of_an_nxt_server_may_be_shorter_than_the_reply():
+    transport = NxtServerTransport("nxt-server://", Arriving(b"\x02\x0b\xbe"), 64)
+    assert transport.receive(0.0) == b"\x02\x0b\xbe"
+
+
+def test_the_rest_of_a_map_of_an_nxt_server_is_awaited():
+    whole = IOMapRead.encode_reply() + struct.pack("<IH", 1, 5) + b"hello"
+    transport = NxtServerTransport("nxt-server://", Arriving(whole[:-2], whole[-2:]), 64)
+    assert transport.receive(PATIENCE_S) == whole
+
+
+def test_a_reply_that_was_not_requested_does_not_end_the_wait_for_another():
+    transport = NxtServerTransport("nxt-server://", Arriving(KeepAlive.encode_reply() + bytes(4), BATTERY), 64)
+    transport.send(KeepAlive().encode(want_reply=False))
+    assert transport.receive(PATIENCE_S) == BATTERY
+
+
+def test_the_kind_of_a_link_may_come_in_pieces():
+    with socket.create_server(("127.0.0.1", 0)) as server, ThreadPoolExecutor(1) as other:
+
+        def serve():
+            with server.accept()[0] as connection:
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                connection.recv(1)
+                for byte in b"bluetooth":
+                    connection.sendall(bytes((byte,)))
+                connection.recv(1)
+
+        served = other.submit(serve)
+        transport = open_transport(f"nxt-server://127.0.0.1:{server.getsockname()[1]}", timeout_s=PATIENCE_S)
+        assert transport.max_telegram == BLUETOOTH_TELEGRAM_LIMIT
+        transport.close()
         served.result()
 
 

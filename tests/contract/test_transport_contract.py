@@ -116,14 +116,14 @@ def test_garbage_is_not_believed_and_does_not_outlast_the_next_question(brick, f
         assert noisy.request(GetBatteryLevel()).voltage_mv > 1000
 
 
-def test_a_reply_in_pieces_is_whole_again(stream_rig, fault):
-    with Brick(stream_rig.open({0: fault.PIECES}), timeout_s=PATIENCE_S) as brick:
+def test_a_reply_in_pieces_is_whole_again(piecemeal_rig, fault):
+    with Brick(piecemeal_rig.open({0: fault.PIECES}), timeout_s=PATIENCE_S) as brick:
         assert brick.request(GetBatteryLevel()).voltage_mv > 1000
 
 
 @pytest.mark.slow
-def test_half_a_reply_and_then_silence_does_not_swallow_the_next_one(stream_rig, fault):
-    with Brick(stream_rig.open({0: fault.HALF}), timeout_s=0.6) as brick:
+def test_half_a_reply_and_then_silence_does_not_swallow_the_next_one(piecemeal_rig, fault):
+    with Brick(piecemeal_rig.open({0: fault.HALF}), timeout_s=0.6) as brick:
         with pytest.raises(LinkTimeout):
             brick.request(GetBatteryLevel())
         assert brick.request(GetBatteryLevel()).voltage_mv > 1000

@@ -123,7 +123,7 @@ def test_w5_telegrams_without_lengths_are_told_apart(commands):
     for command in commands:
         size = command.reply_type.layout.size
         replies.append(command.encode_reply() + bytes(size))
-    assert split_replies(b"".join(replies)) == replies
+    assert split_replies(b"".join(replies)) == (replies, b"")
 
 
 def test_w6_short_reads_are_put_together():
