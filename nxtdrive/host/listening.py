@@ -19,7 +19,7 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
     try:
         if not 0 <= port <= LAST_PORT:
             raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
-        return socket.create_server((host, port))
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     except OSError as error:
         reason = f"cannot listen on {host}:{port}: {system_words(error)}."
         raise ConfigError(reason, remedy="Choose another --port; 0 takes a free one.") from None

@@ -90,11 +90,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Mission) -> None:
-    from sim_backend.doors.sockets import is_loopback
+    from sim_backend.doors.sockets import bracketed, is_loopback
 
     if not is_loopback(served[0]):
         complain(f"warning: anyone who can reach {served[0]} can drive this robot.")
-    print_line("serving {}:{}".format(*served))
+    print_line(f"serving {bracketed(served[0])}:{served[1]}")
     print_line(f"brick {brick}, camera {camera}, targets {', '.join(mission.mission.targets)}")
     print_line("Ctrl-C ends it.")
 

@@ -13,6 +13,7 @@ import sys
 import pytest
 
 from nxtdrive.cli.main import main
+from nxtdrive.host.listening import listen
 
 
 @pytest.fixture
@@ -99,6 +100,15 @@ def test_a_camera_that_refuses_is_one_sentence_and_nothing_from_ffmpeg():
     assert done.stderr.startswith(f"nxtdrive: the stream {url} gives no frames.")
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
+
+
+def test_it_listens_on_an_address_of_ipv6():
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("this computer has no IPv6")
+    with listen(0, "::1") as listener, socket.create_connection(listener.getsockname()[:2]):
+        pass
 
 
 def test_a_port_that_is_taken_is_one_sentence(capsys):
