@@ -64,11 +64,15 @@ def read_run(path: Path) -> PastRun:
         path: Its folder, or its journal.
 
     Raises:
-        ConfigError: There is no journal, or nothing in it, or a later version wrote it.
+        ConfigError: There is no journal, or nothing in it, or a later version wrote it; or it cannot be read.
     """
     if os.path.isdir(path):
         folder, path = path, path / JOURNAL
-        if JOURNAL not in os.listdir(folder):
+        try:
+            names = os.listdir(folder)
+        except OSError as error:
+            raise ConfigError(f"{folder} cannot be read ({error.strerror}).") from None
+        if JOURNAL not in names:
             raise ConfigError(
                 f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
             )

@@ -155,7 +155,10 @@ def _stream_opener(url: str, open_timeout_s: float, stall_timeout_s: float) -> C
 
 def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
     if os.path.isdir(path):
-        files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
+        try:
+            files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
+        except OSError as error:
+            raise CameraError(f"the folder {path} cannot be read ({error.strerror}).") from None
         if not files:
             raise CameraError(f"the folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"the folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -185,6 +187,15 @@ def test_anything_that_is_not_a_run_gives_one_sentence(capsys, tmp_path, content
     printed = capsys.readouterr()
     assert sentence in printed.err
     assert "Traceback" not in printed.err
+
+
+def test_a_folder_that_may_not_be_read_is_one_sentence(capsys, tmp_path, monkeypatch):
+    def denied(path):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(os, "listdir", denied)
+    assert main(["explain-run", str(tmp_path)]) == USAGE
+    assert f"{tmp_path} cannot be read (Permission denied)" in capsys.readouterr().err
 
 
 def test_a_path_to_nothing_is_one_sentence(capsys, tmp_path):

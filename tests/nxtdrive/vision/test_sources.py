@@ -1,3 +1,6 @@
+import errno
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -74,6 +77,15 @@ def test_one_image_is_shown_forever(tmp_path, clock):
 def test_what_is_not_there_is_named(tmp_path, clock):
     with pytest.raises(CameraError, match=r"no camera, file or folder .*lost.avi.*Give a webcam's number"):
         open_camera(str(tmp_path / "lost.avi"), clock=clock)
+
+
+def test_a_folder_that_may_not_be_read_is_an_error(tmp_path, clock, monkeypatch):
+    def denied(path):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "iterdir", denied)
+    with pytest.raises(CameraError, match=r"cannot be read \(Permission denied\)"):
+        open_camera(str(tmp_path), clock=clock)
 
 
 def test_a_folder_without_images_is_refused(tmp_path, clock):
