@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,10 @@ class ScenarioSampler:
         seed = options.get("seed", self._seeds[int(random.integers(len(self._seeds)))])
         _check_kinds([kind])
         try:
-            number = int(seed)
-        except (ValueError, TypeError, OverflowError):
+            if isinstance(seed, bool):
+                raise TypeError
+            number = index(seed)
+        except TypeError:
             raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number.") from None
         scenario = generate_scenario(kind, number)
         return replace(scenario, mission=with_profile(scenario.mission, self._profile))

@@ -98,6 +98,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """
         super().reset(seed=seed, options=options)
         self.close()
+        self._standing = False
         # also for images: the robot's frames come at the same times, and no detector searches them
         self._episode = Episode(self._scenarios.sample(self.np_random, options), GEOMETRIC)
         return self._observe(self._episode), episode_info(self._episode)

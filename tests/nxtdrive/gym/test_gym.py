@@ -94,6 +94,8 @@ def test_an_action_takes_the_candidate_of_its_number_or_the_first():
 def test_a_robot_that_stands_in_front_of_a_target_has_arrived_there_once():
     env = WheelEnv()
     env.reset(options={"kind": "open", "seed": 7})
+    env.step(np.zeros(2, np.float32))
+    env.reset(options={"kind": "open", "seed": 7})
     target = generate_scenario("open", 7).mission.mission.targets[0]
     episode = env._episode
     at = episode.simulation.truth.pictures[target]
@@ -138,7 +140,8 @@ def test_what_does_not_exist_is_refused(make):
         make(kinds=["nowhere"])
     with pytest.raises(ConfigError, match="not a kind of eyes"):
         make(eyes="x-ray")
-    for options in ({"kind": "nowhere"}, {"kind": 5}, {"seed": "x"}, {"seed": float("nan")}, {"knd": "open"}):
+    seeds = ("x", float("nan"), 1.7, True, "7")
+    for options in ({"kind": "nowhere"}, {"kind": 5}, *({"seed": seed} for seed in seeds), {"knd": "open"}):
         with pytest.raises(ConfigError, match=r"no class|no seed|no option 'knd'"):
             make().reset(options=options)
     with pytest.raises(gymnasium.error.ResetNeeded):
