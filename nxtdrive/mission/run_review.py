@@ -21,6 +21,7 @@ from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.truth import Truth, recognised
+from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -162,7 +163,7 @@ class RunReview:
         has = f"It has {known}" if known else "It has no objects"
         room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
         advice = (
-            f"Open the mission's own with --nxt {shlex.quote(f'sim://{room}')}."
+            f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
             if room is not None and room.is_file()
             else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         )

@@ -10,6 +10,8 @@
     sim://                        the simulator                   sim://arena.toml?seed=7&latency_ms=30
     replay://bug.nxttrace         a recording as a brick          record://bug.nxttrace?nxt=usb://  makes one
 
+A ``?`` in the name of a file is written ``%3F``, and a ``%`` before ``3F`` or ``25`` is written ``%25``.
+
 Text with a recognisable shape needs no scheme: ``COM5``, ``/dev/rfcomm0``, ``00:16:53:0A:1B:2C``,
 ``0016530A1B2C``, ``localhost:2727``, ``arena.toml``.
 """
@@ -20,7 +22,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
-from urllib.parse import parse_qsl, quote, urlencode
+from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 from firmware_protocol.errors import AddressError
 from firmware_protocol.wording import did_you_mean
@@ -40,6 +42,9 @@ _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"[\w.-]+:\d+"), "tcp"),
 )
 """Shapes of text without ``://`` and the scheme they imply; the first match counts."""
+
+_QUOTED = re.compile("%(3F|25)", re.IGNORECASE)
+_TO_QUOTE = re.compile(r"\?|%(?=3F|25)", re.IGNORECASE)
 
 Options = Mapping[str, Callable[[str], Any]]
 
@@ -76,11 +81,12 @@ class Address:
         names = [name for name, _ in pairs]
         if doubled := {name for name in names if names.count(name) > 1}:
             raise AddressError(f"{text!r} sets {', '.join(sorted(doubled))} more than once.")
-        return cls(scheme.lower(), target, dict(pairs))
+        return cls(scheme.lower(), _QUOTED.sub(lambda quoted: unquote(quoted[0]), target), dict(pairs))
 
     def __str__(self) -> str:
         query = urlencode(self.options, quote_via=quote)
-        return f"{self.scheme}://{self.target}{'?' if query else ''}{query}"
+        target = _TO_QUOTE.sub(lambda found: quote(found[0]), self.target)
+        return f"{self.scheme}://{target}{'?' if query else ''}{query}"
 
     def read_options(self, known: Options) -> dict[str, Any]:
         """Return the options as values, each converted as `known` says.

@@ -12,7 +12,7 @@ from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.transports import open_transport, transport_class
 from nxtdrive.transports.address import Address
 
-PRINTABLE = st.text(st.characters(min_codepoint=33, max_codepoint=0x2FF, exclude_characters="?"), max_size=20)
+PRINTABLE = st.text("?%235Ff") | st.text(st.characters(min_codepoint=33, max_codepoint=0x2FF), max_size=20)
 
 
 @given(st.text(max_size=60))
@@ -54,6 +54,15 @@ def test_an_address_survives_being_written_and_read(scheme, target, options):
 def test_scheme_and_target(text, scheme, target):
     address = Address.parse(text)
     assert (address.scheme, address.target) == (scheme, target)
+
+
+@pytest.mark.parametrize(
+    ("target", "text"),
+    [("what?.toml", "sim://what%3F.toml"), ("100%.toml", "sim://100%.toml"), ("a%20b%25", "sim://a%20b%2525")],
+)
+def test_a_question_mark_in_the_name_of_a_file_begins_no_options(target, text):
+    assert str(Address("sim", target)) == text
+    assert Address.parse(text) == Address("sim", target)
 
 
 def test_options_follow_the_question_mark():

@@ -92,6 +92,7 @@ def _show(args: argparse.Namespace) -> int:
 
 def _new(args: argparse.Namespace) -> int:
     from nxtdrive.recording.output_file import write_file
+    from nxtdrive.transports.address import Address
     from sim_backend.bundled import WORLDS
 
     if os.path.lexists(args.file) and not args.force:
@@ -102,5 +103,5 @@ def _new(args: argparse.Namespace) -> int:
     file = shlex.quote(str(args.file))
     write_line(f"  nxtdrive world show {file}")
     write_line(f"  nxtdrive world check {file}")
-    write_line(f"  nxtdrive run --profile adaptive --nxt {shlex.quote(f'sim://{args.file}')}")
+    write_line(f"  nxtdrive run --profile adaptive --nxt {shlex.quote(str(Address('sim', str(args.file))))}")
     return DONE
