@@ -113,7 +113,12 @@ class SimLink:
 
     @property
     def arrived(self) -> bool:
-        """Whether a reply has arrived that was not read."""
+        """Whether a reply has arrived that was not read.
+
+        Raises:
+            ConnectionError: The cable was unplugged, or the link is closed.
+        """
+        self._check_cable()
         return bool(self._replies) and self._replies[0][0] <= self._simulation.now_ms
 
     @property
@@ -143,7 +148,6 @@ class SimLink:
         Raises:
             ConnectionError: The cable was unplugged, or the link is closed.
         """
-        self._check_cable()
         return self._replies.popleft()[1] if self.arrived else None
 
     def receive(self, timeout_ms: int) -> bytes | None:

@@ -91,10 +91,6 @@ class WallClock:
 
     simulated = False
 
-    def waiting(self) -> bool:
-        """Return False: this transport cannot tell."""
-        return False
-
     def now(self) -> float:
         """Return seconds of the monotonic clock."""
         return time.monotonic()

@@ -72,8 +72,12 @@ class RecordTransport:
         return telegram
 
     def waiting(self) -> bool:
-        """See the recorded transport."""
-        return self.inner.waiting()
+        """See the recorded transport; records the error that it raises."""
+        try:
+            return self.inner.waiting()
+        except NXTError as error:
+            self._write(Kind.ERROR, b"", error)
+            raise
 
     def close(self) -> None:
         """Close the transport and the file."""

@@ -100,6 +100,7 @@ class ReplayTransport:
 
     def waiting(self) -> bool:
         """Return whether the program received something here, before its next request."""
+        self._check_open()
         entry = self._peek()
         return entry is not None and entry.kind in (Kind.FROM_BRICK, Kind.ERROR)
 

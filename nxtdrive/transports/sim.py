@@ -162,7 +162,10 @@ class SimTransport:
 
     def waiting(self) -> bool:
         """Return whether a reply has arrived."""
-        return self._link.arrived
+        try:
+            return self._link.arrived
+        except ConnectionError as error:
+            raise self._lost(error) from error
 
     def close(self) -> None:
         """Close the link."""

@@ -145,6 +145,7 @@ class UsbTransport(WallClock):
 
     def waiting(self) -> bool:
         """Check for a packet once a second; between the checks return False."""
+        self._opened()
         if not self._found and self.now() >= self._looked_at + LOOK_EVERY_S:
             self._looked_at = self.now()
             self._found = self._read(LOOK_MS) or b""

@@ -76,6 +76,8 @@ def test_a_closed_transport_says_so(rig):
         transport.send(BATTERY)
     with pytest.raises(LinkLost, match="closed"):
         transport.receive(SHORT_S)
+    with pytest.raises(LinkLost, match="closed"):
+        transport.waiting()
 
 
 def test_the_brick_answers_through_it(rig):

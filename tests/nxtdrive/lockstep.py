@@ -157,7 +157,10 @@ class LockstepTransport:
         return found[0] if found else None
 
     def waiting(self):
-        return self.link.arrived
+        try:
+            return self.link.arrived
+        except ConnectionError as error:
+            raise LinkLost(f"{error}.") from error
 
     def close(self):
         self.link.close()

@@ -119,6 +119,25 @@ def test_what_went_wrong_goes_wrong_again(record):
         assert talk(brick) == outcomes
 
 
+def test_a_loss_that_is_noticed_before_a_request_is_recorded(record):
+    def talk(brick):
+        recorded(brick.link.transport).close()
+        with pytest.raises(LinkLost, match="closed"):
+            brick.request(GetBatteryLevel())
+
+    path, _ = record(talk)
+    with Brick(ReplayTransport(read_trace(path), "replay://")) as brick, pytest.raises(LinkLost, match="closed"):
+        brick.request(GetBatteryLevel())
+
+
+def test_a_closed_replay_says_so(record):
+    path, _ = record(lambda brick: brick.battery_v)
+    replay = ReplayTransport(read_trace(path), "replay://")
+    replay.close()
+    with pytest.raises(LinkLost, match="closed"):
+        replay.waiting()
+
+
 def test_another_request_than_recorded_names_both(record):
     path, _ = record(lambda brick: (brick.battery_v, brick.request(GetOutputState(OutputPort.A))))
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
