@@ -36,7 +36,7 @@ NUMBERS = ("seen_since_search", "researches", "round", "targets_left", "spent_s"
 Observation = dict[str, Any]
 
 
-class _Play:
+class _OngoingMission:
     """A mission under way.
 
     Args:
@@ -105,7 +105,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             check_eyes(eyes),
             second_costs,
         )
-        self._play: _Play | None = None
+        self._ongoing: _OngoingMission | None = None
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
         self.observation_space = spaces.Dict(
@@ -131,28 +131,28 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         self.close()
         episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
         episode.observers.append(episode.judge)
-        self._play = play = _Play(episode)
-        play.stepped.step()
-        return play.observe(), play.info()
+        self._ongoing = ongoing = _OngoingMission(episode)
+        ongoing.stepped.step()
+        return ongoing.observe(), ongoing.info()
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Take a candidate and run the mission to its next decision or its end."""
-        if (play := self._play) is None:
+        if (ongoing := self._ongoing) is None:
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
-        episode, question = play.episode, play.stepped.question
+        episode, question = ongoing.episode, ongoing.stepped.question
         before_s, reached = episode.time_s, len(episode.reached)
         number = candidate_number(action, len(question.candidates) if question else 0)
-        play.stepped.step(number)
-        report = play.stepped.report
+        ongoing.stepped.step(number)
+        report = ongoing.stepped.report
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
         late = report is not None and report.ending is Ending.TIME_UP
-        return play.observe(), reward, report is not None and not late, late, play.info() | {"taken": number}
+        return ongoing.observe(), reward, report is not None and not late, late, ongoing.info() | {"taken": number}
 
     def close(self) -> None:
         """End the mission under way."""
-        if self._play is not None:
-            self._play.end()
-        self._play = None
+        if self._ongoing is not None:
+            self._ongoing.end()
+        self._ongoing = None
 
 
 def candidate_number(action: np.int64, count: int) -> int:

@@ -17,6 +17,7 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
 from behaviors.robot_description import CameraTable, RobotTable
+from input_files.plain import is_number
 from nxtdrive.recording.map_events import EventReader, MapEvent
 
 Line = tuple[float, float, float, float]
@@ -127,6 +128,4 @@ def pose_of(record: Record) -> Pose | None:
 
 
 def _number(value: object) -> float | None:
-    if isinstance(value, int | float) and abs(value) <= FARTHEST_MM:  # not NaN, either
-        return float(value)
-    return None
+    return float(value) if is_number(value) and abs(value) <= FARTHEST_MM else None  # not NaN, either

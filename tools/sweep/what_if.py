@@ -208,14 +208,14 @@ def play(
         ConfigError: The run cannot be repeated.
         KeyboardInterrupt: Ctrl-C, which ends a mission in good order.
     """
-    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as stage:
-        stage.observers.add("rollout", partial(_note, stage.rollout, stage.simulation, tell))
-        ask = partial(_decide, decision, enter, stage.rollout, stage.simulation.reseed)
-        if stage.run(supervised(stage.mission, ask)).ending is Ending.INTERRUPTED:
+    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as ready:
+        ready.observers.add("rollout", partial(_note, ready.rollout, ready.simulation, tell))
+        ask = partial(_decide, decision, enter, ready.rollout, ready.simulation.reseed)
+        if ready.run(supervised(ready.mission, ask)).ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt
-        if stage.observers.failures:
-            raise RuntimeError(f"observers failed: {dict(stage.observers.failures)}")
-    return stage.rollout
+        if ready.observers.failures:
+            raise RuntimeError(f"observers failed: {dict(ready.observers.failures)}")
+    return ready.rollout
 
 
 def _decide(
@@ -254,7 +254,7 @@ class _ReadyMission:
     rollout: Rollout
 
 
-def _stage(
+def _ready(
     mission: Mission,
     simulation: Any,  # noqa: ANN401 - see above
     observers: Observers,
@@ -281,7 +281,7 @@ def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[_ReadyMiss
         def run(make_profile: MakeProfile) -> Report:
             return Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
 
-        yield _stage(mission, episode.simulation, observers, run)
+        yield _ready(mission, episode.simulation, observers, run)
 
 
 @contextmanager
@@ -295,7 +295,7 @@ def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
         def run(make_profile: MakeProfile) -> Report:
             return MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
 
-        yield _stage(mission, transport.simulation, observers, run)
+        yield _ready(mission, transport.simulation, observers, run)
 
 
 def branch_costs(source: Source, decision: int, candidates: int, futures: int) -> list[list[float]]:
