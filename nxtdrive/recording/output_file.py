@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware_protocol.errors import ConfigError
+from nxtdrive.host.unbuffered import write_all
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -21,11 +22,9 @@ def write_file(path: Path, content: bytes) -> None:
     Raises:
         OSError: It cannot be written.
     """
-    left = memoryview(content)
     with open(path, "wb", buffering=0) as file:
         try:
-            while left:
-                left = left[file.write(left) :]
+            write_all(file, content)
         except OSError:
             if os.path.isfile(path):  # not a device
                 with suppress(OSError):

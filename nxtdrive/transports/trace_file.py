@@ -28,6 +28,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.telegram import NO_REPLY
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, NotText, read_text
+from nxtdrive.host.unbuffered import write_all
 
 VERSION = 1
 MAX_TELEGRAM = 65_535
@@ -189,9 +190,7 @@ class TraceWriter:
         self._file.close()
 
     def _add(self, line: str) -> None:
-        left = f"{line}\n".encode(errors="backslashreplace")
-        while left:
-            left = left[self._file.write(left) :]
+        write_all(self._file, f"{line}\n".encode(errors="backslashreplace"))
 
     def _end(self, error: OSError) -> None:
         self._file.close()

@@ -16,6 +16,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 from input_files.pydantic_words import first_mistake
+from nxtdrive.host.unbuffered import write_all
 from nxtdrive.recording.predictions import Prediction
 
 from .causes import Judgement
@@ -137,10 +138,8 @@ class ResultFile:
         Raises:
             ConfigError: It cannot be written; the lines before it are in the file.
         """
-        left = json.dumps(line, ensure_ascii=False).encode() + b"\n"
         try:
-            while left:
-                left = left[self._file.write(left) :]
+            write_all(self._file, json.dumps(line, ensure_ascii=False).encode() + b"\n")
         except OSError as error:
             raise ConfigError(
                 f"{self._path} cannot be written ({error.strerror}); the results before are in it.",
