@@ -117,14 +117,15 @@ class ResultFile:
     """Appends lines to the file, after its last complete one.
 
     Args:
-        path: A sweep's file, as `read_lines` accepts it, or a new one in a folder that exists.
+        path: A file of which `whole_lines` accepts the lines, or a new one in a folder that exists.
+        remedy: What to do when a line cannot be written.
 
     Raises:
         ConfigError: It cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, remedy: str = "Make room, and continue with --resume.") -> None:
+        self._path, self._remedy = path, remedy
         try:
             self._file = path.open("ab+", buffering=0)
             self._file.seek(0)
@@ -143,7 +144,7 @@ class ResultFile:
         except OSError as error:
             raise ConfigError(
                 f"{self._path} cannot be written ({error.strerror}); the results before are in it.",
-                remedy="Make room, and continue with --resume.",
+                remedy=self._remedy,
             ) from error
 
     def __enter__(self) -> Self:

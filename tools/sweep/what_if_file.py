@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -66,18 +65,6 @@ def read_missions(path: Path) -> dict[Key, dict[str, Any]]:
     lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
     missions = [_mission(path, number, line) for number, line in enumerate(lines, start=1)]
     return {key_of(each): each for each in missions}
-
-
-def append_mission(path: Path, mission: dict[str, Any]) -> None:
-    """Add a mission after the last whole line of a file, which `read_missions` accepts or which is new.
-
-    Raises:
-        OSError: It cannot be written.
-    """
-    with open(path, "ab+") as file:
-        file.seek(0)
-        file.truncate(file.read().rfind(b"\n") + 1)
-        file.write(json.dumps(mission).encode() + b"\n")
 
 
 def _mission(path: Path, number: int, line: bytes) -> dict[str, Any]:

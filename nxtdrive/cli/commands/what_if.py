@@ -78,8 +78,9 @@ def run(args: argparse.Namespace) -> int:
     """Play all branches; return the exit code."""
     if args.decision is not None and len(args.run_paths) > 1:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
+    from nxtdrive.tools.sweep.result_file import ResultFile
     from nxtdrive.tools.sweep.what_if import read_source
-    from nxtdrive.tools.sweep.what_if_file import append_mission, key_of, read_missions
+    from nxtdrive.tools.sweep.what_if_file import key_of, read_missions
     from nxtdrive.tools.sweep.what_if_result import Request, mean_figures
 
     sources = {name: read_source(name) for name in args.run_paths}
@@ -92,8 +93,8 @@ def run(args: argparse.Namespace) -> int:
             result = known or _played(name, source, request, workers)
             results.append(result)
             if args.out and not known:
-                with writing(args.out):
-                    append_mission(args.out, result)
+                with ResultFile(args.out, remedy="Make room, and repeat the command.") as file:
+                    file.append(result)
             if not args.json:
                 _show(name, result["decisions"])
     figures = mean_figures(results)

@@ -19,6 +19,7 @@ from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
 from nxtdrive.tools.sweep.regret import over_missions, regret
+from nxtdrive.tools.sweep.result_file import ResultFile
 from nxtdrive.tools.sweep.what_if import (
     Branch,
     DecisionPoint,
@@ -28,7 +29,7 @@ from nxtdrive.tools.sweep.what_if import (
     play,
     read_recorded,
 )
-from nxtdrive.tools.sweep.what_if_file import append_mission, read_missions
+from nxtdrive.tools.sweep.what_if_file import read_missions
 from sim_backend.simulation import Simulation
 
 TOLD = {
@@ -104,11 +105,13 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
 
 def test_a_line_that_was_cut_short_is_written_again(tmp_path):
     out, mission = tmp_path / "regret.jsonl", {"run": "open:100", "decisions": [DECISION]}
-    append_mission(out, mission)
+    with ResultFile(out) as file:
+        file.append(mission)
     whole = out.read_bytes()
     out.write_bytes(whole + whole.replace(b"100", b"101")[:40])
     assert list(read_missions(out).values()) == [mission]
-    append_mission(out, {"run": "open:101", "decisions": []})
+    with ResultFile(out) as file:
+        file.append({"run": "open:101", "decisions": []})
     assert [each["run"] for each in read_missions(out).values()] == ["open:100", "open:101"]
 
 
