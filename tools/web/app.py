@@ -29,10 +29,11 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.signals import handling
 
 from ..calibrate.sheet import sheet_bytes
+from . import connections
 from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations
 from .chart import chart, recoveries
-from .connections import BACKLOG, BoundedHTTP, without_traceback
+from .connections import BACKLOG, BoundedHTTP, LiveWebSocket, without_traceback
 from .driver_arbiter import DriverArbiter
 from .editor import Editor
 from .hub import Client, Hub, as_message
@@ -359,6 +360,9 @@ def http_server(app: Starlette) -> uvicorn.Server:
     config = uvicorn.Config(
         app,
         http=BoundedHTTP,
+        ws=LiveWebSocket,
+        ws_ping_interval=connections.PING_S,
+        ws_ping_timeout=connections.PONG_S,
         backlog=BACKLOG,
         log_level="warning",
         ws_max_size=MAX_MESSAGE_BYTES,

@@ -1,4 +1,4 @@
-"""Limits how many connections the web server keeps open, those of clients without the PIN included."""
+"""Connections of the web server: a limited number, those of clients without the PIN included, and no dead ones."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from itertools import count
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 MAX_CONNECTIONS = 100
 """Of HTTP; pages' WebSockets have a limit of their own. A process may open 256 files on macOS, 1024 on Linux."""
 BACKLOG = 50
 """Connections that are accepted at once, before the oldest can be closed."""
+PING_S, PONG_S = 5.0, 15.0
+"""Period of the pings of a WebSocket, which browsers answer by themselves, and how long an answer may take: it waits
+behind the messages that the client has not read."""
 
 _numbers = count()
 
@@ -36,6 +40,14 @@ class BoundedHTTP(H11Protocol):
     @property
     def _answering(self) -> bool:
         return self.cycle is not None and not self.cycle.response_complete
+
+
+class LiveWebSocket(WebSocketsSansIOProtocol):
+    """A connection of a WebSocket; one whose client has vanished or does not read is closed after `PING_S + PONG_S`."""
+
+    def keepalive_timeout(self) -> None:
+        """Close at once: uvicorn itself would wait until the client has read everything."""
+        self.transport.abort()
 
 
 def without_traceback(record: logging.LogRecord) -> bool:

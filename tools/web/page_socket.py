@@ -30,7 +30,7 @@ async def converse(
     obey: Callable[[Client, str], Work | None],
     left: Callable[[Client], None],
 ) -> None:
-    """Serve a page until it leaves or is too slow.
+    """Serve a page until it leaves, its connection is lost (`connections.LiveWebSocket`), or it is too slow.
 
     Args:
         page: Its WebSocket.
@@ -63,6 +63,8 @@ async def _send(page: WebSocket, client: Client, both: anyio.CancelScope) -> Non
     with contextlib.suppress(WebSocketDisconnect):
         while not client.too_slow:
             for message in await client.next():
+                if client.too_slow:
+                    break
                 if isinstance(message, bytes):
                     await page.send_bytes(message)
                 else:

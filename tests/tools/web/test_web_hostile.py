@@ -21,10 +21,10 @@ from websockets.sync.client import connect
 from behaviors.mission import Mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.signals import signals_as_interrupt
-from nxtdrive.tools.web import connections
+from nxtdrive.tools.web import connections, hub
 from nxtdrive.tools.web.access import Pin
 from nxtdrive.tools.web.app import Server, http_server, run_until_signal, serving
-from nxtdrive.tools.web.hub import BACKLOG, BEHIND, Client, Hub
+from nxtdrive.tools.web.hub import BACKLOG, BEHIND, FRAME, Client, Hub
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.photographs import NewTarget, text_for
 from nxtdrive.tools.web.robot import Robot
@@ -33,12 +33,16 @@ from nxtdrive.transports.address import Address
 
 LONG = "x" * 300
 """No file can have this name."""
+HANDSHAKE = (
+    "GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
 
 
 def _server(folder: Path, pin: Pin | None = None) -> Server:
-    hub = Hub()
-    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), hub, folder / "runs")
-    return Server(robot, hub, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
+    messages = Hub()
+    robot = Robot(Address.parse("sim://open"), None, read_mission_file(None), messages, folder / "runs")
+    return Server(robot, messages, Missions(folder), Runs(folder / "runs"), "sim://open", pin)
 
 
 @pytest.fixture
@@ -102,12 +106,50 @@ def test_text_that_is_not_utf8_is_logged_without_a_traceback(tmp_path, fault, ke
     assert bool(record.exc_info) is kept
 
 
+def _stalled_page(port: int) -> socket.socket:
+    """A page that takes the wheel and then neither reads nor answers, as on a computer that sleeps."""
+    page = socket.create_connection(("127.0.0.1", port))
+    page.sendall(HANDSHAKE.format(port=port).encode())
+    drive = b'{"type": "drive", "ahead": 0, "aside": 0}'
+    page.sendall(bytes((0x81, 0x80 | len(drive), 0, 0, 0, 0)) + drive)
+    return page
+
+
+@pytest.mark.parametrize("picture_bytes", [1, 30_000_000], ids=["little to send", "more than the system buffers"])
+def test_a_page_that_does_not_read_loses_its_place_and_the_control(tmp_path, monkeypatch, picture_bytes):
+    monkeypatch.setattr(connections, "PING_S", 0.2)
+    monkeypatch.setattr(connections, "PONG_S", 0.2)
+    server = _server(tmp_path)
+    gone = threading.Event()
+    server.hub.leave = lambda client: (Hub.leave(server.hub, client), gone.set())
+    server.hub.show_image(FRAME, 1, 0.0, bytes(picture_bytes))
+    with socket.create_server(("127.0.0.1", 0)) as listener, serving(server, listener):
+        port = listener.getsockname()[1]
+        with closing(_stalled_page(port)):
+            assert gone.wait(10)
+            assert server.hub.clients == []
+            with connect(f"ws://127.0.0.1:{port}/ws", max_size=None, max_queue=None) as other:
+                other.send('{"type": "take_control"}')
+                while '"driver": "page 2"' not in str(other.recv(5)):
+                    pass
+
+
+def test_a_page_that_falls_too_far_behind_is_closed_and_may_come_again(tmp_path, monkeypatch):
+    server = _server(tmp_path)
+    monkeypatch.setattr(hub, "BEHIND", -BACKLOG)  # one event is too many
+    with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as page:
+        assert page.receive_json()["type"] == "hello"
+        server.hub.publish("line", {"text": ""})
+        while (message := page.receive())["type"] != "websocket.close":
+            pass
+        assert message["code"] == CloseCode.TRY_AGAIN_LATER
+
+
 def test_a_client_that_asks_without_reading_keeps_no_more_than_its_backlog():
     async def ask() -> int:
         client = Client(asyncio.get_running_loop(), "page 1")
         for _ in range(BACKLOG + 2 * BEHIND):
             client.append("answer")
-        assert client.too_slow
         return client.waiting
 
     assert asyncio.run(ask()) <= BACKLOG + BEHIND + 1
