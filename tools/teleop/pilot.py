@@ -68,6 +68,7 @@ class Pilot:
 
     Attributes:
         map: Cells the robot has driven over, and echoes.
+        moving: Whether the robot drives as the controls demanded last.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class Pilot:
         self.map = FloorMap()
         self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
         self._rest = rest or brick.sleep
-        self._moving = False
+        self.moving = False
         self._stuck: tuple[int, int] | None = None
         self._range_mm: float | None = None
         self._touching = False
@@ -120,7 +121,7 @@ class Pilot:
 
     def stop(self) -> None:
         """Brake at once."""
-        self._moving = False
+        self.moving = False
         self._rover.stop()
 
     def _drive(self, speed: float, turn: float) -> str:
@@ -131,9 +132,9 @@ class Pilot:
             objection = self._rover.drive(speed, turn)
             if objection is StopReason.STALLED:
                 self._stuck = _way(speed, turn)
-            self._moving = objection is None
+            self.moving = objection is None
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
-        if self._moving:
+        if self.moving:
             self.stop()
         return "EMERGENCY STOP, Enter releases" if self._controls.stopped else "at rest"
 

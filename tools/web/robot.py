@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -238,18 +238,23 @@ class Robot:
             self._now = robot.brick.now
             self._opened.put(None)
             while not self._closing.is_set():
-                if (task := self._slot.current) is not None:
+                if (task := self._slot.current) is not None and task.drives:
                     self._perform(task, robot)
                 else:
                     self._drive_by_hand(robot.brick)
 
     def _drive_by_hand(self, brick: Brick) -> None:
-        """Drive as the controls demand until something else is wanted, or the robot is built in another way."""
-        mission = self._mission
-        pilot = Pilot(brick, self._hand_rover(brick), self.controls, rest=self._rest(brick))
+        """Drive as the controls demand until a task is to drive, or the robot is built in another way."""
+        mission, rover = self._mission, self._hand_rover(brick)
+        pilot = Pilot(brick, rover, self.controls, rest=self._rest(brick))
         room = TrueRoom(brick, self._hub)
-        while not (self._closing.is_set() or self.busy) and self._mission is mission:
+        while not self._closing.is_set() and self._mission is mission:
+            task = self._slot.current
+            if task is not None and task.drives:
+                break
             try:
+                if isinstance(task, ShortMotion):
+                    task.perform(brick, rover)
                 if self._beep.is_set():
                     self._beep.clear()
                     brick.tone(*BEEP)
@@ -260,6 +265,9 @@ class Robot:
                 self._news.wait(RETRY_S)
         if not self._closing.is_set():
             self.controls.let_go()
+        if pilot.moving:
+            with suppress(NXTError):  # a lost link; the leases stop the wheels
+                pilot.stop()
 
     def _hand_rover(self, brick: Brick) -> Rover:
         """Return the rover for driving by hand; it keeps its pose until something else drives or it is rebuilt."""
@@ -299,8 +307,7 @@ class Robot:
         if self.controls.stopped or self._closing.is_set():
             task.end()  # requests before this moment did not find it
         if isinstance(task, ShortMotion):
-            if task.drives:
-                self._hub.show("state", {**self._state, "doing": "driving"})
+            self._hub.show("state", {**self._state, "doing": "driving"})
             task.perform(robot.brick, self._hand_rover(robot.brick))
             return
         self._rover = None  # its odometry would know only where wheels ended, not which way

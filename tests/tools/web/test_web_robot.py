@@ -1,0 +1,70 @@
+"""The robot's thread between driving by hand and tasks."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import pytest
+
+from nxtdrive.mission.files import read_mission_file
+from nxtdrive.tools.web.hub import Hub
+from nxtdrive.tools.web.motions import ShortMotion
+from nxtdrive.tools.web.robot import Robot
+from nxtdrive.transports.address import Address
+
+LIMIT_S = 30.0
+
+
+class Witness(Hub):
+    """A hub that knows when the robot has been driven by hand."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.driving = threading.Event()
+
+    def show(self, kind: str, values: Mapping[str, Any]) -> None:
+        if kind == "state" and values["doing"] == "driving":
+            self.driving.set()
+        super().show(kind, values)
+
+
+@pytest.fixture
+def turning(tmp_path) -> Iterator[Robot]:
+    """A robot that turns on the spot at full speed, since a person holds the stick."""
+    hub = Witness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), hub, tmp_path)
+    robot.controls.percent = 100
+    robot.controls.steer(0.0, 0.0, math.inf)
+    robot.controls.steer(0.0, 1.0, math.inf)  # never old
+    robot.open()
+    try:
+        assert hub.driving.wait(LIMIT_S)
+        yield robot
+    finally:
+        robot.close()
+
+
+def test_a_reading_does_not_end_driving_by_hand(turning):
+    reading = ShortMotion()
+    turning.start(reading)
+    assert reading.wait(LIMIT_S)
+    assert reading.reading is not None
+    assert turning.controls.wanted(0.0) == (0.0, 90.0)
+
+
+def test_the_robot_stands_when_something_else_begins_to_drive(turning):
+    headings = []
+
+    def begin(rover):
+        for _ in range(2):
+            headings.append(rover.pose().heading_deg)
+            rover._link.sleep(0.3)
+        return rover.turn(1.0, wait=False)
+
+    motion = ShortMotion(begin)
+    turning.start(motion)
+    assert motion.wait(LIMIT_S)
+    assert headings[1] == pytest.approx(headings[0], abs=3.0)
