@@ -18,6 +18,7 @@ import numpy as np
 from behaviors.robot_description import CameraTable, RobotTable
 from nxtdrive.motion.wheel_geometry import mm_per_degree
 
+from .course import REMEDY, CalibrationRefused
 from .least_squares import Array, Fit, fit
 from .track import Track, at_times, poses, smoothed
 
@@ -51,6 +52,8 @@ LATENCIES_S = (0.05, 0.2, 0.4)
 """First guesses of the latency; the one that fits best counts."""
 FEW_VIEWS, MANY_VIEWS = 60, 200
 """Views used to find the first guess, and the best values."""
+FEWEST_VIEWS = 60
+"""Views from steady motion that an estimate needs."""
 SLIP_EVERY_DEG, SLIP_DEG = 300.0, 0.05
 """Length of a stretch of motion, as the sum of both wheels' turns, and the standard deviation of the turn by slipping
 during one."""
@@ -160,13 +163,18 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
         camera: Its camera's description so far.
         settled_s: Until then there are only small turns; they are fitted first, since after a full turn by a wrong
             track the sheet would be expected elsewhere.
+
+    Raises:
+        CalibrationRefused: There are too few views of the sheet.
     """
     early = track if settled_s is None else track.until(settled_s)
+    _require_views(early, 1)
     guesses = [_guess(early, robot, camera, latency_s) for latency_s in LATENCIES_S]
     few = Corners(early, FEW_VIEWS)
     best = min((_fit(few, *guess) for guess in guesses), key=lambda found: found.residual)
     _, prior_sd, scales = guesses[0]
     track = track.steady(float(best.values[NAMES.index("latency_s")]))
+    _require_views(track, FEWEST_VIEWS)
     best = _fit(Corners(track, MANY_VIEWS), best.values[: len(NAMES)], prior_sd, scales)
     return Estimate(
         dict(zip(NAMES, map(float, best.values), strict=False)),
@@ -175,6 +183,11 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
         len(track.views),
         best.converged,
     )
+
+
+def _require_views(track: Track, fewest: int) -> None:
+    if (found := len(track.views)) < fewest:
+        raise CalibrationRefused(f"the sheet was seen in only {found} frames; {fewest} are needed.", remedy=REMEDY)
 
 
 def misfit_px(track: Track, believed: dict[str, float], found: dict[str, float]) -> float:

@@ -45,6 +45,10 @@ FARTHEST_MM, BACK_MM = 800.0, 100.0
 REST_S = 0.6
 TRIAL_MM = 120.0
 """How far the robot drives to distinguish forward from back."""
+REMEDY = (
+    "Hang the sheet flat and upright in good light, put the robot one metre in front of it with free floor all "
+    "round, and start again."
+)
 
 
 class CalibrationRefused(NXTError):

@@ -29,7 +29,7 @@ class Fit:
 
     Attributes:
         values: One per parameter.
-        standard_errors: Of each.
+        standard_errors: Of each; NaN where the measurements do not determine it.
         residual: Root mean square of the residuals of the measurements, robust.
         converged: Whether a minimum was found.
     """
@@ -77,7 +77,9 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
         sigma = sharper
         cost = _cost(errors, sigma, (values - start) * known)
     normal, _ = _normal(residuals, values, errors, sigma, (values - start) * known, known, scales)
-    return Fit(values, np.sqrt(alike * np.diag(np.linalg.inv(normal))), sigma, converged)
+    with np.errstate(invalid="ignore"):
+        standard_errors = np.sqrt(alike * np.diag(np.linalg.inv(normal)))
+    return Fit(values, standard_errors, sigma, converged)
 
 
 def _spread(errors: Array) -> float:

@@ -13,9 +13,8 @@ from behaviors.mission_mistakes import mistakes
 from behaviors.robot_description import CameraTable, MeasuredTable, RobotFile, RobotTable
 
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
-from .course import CalibrationRefused
+from .course import REMEDY, CalibrationRefused
 
-FEWEST_VIEWS = 60
 MOST_RESIDUAL = 1.0 / 320
 """Largest distance between predicted and measured corners, over the frame's width."""
 UNSURE = {
@@ -32,10 +31,6 @@ UNSURE = {
 }
 """Standard errors beyond these are of no use."""
 DIGITS = {"latency_s": 4, "wheel_diameter_mm": 2, "wheel_mismatch_percent": 2, "hfov_deg": 2}
-REMEDY = (
-    "Hang the sheet flat and upright in good light, put the robot one metre in front of it with free floor all "
-    "round, and start again."
-)
 
 
 def check(found: Estimate, width_px: int) -> None:
@@ -49,8 +44,6 @@ def check(found: Estimate, width_px: int) -> None:
 
 
 def _objections(found: Estimate, width_px: int) -> Iterator[str]:
-    if found.views < FEWEST_VIEWS:
-        yield f"the sheet was seen in only {found.views} frames; {FEWEST_VIEWS} are needed."
     if not found.converged:
         yield "no values fit what the camera saw."
     if found.residual_px > MOST_RESIDUAL * width_px:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import logging
 import os
 import threading
 from collections.abc import Callable
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 NOTHING: dict[str, Any] = {"values": [], "misfit_px": None, "views": 0, "remark": ""}
 """The state of a calibration without results yet, as clients see it."""
+BUG = "This is a bug in nxtdrive. Please report it with the traceback in the terminal and the robot file."
 
 
 class ShownCalibration:
@@ -81,6 +83,9 @@ class ShownCalibration:
             problem = "It was ended before anything was found."
         except NXTError as error:
             problem = str(error)
+        except Exception as defect:
+            logging.getLogger(__name__).exception("the calibration broke")
+            problem = f"{type(defect).__name__}: {defect}. {BUG}"
         finally:
             self.over = True
             with suppress(NXTError):  # a lost link; the brick ends the lease of its motors by itself

@@ -5,6 +5,7 @@ import pytest
 
 from behaviors.robot_description import CameraTable, RobotTable
 from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Corners, estimate
+from nxtdrive.tools.calibrate.course import CalibrationRefused
 from nxtdrive.tools.calibrate.sheet import MARKER_MM, Seen, marker_centres
 from nxtdrive.tools.calibrate.track import Track, View
 
@@ -70,6 +71,19 @@ def _recorded(true, noise_px=0.1, seed=1):
             pixels = np.stack([columns, rows], axis=1)[inside]
             track.views.append(View(t, Seen(points[inside], pixels + rng.normal(0, noise_px, pixels.shape))))
     return track, settled_s
+
+
+@pytest.mark.parametrize(
+    ("views", "settled_s", "said"),
+    [(0, None, "only 0 frames; 1"), (80, 0.5, "only 0 frames; 1"), (80, None, "only 0 frames; 60")],
+)
+def test_a_sheet_that_was_hardly_seen_in_steady_motion_is_refused(views, settled_s, said):
+    """As with motors that do not report their turning."""
+    points = _corners()
+    track = Track((640, 480), [(i * 0.02, 0.0, 0.0) for i in range(400)])
+    track.views = [View(1.0 + i * 0.1, Seen(points, points * 0.5 + (320, 240))) for i in range(views)]
+    with pytest.raises(CalibrationRefused, match=said):
+        estimate(track, RobotTable(), CameraTable(), settled_s)
 
 
 @pytest.mark.slow

@@ -31,7 +31,6 @@ finite = st.floats(-20, 20)
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        (replace(GOOD, views=10), "only 10 frames"),
         (replace(GOOD, converged=False), "no values fit"),
         (replace(GOOD, residual_px=3.0), "miss the markers by 3.0 px"),
         (replace(GOOD, standard_errors={**GOOD.standard_errors, "hfov_deg": 3.0}), "hfov_deg is uncertain by 3"),

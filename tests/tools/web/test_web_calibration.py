@@ -13,6 +13,7 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from behaviors.robot_description import load_robot_file
 from nxtdrive.mission.files import read_mission_file
+from nxtdrive.tools.web import calibration
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.calibration import Calibrations
 from nxtdrive.tools.web.hub import Hub
@@ -115,6 +116,15 @@ def test_what_is_refused_is_reported(tmp_path):
     with _page(tmp_path, "sim://open?pace=fast") as page:
         page.send_json(MOTORS)
         assert "sees no marker" in _until(page, "calibration", running=False, problem=True)["problem"]
+
+
+def test_a_defect_of_a_calibration_is_reported_and_the_page_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(calibration, "calibrate", lambda *_: 1 / 0)
+    with _page(tmp_path) as page:
+        for _ in range(2):
+            page.send_json(MOTORS)
+            problem = _until(page, "calibration", running=False, problem=True)["problem"]
+            assert "ZeroDivisionError: division by zero. This is a bug in nxtdrive. Please report it" in problem
 
 
 @pytest.mark.parametrize(
