@@ -46,13 +46,13 @@ def check(found: Estimate, width_px: int) -> None:
 def _objections(found: Estimate, width_px: int) -> Iterator[str]:
     if not found.converged:
         yield "no values fit what the camera saw."
-    if found.residual_px > MOST_RESIDUAL * width_px:
+    if not found.residual_px <= MOST_RESIDUAL * width_px:
         yield (
             f"the best values still miss the markers by {found.residual_px:.1f} px; the sheet may be bent or printed "
             "in another size, or the wheels slip."
         )
     for key, most in UNSURE.items():
-        if found.standard_errors[key] > most:
+        if not found.standard_errors[key] <= most:  # NaN included
             yield f"{key} is uncertain by {found.standard_errors[key]:.2g}, more than {most:g}."
 
 

@@ -34,6 +34,8 @@ finite = st.floats(-20, 20)
         (replace(GOOD, converged=False), "no values fit"),
         (replace(GOOD, residual_px=3.0), "miss the markers by 3.0 px"),
         (replace(GOOD, standard_errors={**GOOD.standard_errors, "hfov_deg": 3.0}), "hfov_deg is uncertain by 3"),
+        (replace(GOOD, residual_px=math.nan), "miss the markers by nan px"),
+        (replace(GOOD, standard_errors={**GOOD.standard_errors, "roll_deg": math.nan}), "roll_deg is uncertain by nan"),
     ],
 )
 def test_what_is_not_good_enough_is_refused(found, said):
