@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
+from typing import IO
 
 from anyio.to_thread import run_sync
 from starlette.applications import Starlette
-from starlette.background import BackgroundTask
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
@@ -30,6 +29,7 @@ from .messages import read_message
 from .results import results, results_csv, write_zip
 
 PAGE = STATIC / "classroom.html"
+CHUNK_BYTES = 64 * 1024
 
 
 @dataclass
@@ -100,19 +100,21 @@ class ClassroomServer:
 
     async def _zip(self, _request: Request) -> Response:
         """Send all runs; the file is made in a thread, on the disk and not in memory."""
-        handle, path = tempfile.mkstemp(suffix=".zip", prefix="nxtdrive-runs-")
         try:
-            with os.fdopen(handle, "wb") as file:
-                await run_sync(write_zip, self.classroom.config, file)
+            file = tempfile.TemporaryFile(prefix="nxtdrive-runs-")  # noqa: SIM115 - the answer closes it
+            await run_sync(write_zip, self.classroom.config, file)
         except OSError as error:
-            os.unlink(path)
             return PlainTextResponse(f"The runs cannot be collected ({error.strerror}).\n", 500)
-        return FileResponse(
-            path,
-            headers=_attached("runs.zip"),
-            media_type="application/zip",
-            background=BackgroundTask(os.unlink, path),
-        )
+        headers = {**_attached("runs.zip"), "content-length": str(file.tell())}
+        return StreamingResponse(_chunks(file), headers=headers, media_type="application/zip")
+
+
+def _chunks(file: IO[bytes]) -> Iterator[bytes]:
+    """Yield a file's contents from its beginning, then close it."""
+    with file:
+        file.seek(0)
+        while chunk := file.read(CHUNK_BYTES):
+            yield chunk
 
 
 def _attached(name: str) -> dict[str, str]:

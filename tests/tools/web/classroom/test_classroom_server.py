@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -205,6 +206,23 @@ def test_symbolic_links_are_not_collected(tmp_path):
     (folder / "journal.jsonl").write_text("{}\n", encoding="utf-8")
     content = _client(_closed(tmp_path, "Ada")).get("/runs.zip").content
     assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["runs/Ada/x-001/journal.jsonl"]
+
+
+@pytest.mark.parametrize("wanted", [{}, {"range": "bytes=0-99"}, {"range": "bytes=999999999-"}, {"range": "bytes=x"}])
+def test_the_runs_leave_no_temporary_file_whatever_part_is_asked_for(tmp_path, monkeypatch, wanted):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    answer = _client(_closed(tmp_path, "Ada")).get("/runs.zip", headers=wanted)
+    assert zipfile.ZipFile(io.BytesIO(answer.content)).namelist() == []
+    assert answer.headers["content-length"] == str(len(answer.content))
+    assert os.listdir(temporary) == []
+
+
+def test_runs_that_cannot_be_collected_are_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    answer = _client(_closed(tmp_path, "Ada")).get("/runs.zip")
+    assert (answer.status_code, answer.text) == (500, "The runs cannot be collected (No such file or directory).\n")
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"type": "start"}', '{"type": "stop_all", "more": 1}', "[" * 100_000])
