@@ -23,7 +23,7 @@ the classroom's page is."""
 
 
 class PictureFeed:
-    """Sends each of the camera's frames to the hub, and some of them to the recording of a mission.
+    """Sends each of the camera's frames to the hub, and to the recording of a mission.
 
     Args:
         hub: Where frames go, while there are clients.
@@ -41,7 +41,7 @@ class PictureFeed:
         self._observer: Callable[[Frame], None] | None = None
 
     def watch(self, observer: Callable[[Frame], None] | None) -> None:
-        """Call `observer` with the frames of a video; None ends that."""
+        """Call `observer` with each frame; None ends that."""
         self._observer = observer
 
     def wants(self, number: int) -> bool:
@@ -57,8 +57,7 @@ class PictureFeed:
         self.latest = frame.image
         if self._hub.watched:
             self._hub.show_image(FRAME, frame.index, frame.time_s, jpeg(frame.image))
-        observer = self._observer
-        if observer is not None and frame.index % (self.fps // VIDEO_FPS) == 0:
+        if (observer := self._observer) is not None:
             observer(frame)
 
 

@@ -7,13 +7,18 @@ import threading
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
 import pytest
 
 from nxtdrive.mission.files import read_mission_file
+from nxtdrive.recording.camera_folder import CameraFolder
+from nxtdrive.recording.camera_index import read_pictures
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.motions import ShortMotion
+from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.transports.address import Address
+from nxtdrive.vision.camera import Frame
 
 LIMIT_S = 30.0
 
@@ -68,3 +73,13 @@ def test_the_robot_stands_when_something_else_begins_to_drive(turning):
     turning.start(motion)
     assert motion.wait(LIMIT_S)
     assert headings[1] == pytest.approx(headings[0], abs=3.0)
+
+
+@pytest.mark.parametrize("fps", [5, 10, 15, 20, 30])
+def test_a_webcam_of_any_rate_leaves_five_pictures_a_second(tmp_path, fps):
+    folder, feed = CameraFolder(tmp_path / "camera"), PictureFeed(Hub())
+    feed.watch(lambda frame: folder.add(frame.image, frame.time_s))
+    for index in range(4 * fps):
+        feed.frame(Frame(np.zeros((48, 64, 3), np.uint8), index / fps, index))
+    folder.close()
+    assert len(read_pictures(tmp_path).pictures) == 20
