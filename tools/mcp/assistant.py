@@ -118,9 +118,9 @@ class Assistant:
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open question."""
-        if self.robot.operator is None:
+        if (operator := self.robot.operator) is None:
             raise ValueError("No mission is under way.")
-        self.robot.operator.choose(number)
+        operator.choose(number)
 
     def stop(self) -> bool:
         """Abort any motion or mission of the robot; return whether it has ended."""
@@ -154,7 +154,8 @@ class Assistant:
         return motion
 
     def _question(self) -> Mapping[str, Any]:
-        return self.robot.operator.decision() if self.robot.operator else {"open": False}
+        operator = self.robot.operator
+        return operator.decision() if operator else {"open": False}
 
 
 def _check_limit(name: str, value: float, limit: float) -> None:

@@ -216,13 +216,12 @@ class Server:
             case Answer(question=question, choice=choice):
                 robot.answer(question, choice)
             case Evidence():
-                client.append(
-                    as_message("open_decision", robot.operator.decision() if robot.operator else {"open": False})
-                )
+                operator = robot.operator
+                client.append(as_message("open_decision", operator.decision() if operator else {"open": False}))
             case Choose(number=number):
-                if robot.operator is None:
+                if (operator := robot.operator) is None:
                     raise ValueError("No mission is under way.")
-                robot.operator.choose(number)
+                operator.choose(number)
             case _ if self.driven is not None:
                 return self._control(self.driven, client, message)
             case _:

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,14 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from behaviors.journal import Kind, Record
+from behaviors.pause import Pause
 from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.mission_run import doing
+from nxtdrive.tools.web.mission_run import WebOperator, doing
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
@@ -278,6 +280,17 @@ def test_without_a_mission_no_decision_is_open(tmp_path):
         assert _until(page, lambda each: each["type"] == "open_decision")["open"] is False
         page.send_json({"type": "choose", "number": 0})
         assert "No mission" in _until(page, lambda each: each["type"] == "refused")["text"]
+
+
+@pytest.mark.parametrize(
+    ("message", "says"), [({"type": "evidence"}, "open"), ({"type": "choose", "number": 0}, "text")]
+)
+def test_a_mission_may_end_while_a_message_about_its_decision_is_obeyed(tmp_path, monkeypatch, message, says):
+    looks = chain([WebOperator(Hub(), Pause())], repeat(None))  # it has ended at the second look at it
+    monkeypatch.setattr(Robot, "operator", property(lambda _: next(looks)))
+    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+        page.send_json(message)
+        assert _until(page, lambda each: says in each)[says] in (False, "No decision is open.")
 
 
 @pytest.mark.slow
