@@ -42,20 +42,21 @@ async def converse(
         left: Called at the end.
     """
     await page.accept()
-    if len(hub.clients) >= MAX_CLIENTS:
-        await page.close(TRY_LATER, "too many pages are open")
-        return
-    client = Client(asyncio.get_running_loop(), name)
-    await page.send_json({"type": "hello", **await run_sync(hello, client)})
-    hub.join(client)
-    try:
-        async with anyio.create_task_group() as both:
-            both.start_soon(_send, page, client, both.cancel_scope)
-            both.start_soon(_receive, page, client, obey, both)
-    finally:
-        hub.leave(client)
-        left(client)
-        if client.too_slow:
+    with contextlib.suppress(WebSocketDisconnect):
+        if len(hub.clients) >= MAX_CLIENTS:
+            await page.close(TRY_LATER, "too many pages are open")
+            return
+        client = Client(asyncio.get_running_loop(), name)
+        await page.send_json({"type": "hello", **await run_sync(hello, client)})
+        hub.join(client)
+        try:
+            async with anyio.create_task_group() as both:
+                both.start_soon(_send, page, client, both.cancel_scope)
+                both.start_soon(_receive, page, client, obey, both)
+        finally:
+            hub.leave(client)
+            left(client)
+        if client.too_slow and page.application_state is WebSocketState.CONNECTED:
             await page.close(TRY_LATER, "this page is too slow")
 
 

@@ -145,6 +145,33 @@ def test_a_page_that_falls_too_far_behind_is_closed_and_may_come_again(tmp_path,
         assert message["code"] == CloseCode.TRY_AGAIN_LATER
 
 
+@pytest.mark.parametrize("leaves_at", ["websocket.send", "websocket.close"])
+def test_a_page_that_leaves_while_it_is_greeted_or_closed_is_not_a_failure(tmp_path, monkeypatch, leaves_at):
+    server = _server(tmp_path)
+    server.hub.publish("line", {"text": ""})
+    monkeypatch.setattr(hub, "BEHIND", -BACKLOG)  # so that it is closed as soon as it is greeted
+    sent = []
+
+    async def converse() -> None:
+        told = iter([{"type": "websocket.connect"}])
+
+        async def receive():
+            return next(told, None) or await asyncio.Event().wait()
+
+        async def send(message):
+            sent.append(message["type"])
+            if message["type"] == leaves_at:
+                raise OSError
+
+        host = [(b"host", b"127.0.0.1:7080")]
+        scope = {"type": "websocket", "path": "/ws", "query_string": b"", "headers": host, "subprotocols": []}
+        await server.app()(scope | {"scheme": "ws", "server": ("127.0.0.1", 7080)}, receive, send)
+
+    asyncio.run(converse())
+    assert sent[-1] == leaves_at
+    assert server.hub.clients == []
+
+
 def test_a_client_that_asks_without_reading_keeps_no_more_than_its_backlog():
     async def ask() -> int:
         client = Client(asyncio.get_running_loop(), "page 1")
