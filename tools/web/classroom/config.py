@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count, islice
 from pathlib import Path
 from typing import Annotated
@@ -172,11 +172,24 @@ def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:
     table, folder = file.classroom, path.parent
     missions = folder / table.missions if table.missions else missions
     runs = folder / table.runs if table.runs else runs
-    beside = folder / table.world
-    world = str(beside) if os.path.isfile(beside) else table.world
+    world = _world(folder, table.world)
+    file = file.model_copy(update={"robot": [_with_world(folder, robot) for robot in file.robot]})
     if found := list(_mistakes(file, world, Missions(missions))):
         raise mistakes(path, found)
     return _config(file, world, missions, runs)
+
+
+def _world(folder: Path, world: str) -> str:
+    """Return the path of a world's file in a folder, if it is there, or else the world as given."""
+    beside = folder / world
+    return str(beside) if os.path.isfile(beside) else world
+
+
+def _with_world(folder: Path, robot: RobotTable) -> RobotTable:
+    """Return a robot's table, with the path of its world's file if its address names one in a folder."""
+    if robot.nxt is None or robot.nxt.scheme != "sim":
+        return robot
+    return robot.model_copy(update={"nxt": replace(robot.nxt, target=_world(folder, robot.nxt.target))})
 
 
 def _sentence(problem: Problem) -> str:

@@ -61,6 +61,15 @@ def test_listed_robots_come_first_and_keep_what_they_say(tmp_path):
     assert config.runs == tmp_path / "kept"
 
 
+def test_a_world_file_of_one_robot_is_looked_for_beside_the_file(tmp_path):
+    (tmp_path / "lab.toml").write_text(
+        "[floor]\nsize_mm = [4000, 3000]\n[robot]\nstart_mm = [400, 1500]\n", encoding="utf-8"
+    )
+    config = _read(tmp_path, '[[robot]]\nname = "Ada"\nnxt = "sim://lab.toml?seed=7"\n')
+    (ada,) = config.robots
+    assert (ada.address.target, ada.address.options["seed"]) == (str(tmp_path / "lab.toml"), "7")
+
+
 def test_every_mistake_of_a_file_is_reported_at_once(tmp_path):
     text = """
     [classroom]
