@@ -82,8 +82,9 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
     Raises:
         CalibrationRefused: It has no strong colour, or is of another one.
     """
-    patches = np.concatenate([_middle(frame) for frame in frames])
-    turned = np.exp(1j * np.radians(patches[:, 0] * 2.0)).mean()
+    by_frame = [_middle(frame) for frame in frames]
+    patches = np.concatenate(by_frame)
+    turned = _mean_hue(patches)
     hue_deg = math.degrees(np.angle(turned)) % 360
     spread_deg = math.degrees(math.sqrt(max(0.0, -2 * math.log(max(abs(turned), 1e-9)))))
     saturation, value = (float(np.percentile(patches[:, column], 5)) / 2.55 for column in (1, 2))
@@ -101,8 +102,8 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
             f"is {2 * HUES[name]}.",
             remedy="Name its colour with --color.",
         )
-    by_frame = [np.exp(1j * np.radians(_middle(frame)[:, 0] * 2.0)).mean() for frame in frames]
-    error_deg = float(np.degrees(np.std(np.angle(np.array(by_frame) / turned)))) / math.sqrt(len(frames))
+    turns = np.array([_mean_hue(patch) for patch in by_frame])
+    error_deg = float(np.degrees(np.std(np.angle(turns / turned)))) / math.sqrt(len(frames))
     reach_deg = min(max(LEAST_REACH_DEG, REACH_SPREADS * spread_deg), MOST_REACH_DEG)
     shade = ColorTable(
         hue_deg=round(hue_deg, 1) % 360,
@@ -111,6 +112,11 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
         min_value_percent=round(VALUE_SHARE * value, 1),
     )
     return cast("ColorName", name), shade, error_deg
+
+
+def _mean_hue(patch: np.ndarray) -> complex:
+    """Return the mean of the pixels' hues, each as a unit vector in the complex plane."""
+    return complex(np.exp(1j * np.radians(patch[:, 0] * 2.0)).mean())
 
 
 def _middle(image: Image) -> np.ndarray:
