@@ -16,7 +16,7 @@ from ..hub import Client, Hub, image_message
 from ..missions import Missions
 from ..page_socket import Work
 from .config import ClassroomConfig
-from .messages import Beep, ClassMessage, End, ReleaseAll, ReturnToBrick, Start, StopAll, Visible
+from .messages import Beep, ClassroomMessage, End, ReleaseAll, ReturnToBrick, Start, StopAll, Visible
 from .station import CLOSE_S, Station
 
 TILE_EVERY_S = 0.5
@@ -72,7 +72,7 @@ class Classroom:
         """Forget which pictures a client sees."""
         self._visible.pop(client, None)
 
-    def obey(self, client: Client, message: ClassMessage) -> Work | None:
+    def obey(self, client: Client, message: ClassroomMessage) -> Work | None:
         """Execute a client's message, or return the part that takes longer.
 
         Raises:

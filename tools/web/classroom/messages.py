@@ -86,11 +86,11 @@ class Visible(_Message):
     robots: Names
 
 
-ClassMessage = StopAll | ReleaseAll | Start | End | Beep | ReturnToBrick | Visible
-ADAPTER: TypeAdapter[ClassMessage] = TypeAdapter(Annotated[ClassMessage, Field(discriminator="type")])
+ClassroomMessage = StopAll | ReleaseAll | Start | End | Beep | ReturnToBrick | Visible
+ADAPTER: TypeAdapter[ClassroomMessage] = TypeAdapter(Annotated[ClassroomMessage, Field(discriminator="type")])
 
 
-def read_message(text: str | bytes) -> ClassMessage:
+def read_message(text: str | bytes) -> ClassroomMessage:
     """Read a client's message.
 
     Raises:

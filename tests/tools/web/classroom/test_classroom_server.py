@@ -21,7 +21,7 @@ from nxtdrive.tools.web.access import Pin
 from nxtdrive.tools.web.classroom.app import ClassroomServer
 from nxtdrive.tools.web.classroom.classroom import TILE_PICTURE, Classroom
 from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
-from nxtdrive.tools.web.classroom.messages import ClassMessage, read_message, schema
+from nxtdrive.tools.web.classroom.messages import ClassroomMessage, read_message, schema
 from nxtdrive.transports.address import Address
 
 from .conftest import simulated, until
@@ -231,7 +231,7 @@ def test_anything_else_than_a_message_is_refused_with_a_sentence(text):
         read_message(text)
 
 
-@pytest.mark.parametrize("message", get_args(ClassMessage), ids=lambda each: each.__name__)
+@pytest.mark.parametrize("message", get_args(ClassroomMessage), ids=lambda each: each.__name__)
 def test_every_message_and_key_is_explained(message):
     document = (ROOT / "docs" / "web-protocol.md").read_text(encoding="utf-8")
     fields = dict(message.model_fields)
@@ -241,4 +241,4 @@ def test_every_message_and_key_is_explained(message):
 
 
 def test_the_schema_has_every_message():
-    assert len(schema()["oneOf"]) == len(get_args(ClassMessage))
+    assert len(schema()["oneOf"]) == len(get_args(ClassroomMessage))
