@@ -61,18 +61,18 @@ def dead_zone_percent(brick: Brick, robot: RobotTable) -> int:
     """
     ports = [output_port(robot.left), output_port(robot.right)]
     left, right = motor_signs((robot.left_reversed, robot.right_reversed))
-    signs = (left, -right)  # the robot turns on the spot
-    way = 1
+    turning = (left, -right)  # the robot turns on the spot
+    sign = 1
     motors = [brick.motor(port) for port in (robot.left, robot.right)]
     for power in POWERS:
         before = sample(brick.link, *ports).angles_deg
-        for motor, sign in zip(motors, signs, strict=True):
-            motor.dc(way * sign * power)
+        for motor, motor_sign in zip(motors, turning, strict=True):
+            motor.dc(sign * motor_sign * power)
         brick.sleep(TRY_S)
         after = sample(brick.link, *ports).angles_deg
         for motor in motors:
             motor.brake()
-        way = -way  # so that the sheet stays in view
+        sign = -sign  # so that the sheet stays in view
         if all(abs(now - then) >= TURNS_DEG for now, then in zip(after, before, strict=True)):
             return power
     raise CalibrationRefused(

@@ -90,9 +90,9 @@ def poses(counts: Array, mm_per_deg: tuple[float, float], track_mm: float, slipp
     left, right = np.diff(counts[:, 1]) * mm_per_deg[0], np.diff(counts[:, 2]) * mm_per_deg[1]
     turned = (left - right) / track_mm + slipped
     heading = np.concatenate([[0.0], np.cumsum(turned)])
-    middle, way = heading[:-1] + turned / 2, (left + right) / 2
-    x = np.concatenate([[0.0], np.cumsum(way * np.cos(middle))])
-    y = np.concatenate([[0.0], np.cumsum(way * np.sin(middle))])
+    middle, driven_mm = heading[:-1] + turned / 2, (left + right) / 2
+    x = np.concatenate([[0.0], np.cumsum(driven_mm * np.cos(middle))])
+    y = np.concatenate([[0.0], np.cumsum(driven_mm * np.sin(middle))])
     return np.stack([counts[:, 0], x, y, heading], axis=1)
 
 

@@ -125,13 +125,13 @@ class Pilot:
         self._rover.stop()
 
     def _drive(self, speed: float, turn: float) -> str:
-        if _way(speed, turn) == self._stuck:
+        if _direction(speed, turn) == self._stuck:
             return f"{_OBJECTIONS[StopReason.STALLED]}, let go"
         self._stuck = None
         if speed or turn:
             objection = self._rover.drive(speed, turn)
             if objection is StopReason.STALLED:
-                self._stuck = _way(speed, turn)
+                self._stuck = _direction(speed, turn)
             self.moving = objection is None
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
         if self.moving:
@@ -164,6 +164,6 @@ class Pilot:
         return f"{spotter.target}: {away}, {abs(sighting.bearing_deg):.0f}° {side}"
 
 
-def _way(speed: float, turn: float) -> tuple[int, int]:
+def _direction(speed: float, turn: float) -> tuple[int, int]:
     """Return the direction without the speed: a thumb on a stick trembles, and a change of speed frees no wheel."""
     return (speed > 0) - (speed < 0), (turn > 0) - (turn < 0)
