@@ -93,17 +93,17 @@ class Assistant:
             told = {"ended": "cancelled", "distance_mm": 0, "turned_deg": 0.0}
         return told | _rounded(asdict(motion.reading))
 
-    def start_mission(self, name: str, profile: str, *, decide: bool, endings: int) -> None:
+    def start_mission(self, name: str, profile: str, *, decide: bool, end_count: int) -> None:
         """Start a mission.
 
         Args:
             name: One of `missions`; empty for the built-in one.
             profile: A built-in or an installed profile; empty for the mission's own.
             decide: Whether each recovery waits for `choose`.
-            endings: The robot's when it was asked for; if it was ended since, it is not started.
+            end_count: The robot's when it was asked for; see `TaskSlot`.
         """
         mission = self.missions.load(name, profile or None)
-        self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), endings=endings)
+        self.robot.start_mission(mission, confirm=decide, file=self.missions.file(name), end_count=end_count)
 
     def status(self, wait_s: float = 0.0) -> dict[str, Any]:
         """Return what the robot is doing, after waiting up to `wait_s` for a mission's end or question."""

@@ -92,7 +92,7 @@ class Tools:
         """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""
         assistant = self._assistant
         # files are read in a thread, as `stop` must not wait for them
-        start = partial(assistant.start_mission, mission, profile, decide=decide, endings=assistant.robot.endings)
+        start = partial(assistant.start_mission, mission, profile, decide=decide, end_count=assistant.robot.end_count)
         await run_sync(start)
         return assistant.status()
 

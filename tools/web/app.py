@@ -244,21 +244,21 @@ class Server:
             case GiveControl():
                 self._arbiter.give(client.name)
             case StartMission():
-                return partial(self._start_mission, robot, message, robot.endings)
+                return partial(self._start_mission, robot, message, robot.end_count)
             case StartCalibration() | AnswerCalibration() | SaveCalibration():
                 return self._calibrate(robot, message)
         return None
 
-    def _start_mission(self, robot: Robot, message: StartMission, endings: int) -> None:
+    def _start_mission(self, robot: Robot, message: StartMission, end_count: int) -> None:
         mission, file = self.missions.load(message.mission, message.profile), self.missions.file(message.mission)
-        robot.start_mission(mission, confirm=message.confirm, file=file, endings=endings)
+        robot.start_mission(mission, confirm=message.confirm, file=file, end_count=end_count)
 
     def _calibrate(self, robot: Robot, message: StartCalibration | AnswerCalibration | SaveCalibration) -> Work | None:
         if (calibrations := self.calibrations) is None:
             raise ValueError("Here the robot cannot be calibrated. Start `nxtdrive web` for it alone.")
         match message:
             case StartCalibration():
-                return partial(calibrations.start, message, partial(robot.start, endings=robot.endings))
+                return partial(calibrations.start, message, partial(robot.start, end_count=robot.end_count))
             case AnswerCalibration(question=question, value=value):
                 calibrations.answer(question, value)
             case SaveCalibration():

@@ -118,7 +118,7 @@ class Robot:
         self._news.set()
 
     def start_mission(
-        self, mission: Mission, *, confirm: bool, file: Path | None = None, endings: int | None = None
+        self, mission: Mission, *, confirm: bool, file: Path | None = None, end_count: int | None = None
     ) -> None:
         """Run a mission, unless one is running or the robot is stopped; any thread.
 
@@ -126,20 +126,24 @@ class Robot:
             mission: What to do.
             confirm: Whether clients confirm each recovery.
             file: The mission's file, for hints; None for the built-in one.
-            endings: As they were when the mission was asked for; if it was ended since, it is not started.
+            end_count: As it was when the mission was asked for.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self.start(ShownMission(mission, self._hub, confirm=confirm, file=file), endings)
+        self.start(ShownMission(mission, self._hub, confirm=confirm, file=file), end_count)
 
-    def start(self, task: Task, endings: int | None = None) -> None:
-        """Begin a task, unless the robot is busy, was ended since `endings`, or is stopped and would drive; any thread.
+    def start(self, task: Task, end_count: int | None = None) -> None:
+        """Begin a task, unless the robot is busy, or is stopped and would drive; any thread.
+
+        Args:
+            task: The task.
+            end_count: As it was when the task was asked for.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
-        self._slot.start(task, endings)
+        self._slot.start(task, end_count)
         self._news.set()
 
     def rebuild(self, mission: Mission) -> None:
@@ -172,9 +176,9 @@ class Robot:
         return self._slot.current is not None
 
     @property
-    def endings(self) -> int:
-        """How often it was stopped or its mission was ended."""
-        return self._slot.endings
+    def end_count(self) -> int:
+        """See `TaskSlot`."""
+        return self._slot.end_count
 
     @property
     def alive(self) -> bool:

@@ -19,11 +19,12 @@ class TaskSlot:
         controls: They say whether the robot is stopped.
 
     Attributes:
-        endings: How often a task was ended from outside, or would have been.
+        end_count: How often `end` was called. Reading a mission's file takes time, during which the mission can be
+            ended already: note this number when a mission is asked for and give it to `start`, which refuses then.
     """
 
     def __init__(self, controls: Controls) -> None:
-        self.endings = 0
+        self.end_count = 0
         self._controls = controls
         self._latest: Task | None = None
         self._lock = threading.Lock()
@@ -39,18 +40,18 @@ class TaskSlot:
         """The same if it is a mission."""
         return task if isinstance(task := self.current, ShownMission) else None
 
-    def start(self, task: Task, endings: int | None = None) -> None:
+    def start(self, task: Task, end_count: int | None = None) -> None:
         """Make a task the current one.
 
         Args:
             task: The task.
-            endings: As they were when the task was asked for; if any was ended since, it is not started.
+            end_count: As it was when the task was asked for; None to start it in any case.
 
         Raises:
             ValueError: It cannot start now; the text says why.
         """
         with self._lock:
-            if endings not in (None, self.endings):
+            if end_count not in (None, self.end_count):
                 raise ValueError("It was ended before it began.")
             if self._controls.stopped and task.drives:
                 raise ValueError("The robot is stopped. Release the stop first.")
@@ -61,7 +62,7 @@ class TaskSlot:
     def end(self) -> None:
         """End the current task, if there is one."""
         with self._lock:
-            self.endings += 1
+            self.end_count += 1
             task = self.current
         if task is not None:
             task.end()

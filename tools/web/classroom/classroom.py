@@ -86,10 +86,10 @@ class Classroom:
                 for station in self.stations:
                     station.release()
             case Start(robots=names, mission=mission, profile=profile):
-                endings = {station: station.endings for station in self.stations}
+                end_counts = {station: station.end_count for station in self.stations}
 
                 def start(station: Station) -> None:
-                    station.start(_chosen(station, mission), profile, endings[station])
+                    station.start(_chosen(station, mission), profile, end_counts[station])
 
                 return partial(self._each, names, start)
             case End(robots=names):

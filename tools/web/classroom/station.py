@@ -173,12 +173,12 @@ class Station:
             self._robot.release()
 
     @property
-    def endings(self) -> int:
-        """How often the robot was stopped or its mission was ended."""
-        return self._robot.endings
+    def end_count(self) -> int:
+        """The robot's; see `TaskSlot`."""
+        return self._robot.end_count
 
-    def start(self, mission: str, profile: str | None, endings: int | None = None) -> None:
-        """Start a mission, unless it was ended since `endings`; any thread.
+    def start(self, mission: str, profile: str | None, end_count: int | None = None) -> None:
+        """Start a mission, unless it was ended since `end_count`; any thread.
 
         Raises:
             ValueError: It cannot start now; the text says why.
@@ -187,7 +187,7 @@ class Station:
             raise ValueError(self.trouble or "The robot is not open yet.")
         missions = self.server.missions
         loaded, file = missions.load(mission, profile), missions.file(mission)
-        self._robot.start_mission(loaded, confirm=False, file=file, endings=endings)
+        self._robot.start_mission(loaded, confirm=False, file=file, end_count=end_count)
 
     @property
     def busy(self) -> bool:
