@@ -17,6 +17,8 @@ MOST = 16
 """Numbers on a map, at most."""
 QUIET = ("search", "verify", "gave_up", "distrusted")
 """States into which a transition gets no number: the event that led to it has one."""
+LAST = 3
+"""The last events have numbers in any case: they show how a mission ended."""
 SAME_PLACE_MM = 300.0
 """Where there are more events than numbers, equal ones no farther apart than this share one."""
 
@@ -120,14 +122,15 @@ def numbering(events: Sequence[MapEvent]) -> Numbering:
     """Choose which events get numbers.
 
     Up to `MOST` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
-    still too many, the first of each kind comes first, then the second of each, and so on. Ties go to arrivals,
-    targets left and outages, then to the earliest.
+    still too many, the `LAST` events come first, then the first of each kind, then the second of each, and so on.
+    Ties go to arrivals, targets left and outages, then to the earliest.
     """
     groups = [EventGroup([event]) for event in events] if len(events) <= MOST else _grouped(events)
     seen: Counter[tuple[str, ...]] = Counter()
     ranked = []
     for group in groups:
-        ranked.append((seen[group.first.same], not group.first.important, group.first.time_s, group))
+        repeat = -1 if group.events[-1] in events[-LAST:] else seen[group.first.same]
+        ranked.append((repeat, not group.first.important, group.first.time_s, group))
         seen[group.first.same] += 1
     ranked.sort(key=lambda each: each[:3])
     chosen = sorted((each[3] for each in ranked[:MOST]), key=lambda group: group.first.time_s)

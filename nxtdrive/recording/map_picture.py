@@ -30,7 +30,7 @@ ROOM_MM = 1500.0
 SHOWN_REST = 6
 """Kinds of events without a number that are listed."""
 START_MARK = [START.ahead(length_mm) for length_mm in (0.0, 80.0, 160.0, 240.0)]
-RULE = "Numbers: what repeats at one place shares one; of the rest the first of each kind."
+RULE = "Numbers: what repeats at one place shares one; of the rest the last three and the first of each kind."
 
 
 def draw_map(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 from PIL import Image
 
@@ -20,19 +21,26 @@ from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .referee import EpisodeTrace, TruthSample
+from .referee import SAMPLE_MS, EpisodeTrace, TruthSample
 
-AXES = Axes("x, m", "y, m", up=False)
+AXES = Axes("room: x, m", "room: y, m", up=False)
 EDGE_MM = 150.0
 """Around the room."""
 LOW_MM = 200.0
 """Objects lower than this hide no picture; they are drawn in outline."""
 STANDING_SAMPLES = 10
 """A late object that stands still for this many samples is drawn."""
+TICK_MM, TICK_PX = 500.0, 2.5
+"""Between the dots on the axes through the start, and their radius."""
+LABEL_PX = 90.0
+"""A number on those axes that is nearer to the right edge than this is on the left of its dot."""
+START_MARK_MM = (0.0, 80.0, 160.0, 240.0)
+"""Along the arrow of the start: no number may cover it."""
 MARK_PX = 6.5
 
 SOLID: Color = (190, 194, 200)
 LATE: Color = (220, 140, 0)
+START_AXES: Color = (75, 105, 165)
 PATHS = (
     LineStyle("path for the first target", (30, 110, 190), 3.0),
     LineStyle("path for the second target", (150, 60, 180), 3.0, (12, 6)),
@@ -56,23 +64,36 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
     goals = [goal for goal in trace.samples[-1].scene.goals.values() if goal.name in trace.targets]
     return Page(
         title=title,
-        subtitle="; ".join(_result(trace)),
+        subtitle="; ".join(_result(trace, events)),
         area=Area(-EDGE_MM, -EDGE_MM, width_mm + EDGE_MM, depth_mm + EDGE_MM),
         axes=AXES,
         paint=lambda view: _paint(view, trace, events),
         keys=list(_keys(trace, events)),
         heading="What happened" if shown.numbered else "",
         notes=list(_notes(shown, events)),
-        tags=[*(Tag(goal.at_mm, goal.name, ARRIVE, number=False) for goal in goals), *_tags(shown, events)],
+        tags=[
+            *(Tag(goal.at_mm, goal.name, ARRIVE, number=False) for goal in goals),
+            *_tags(shown, events),
+            *_late_tags(trace),
+        ],
         avoid=[sample.pose[:2] for sample in trace.samples[::3]],
-        keep=[goal.at_mm for goal in goals],
+        keep=[*(goal.at_mm for goal in goals), *(_from_start(trace, ahead_mm, 0.0) for ahead_mm in START_MARK_MM)],
     )
 
 
-def _result(trace: EpisodeTrace) -> Iterator[str]:
+def _result(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[str]:
     yield f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.1f} s"
+    if trace.error:
+        yield trace.error
+    arrivals = {event.same[1]: (event, mark) for event, mark in events.items() if event.kind == "reached"}
+    for target in trace.targets:
+        if target not in arrivals:
+            yield f"{target}: not reached"
+            continue
+        event, mark = arrivals[target]
+        yield f"{target}: reached at {event.time_s:.1f} s" + (", does not count" if mark is WRONG_STOP else "")
     yield f"contacts: {trace.samples[-1].contacts}"
-    yield "all as it really was"
+    yield "positions are the simulator's, not the robot's estimates"
 
 
 def _events(trace: EpisodeTrace) -> Iterator[tuple[MapEvent, MarkStyle]]:
@@ -97,6 +118,19 @@ def _tags(shown: Numbering, events: dict[MapEvent, MarkStyle]) -> Iterator[Tag]:
         yield Tag(_place(group.first), str(number), events[group.first].color)
 
 
+def _late_tags(trace: EpisodeTrace) -> Iterator[Tag]:
+    for obstacle, spans in _late_objects(trace).items():
+        when = ", ".join(f"{start_s:.0f} to {end_s:.0f} s" for start_s, end_s in spans)
+        yield Tag(obstacle.at_mm, when, LATE, number=False)
+
+
+def _from_start(trace: EpisodeTrace, ahead_mm: float, right_mm: float) -> Point:
+    """Return the place in the room of one in the frame of the start."""
+    x_mm, y_mm, heading_deg = trace.samples[0].pose
+    cos, sin = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+    return x_mm + ahead_mm * cos - right_mm * sin, y_mm + ahead_mm * sin + right_mm * cos
+
+
 def _place(event: MapEvent) -> Point:
     return event.pose.x_mm, event.pose.y_mm
 
@@ -116,8 +150,10 @@ def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyl
         sheet.line(view.all_at(points), style.color, style.width, style.dash)
     for at in view.all_at([sample.pose[:2] for sample in _contacts(trace)]):
         sheet.circle(at, 9.0, None, FAILED, 2.5)
-    x_mm, y_mm, heading_deg = first.pose
-    _paint_start(sheet, view.at((x_mm, y_mm)), ROBOT_RADIUS_MM * view.scale, heading_deg)
+    _paint_start_axes(view, trace)
+    radius = ROBOT_RADIUS_MM * view.scale
+    _paint_start(sheet, view.at(first.pose[:2]), radius, first.pose[2])
+    _paint_end(sheet, view.at(trace.samples[-1].pose[:2]), radius, trace.samples[-1].pose[2])
     for event, mark in events.items():
         sheet.marker(mark.marker, view.at(_place(event)), MARK_PX, mark.color)
 
@@ -125,6 +161,8 @@ def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyl
 def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Key]:
     """Yield the legend of exactly what occurs."""
     yield Key("start, and where the robot faced", lambda sheet, at: _paint_start(sheet, at, 8.0, 0.0))
+    yield Key("from the start, a dot each 0.5 m", line_sample(START_AXES, 1.5))
+    yield Key("the robot at the end", lambda sheet, at: _paint_end(sheet, at, 8.0, 0.0))
     for style in dict.fromkeys(style for style, _ in _pieces(trace)):
         yield Key(style.text, line_sample(style.color, style.width, style.dash))
     for mark in dict.fromkeys(events.values()):
@@ -140,8 +178,11 @@ def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Ke
         yield Key("obstacle", patch_sample(SOLID, DIM))
     if any(low):
         yield Key("obstacle that hides no picture", patch_sample((255, 255, 255), DIM))
-    if _late_objects(trace):
-        yield Key("came later, and stood there", patch_sample((255, 255, 255), LATE))
+    round_ones = {obstacle.size_mm == (0.0, 0.0) for obstacle in _late_objects(trace)}
+    if True in round_ones:
+        yield Key("person who stood there, when", ring_sample(9.0, LATE, 2.0))
+    if False in round_ones:
+        yield Key("object that came later, when", patch_sample((255, 255, 255), LATE))
 
 
 def _pieces(trace: EpisodeTrace) -> Iterator[tuple[LineStyle, Sequence[Point]]]:
@@ -174,14 +215,24 @@ def _contacts(trace: EpisodeTrace) -> list[TruthSample]:
     return [other for one, other in pairs if other.contacts > one.contacts]
 
 
-def _late_objects(trace: EpisodeTrace) -> list[Obstacle]:
-    """Return the late objects at every place where one stood still."""
-    drawn, found = {id(trace.samples[0].scene)}, []
-    for one, other in zip(trace.samples, trace.samples[STANDING_SAMPLES:], strict=False):
-        if one.scene is other.scene and id(one.scene) not in drawn:
-            drawn.add(id(one.scene))
-            found += [each for each in one.scene.plan.obstacles if each.name in trace.late_objects]
+def _late_objects(trace: EpisodeTrace) -> dict[Obstacle, list[tuple[float, float]]]:
+    """Return the late objects at every place where one stood still, with the times from and to which it did."""
+    found: dict[Obstacle, list[tuple[float, float]]] = {}
+    for same_scene, group in groupby(trace.samples, key=lambda sample: sample.scene):
+        samples = list(group)
+        if len(samples) <= STANDING_SAMPLES or same_scene is trace.samples[0].scene:
+            continue
+        for each in same_scene.plan.obstacles:
+            if each.name in trace.late_objects:
+                _extend(found.setdefault(each, []), samples[0].time_s, samples[-1].time_s)
     return found
+
+
+def _extend(spans: list[tuple[float, float]], start_s: float, end_s: float) -> None:
+    """Add a span of time, or lengthen the last one that ends just before."""
+    if spans and start_s - spans[-1][1] <= 2 * SAMPLE_MS / 1000:
+        start_s = spans.pop()[0]
+    spans.append((start_s, end_s))
 
 
 def _paint_obstacle(view: FloorView, obstacle: Obstacle, fill: Color | None, outline: Color) -> None:
@@ -214,3 +265,27 @@ def _paint_start(sheet: Sheet, at: Point, radius: float, heading_deg: float) -> 
     sheet.circle(at, radius, None, INK, 2.5)
     front = at[0] + 1.9 * radius * math.cos(angle), at[1] + 1.9 * radius * math.sin(angle)
     sheet.arrow(at, front, INK, 2.5, radius * 0.7)
+
+
+def _paint_end(sheet: Sheet, at: Point, radius: float, heading_deg: float) -> None:
+    angle = math.radians(heading_deg)
+    sheet.circle(at, radius, None, INK, 1.5)
+    sheet.line([at, (at[0] + radius * math.cos(angle), at[1] + radius * math.sin(angle))], INK, 1.5)
+
+
+def _paint_start_axes(view: FloorView, trace: EpisodeTrace) -> None:
+    """Draw the axes in which the notes say where a place is, as far as the room reaches, with whole metres."""
+    width_mm, depth_mm = trace.samples[0].scene.plan.size_mm
+    most = int(math.hypot(width_mm, depth_mm) / TICK_MM) + 1
+    for names, step in ((("ahead", "behind"), (TICK_MM, 0.0)), (("right", "left"), (0.0, TICK_MM))):
+        inside = {}
+        for i in range(-most, most + 1):
+            x, y = _from_start(trace, i * step[0], i * step[1])
+            if 0 <= x <= width_mm and 0 <= y <= depth_mm:
+                inside[i] = view.at((x, y))
+        view.sheet.line([inside[min(inside)], inside[max(inside)]], START_AXES, 1.5)
+        for i, (x, y) in inside.items():
+            view.sheet.circle((x, y), TICK_PX, START_AXES)
+            if i and i % 2 == 0:
+                anchor, aside = ("r", -6) if x > view.frame[2] - LABEL_PX else ("l", 6)
+                view.sheet.text((x + aside, y - 6), f"{abs(i) // 2} m {names[i < 0]}", 14, START_AXES, anchor=anchor)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from behaviors.executive import Ending
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import NAMES
 from nxtdrive.tools.sweep.performance import perform
@@ -22,13 +27,40 @@ def _trace():
 def test_a_map_says_what_it_shows(trace):
     page = true_map_page(trace, "open, seed 100, profile oracle")
     assert page.title == "open, seed 100, profile oracle"
-    assert page.subtitle == f"achieved after {trace.duration_s:.1f} s; contacts: 0; all as it really was"
+    assert page.subtitle.startswith(f"achieved after {trace.duration_s:.1f} s; lena: reached at ")
+    assert page.subtitle.endswith("; contacts: 0; positions are the simulator's, not the robot's estimates")
     assert [note.head.partition(" · ")[2] for note in page.notes] == [f"{name} reached" for name in trace.targets]
     assert {tag.text for tag in page.tags} == {"1", "2", *trace.targets}
     legend = {key.text for key in page.keys}
     assert {"path for the first target", "path for the second target", "arrival that counts"} <= legend
-    for absent in ("arrival that does not count", "touched something", "came later, and stood there"):
+    assert {"from the start, a dot each 0.5 m", "the robot at the end"} <= legend
+    for absent in ("arrival that does not count", "touched something", "person who stood there, when"):
         assert absent not in legend
+
+
+@pytest.mark.slow
+def test_a_map_of_a_failed_mission_says_which_targets_were_not_reached(trace):
+    records = [judged for judged in trace.judged if judged.record.data.get("to") != "reached"]
+    page = true_map_page(replace(trace, judged=records, ending=Ending.TIME_UP), "x")
+    assert page.subtitle.startswith(
+        f"time up after {trace.duration_s:.1f} s; lena: not reached; rilakkuma: not reached"
+    )
+
+
+@pytest.mark.slow
+def test_a_map_says_when_a_person_stood_in_the_way():
+    trace, _ = perform(generate_scenario("doorway", 12010), "oracle", "geometric")
+    page = true_map_page(trace, "x")
+    assert "person who stood there, when" in {key.text for key in page.keys}
+    assert any(re.fullmatch(r"\d+ to \d+ s", tag.text) for tag in page.tags)
+
+
+@pytest.mark.slow
+def test_no_number_covers_the_arrow_of_the_start(trace):
+    x_mm, y_mm, heading_deg = trace.samples[0].pose
+    angle = math.radians(heading_deg)
+    front = x_mm + 240 * math.cos(angle), y_mm + 240 * math.sin(angle)
+    assert any(math.dist(front, kept) < 1 for kept in true_map_page(trace, "x").keep)
 
 
 @pytest.mark.slow
