@@ -11,7 +11,7 @@ from behaviors.profile_names import THESIS
 from firmware_protocol.printable import printable
 from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
-from nxtdrive.recording.decisions import Outcome, Result, Step, same
+from nxtdrive.recording.decisions import Decision, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
 from nxtdrive.recording.wording import failure_words, measured_words, spaced
 
@@ -75,7 +75,7 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
     grid.add_row("could", _candidates(each, explanation))
     grid.add_row("chose", _chosen(each))
-    grid.add_row("then", Text(_outcome_words(decision.outcome)))
+    grid.add_row("then", Text(outcome_words(decision)))
     if each.what_if:
         grid.add_row("what if", Text(what_if_words(each.what_if)))
     for label, text in _replayed(each, explanation):
@@ -113,12 +113,15 @@ def _chosen(each: Explained) -> Text:
     return text
 
 
-def _outcome_words(outcome: Outcome) -> str:
+def outcome_words(decision: Decision) -> str:
+    """Say what a decision led to."""
+    outcome = decision.outcome
     path = ", ".join(_step_words(step, outcome.target) for step in outcome.steps)
     after = f"after {outcome.seconds:.1f} s"
     match outcome.result:
         case Result.FAILED:
-            end = f"{outcome.target} failed again {after}: {failure_words(outcome.detail)}"
+            again = "again " if outcome.target == decision.target else ""
+            end = f"{outcome.target} failed {again}{after}: {failure_words(outcome.detail)}"
         case Result.REACHED:
             end = f"{outcome.target} reached {after}"
         case Result.FINISHED:

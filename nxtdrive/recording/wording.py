@@ -89,21 +89,23 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
     again = f"searched for again {_times(evidence.researches)}" if evidence.researches else "not searched for again yet"
     yield f"{evidence.target} {seen} since the last search began; {again}"
     if evidence.spent_s:
-        yield f"{evidence.spent_s:.0f} s since the last sighting, or since this round began"
+        yield f"pursued for {evidence.spent_s:.0f} s without a sighting"
     if evidence.round > 1 or evidence.targets_left > 1:
         yield f"round {evidence.round}; targets not reached yet: {evidence.targets_left}"
     if evidence.blocker:
         yield _blocker_words(evidence.blocker)
         yield _detour_words(evidence)
     if evidence.blocked:
-        yield f"beyond it a place to look from: estimated chance {evidence.blocked.chance:.0%}"
+        yield f"beyond it a place to look from: {_map_chance(evidence.blocked.chance)}"
     if evidence.here:
-        yield f"another look from here: {evidence.here.seconds:.0f} s, estimated chance {evidence.here.chance:.0%}"
+        yield f"another look from here: {evidence.here.seconds:.0f} s, {_map_chance(evidence.here.chance)}"
     if evidence.viewpoints:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
         places = number_of(len(evidence.viewpoints), "other place")
-        yield f"{places} to look from: nearest in {nearest:.0f} s, best estimated chance {best:.0%}"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, best {_map_chance(best)}"
+    if evidence.blocked or evidence.here or evidence.viewpoints:
+        yield "the candidates' chances are corrected by earlier missions"
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
         yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"
@@ -124,6 +126,10 @@ def _detour_words(evidence: Evidence) -> str:
     if evidence.detour is None:
         return "no path around it is known"
     return f"a path around it takes {evidence.detour.extra_s:.0f} s longer"
+
+
+def _map_chance(chance: float) -> str:
+    return f"chance by the map alone {chance:.0%}"
 
 
 def _times(count: int) -> str:

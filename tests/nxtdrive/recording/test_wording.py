@@ -2,7 +2,9 @@
 
 import pytest
 
-from nxtdrive.recording.wording import measured_words
+from behaviors.events import Reason
+from behaviors.evidence import Evidence, Viewpoint
+from nxtdrive.recording.wording import evidence_lines, measured_words
 
 
 @pytest.mark.parametrize(
@@ -17,3 +19,14 @@ from nxtdrive.recording.wording import measured_words
 )
 def test_measurements_are_written_without_names_of_the_journal(measured, words):
     assert measured_words(measured) == words
+
+
+def test_chances_by_the_map_alone_are_distinguished_from_those_of_the_candidates():
+    here, there = Viewpoint(0.0, 8.0, 0.0), Viewpoint(4.0, 8.0, 0.09)
+    evidence = Evidence("lena", Reason.NEVER_SEEN, False, 0, spent_s=7.5, here=here, viewpoints=(there,))
+    lines = list(evidence_lines(evidence))
+    assert "another look from here: 8 s, chance by the map alone 0%" in lines
+    assert "1 other place to look from: nearest in 4 s, best chance by the map alone 9%" in lines
+    assert lines[-1] == "the candidates' chances are corrected by earlier missions"
+    assert "pursued for 8 s without a sighting" in lines
+    assert "chance" not in " ".join(evidence_lines(Evidence("lena", Reason.NEVER_SEEN, False, 0)))
