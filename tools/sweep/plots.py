@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +14,7 @@ from nxtdrive.host.environment import require
 from sim_backend.scenarios.extras import TIME_LIMIT_S
 
 from .performance import Line
-from .summary import CONFIDENCE, by, reached_by, success_rate
+from .summary import CONFIDENCE, by, reached_by, success_rate, wilson
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,20 +73,6 @@ def title(lines: Sequence[Line]) -> str:
     span = f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
     kinds = f"class {next(iter(classes))}" if len(classes) == 1 else f"{len(classes)} classes"
     return f"{number_of(len(lines), 'simulated mission')}: {kinds}, {span}"
-
-
-def wilson(reached: float, number: float) -> tuple[float, float]:
-    """Return the Wilson interval of a share, for the confidence of the tables.
-
-    Args:
-        reached: How many succeeded.
-        number: How many there were; at least one.
-    """
-    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
-    share, spread = reached / number, z * z / number
-    half = z * math.sqrt((share * (1 - share) + spread / 4) / number)
-    middle = share + spread / 2
-    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
 
 
 def counted(lines: Sequence[Line]) -> tuple[float, float]:

@@ -1,10 +1,12 @@
-"""Compute the figures of a sweep, each with its bootstrap confidence interval."""
+"""Compute the figures of a sweep, each with its confidence interval."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -28,12 +30,12 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A mean and its bootstrap interval.
+    """A mean and its interval.
 
     Attributes:
         mean: The mean; NaN without values.
-        low: 2.5 % of the resampled means are lower; NaN for fewer than two missions with values.
-        high: 2.5 % of the resampled means are higher; likewise.
+        low: Its lower end; NaN for fewer than two missions with values.
+        high: Its upper end; likewise.
         number: Number of values.
     """
 
@@ -60,6 +62,33 @@ def estimate(pairs: Sequence[Pair]) -> Estimate:
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(means, [tail, 1.0 - tail])
     return Estimate(mean, float(low), float(high), number)
+
+
+def estimate_share(pairs: Sequence[Pair]) -> Estimate:
+    """Estimate a share as `estimate` does, but one of all or none by Wilson's interval over missions.
+
+    All resamples of such missions are the same, so the bootstrap would call the share certain.
+    """
+    found = estimate(pairs)
+    missions = sum(number > 0 for _, number in pairs)
+    if found.mean in (0.0, 1.0) and missions >= LEAST_MISSIONS:
+        low, high = wilson(found.mean * missions, missions)
+        return Estimate(found.mean, low, high, found.number)
+    return found
+
+
+def wilson(reached: float, number: float) -> tuple[float, float]:
+    """Return the Wilson interval of a share.
+
+    Args:
+        reached: How many succeeded.
+        number: How many there were; at least one.
+    """
+    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
+    share, spread = reached / number, z * z / number
+    half = z * math.sqrt((share * (1 - share) + spread / 4) / number)
+    middle = share + spread / 2
+    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
 
 
 def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,6 +137,8 @@ FIGURES: dict[str, Callable[[Line], Pair]] = {
     ),
 }
 """The figures that a sweep reports for each agent; see docs/evaluation.md."""
+SHARES = ("success", "all_targets", "contact_free", "wrong_stops", "fitting_choices")
+"""Those that are shares of targets, missions, stops or choices."""
 
 
 def _stops(target: dict[str, Any]) -> int:
@@ -120,7 +151,10 @@ def _pair(values: Sequence[float]) -> Pair:
 
 def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
     """Estimate all figures of some lines."""
-    return {name: estimate([pair(line) for line in lines]) for name, pair in FIGURES.items()}
+    return {
+        name: (estimate_share if name in SHARES else estimate)([pair(line) for line in lines])
+        for name, pair in FIGURES.items()
+    }
 
 
 def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> list[float | None]:

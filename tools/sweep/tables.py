@@ -26,6 +26,7 @@ from .summary import (
     Estimate,
     by,
     estimate,
+    estimate_share,
     figures,
     given_up_s,
     longest_run,
@@ -157,7 +158,7 @@ def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
 def reached_rows(lines: Sequence[Line]) -> Rows:
     """Return the share of the targets that each agent had reached by each of `REACHED_BY_S`."""
     return [
-        [agent, *(interval(estimate([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
+        [agent, *(interval(estimate_share([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
         for agent, group in _by_agent(lines).items()
     ]
 

@@ -32,7 +32,7 @@ def test_an_effect_costs_what_the_same_rooms_lost():
     head, body = cells(lines)
     assert head == ["class", "seeds", "thesis", "wrong stops, contacts, seconds"]
     assert body["`lens`"] == ["`lens`", "2", "0.50, -0.50 [-0.50, -0.50]", "0.0, 2.0, 10"]
-    assert body["`plain`"][1:3] == ["3", "1.00 [1.00, 1.00]"]
+    assert body["`plain`"][1:3] == ["3", "1.00 [0.44, 1.00]"]
 
 
 @pytest.mark.parametrize("kind", ["before", "plain"])

@@ -20,12 +20,12 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents
-from nxtdrive.tools.sweep.headline import difference
+from nxtdrive.tools.sweep.headline import difference, headline
 from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_lines
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
-from nxtdrive.tools.sweep.summary import aggregate, estimate, success_rate
-from nxtdrive.tools.sweep.tables import choice_rows, interval, reached_rows
+from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, success_rate
+from nxtdrive.tools.sweep.tables import agent_rows, choice_rows, interval, reached_rows
 
 TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 
@@ -196,7 +196,34 @@ def test_the_interval_of_a_mean_holds_it_and_narrows_with_more_missions():
 def test_one_mission_has_no_interval():
     all_reached = estimate([(2.0, 2.0), (0.0, 0.0)])
     assert (all_reached.mean, all_reached.number) == (1.0, 2)
-    assert (interval(all_reached), interval(estimate([(1.0, 1.0)] * 2))) == ("1.000", "1.000 [1.000, 1.000]")
+    assert interval(all_reached) == interval(estimate_share([(2.0, 2.0), (0.0, 0.0)])) == "1.000"
+
+
+def test_all_or_none_of_a_few_missions_are_not_certain():
+    """Wilson's interval of 4 of 4 and 0 of 4 missions: targets of one mission are not independent."""
+    assert interval(estimate_share([(2.0, 2.0)] * 4)) == "1.000 [0.510, 1.000]"
+    assert interval(estimate_share([(0.0, 2.0)] * 4)) == "0.000 [0.000, 0.490]"
+    some = [(1.0, 2.0), (2.0, 2.0)]
+    assert estimate_share(some) == estimate(some)
+
+
+def test_tables_and_summary_have_the_same_interval_of_all_reached():
+    targets = [{"target": "lena", "reachable": True, "success": True, "time_s": 9.0, "wrong_stops": 0}]
+    targets = [{**targets[0], "spl": 1.0, "soft_spl": 1.0, "sct": 1.0, "pursuit_s": 9.0}]
+    line = {
+        "class": "open",
+        "policy": "oracle",
+        "ending": "achieved",
+        "success": True,
+        "contacts": 0,
+        "duration_s": 9.0,
+    }
+    rewards = {"sum_reward": 1.0, "max_reward": 1.0}
+    lines = [{**line, **rewards, "seed": seed, "targets": targets} for seed in range(4)]
+    assert aggregate(lines, 1.0)["figures"]["success"] == pytest.approx([1.0, 0.5101, 1.0, 4], abs=1e-4)
+    assert agent_rows(lines)[0][1] == "1.000 [0.510, 1.000]"
+    assert reached_rows(lines)[0][1] == "1.000 [0.510, 1.000]"
+    assert headline(lines)["by 60 s"].low == pytest.approx(0.5101, abs=1e-4)
 
 
 def test_agents_are_compared_on_the_same_scenarios():
