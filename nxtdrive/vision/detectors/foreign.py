@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import EntryPoint
 from itertools import islice, pairwise
+from traceback import walk_tb
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
 from behaviors.ports import Cut
 from firmware_protocol.errors import ConfigError, NXTError
-from input_files.pydantic_words import first_mistake
+from input_files.pydantic_words import words
 from nxtdrive.vision.detection import Described, Detection, Detector, Image, Quad
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
@@ -23,6 +25,10 @@ LEAST_TURN = 1.0
 FAR_PX = 1_000_000
 """A box or corner beyond this, in pixels, is none."""
 REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
+FAILS = "fails"
+FAILED_REMEDY = "-v shows the traceback for its author."
+SIDES = {2: "wide", 3: "high"}
+"""What a box is, by the place of its size."""
 
 T = TypeVar("T")
 
@@ -79,12 +85,12 @@ class ForeignDetector:
     """A detector that another package has made.
 
     Args:
-        name: What a message calls it.
+        entry: Where it comes from.
         detector: The detector.
     """
 
-    def __init__(self, name: str, detector: Detector) -> None:
-        self._name = name
+    def __init__(self, entry: EntryPoint, detector: Detector) -> None:
+        self._entry = entry
         self._detector = detector
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the detector has
@@ -98,13 +104,12 @@ class ForeignDetector:
         """
         shown = image.view()
         shown.flags.writeable = False
-        places = _called(self._name, "fails", lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
+        places = _called(self._entry, FAILS, lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
         try:
             found = _FOUND.validate_python(places, from_attributes=True)
         except ValidationError as error:
-            raise ConfigError(
-                f"{self._name} returns no detections ({first_mistake(error.errors())}).", remedy=REMEDY
-            ) from None
+            mistake = _mistake_words(error.errors()[0])
+            raise ConfigError(f"{_name(self._entry)} returns a wrong result: {mistake}.", remedy=REMEDY) from None
         return [Detection(each.box, each.score, each.quad, each.cut, each.bound) for each in found]
 
 
@@ -119,7 +124,7 @@ class DescribedForeignDetector(ForeignDetector):
         """
         described: Any = self._detector
         return _called(
-            self._name, "fails", lambda: {str(key): str(text) for key, text in described.description().items()}
+            self._entry, "fails", lambda: {str(key): str(text) for key, text in described.description().items()}
         )
 
 
@@ -129,12 +134,11 @@ def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
     Raises:
         ConfigError: It fails, or does not make a detector.
     """
-    name = f"the detector {entry.name!r} ({entry.value})"
-    detector: Detector = _called(name, "cannot be made", lambda: entry.load()(spec))
+    detector: Detector = _called(entry, "cannot be made", lambda: entry.load()(spec))
     if not callable(getattr(detector, "detect", None)):
-        raise ConfigError(f"{name} has no detect().", remedy=REMEDY)
+        raise ConfigError(f"{_name(entry)} has no detect().", remedy=REMEDY)
     kind = DescribedForeignDetector if isinstance(detector, Described) else ForeignDetector
-    return kind(name, detector)
+    return kind(entry, detector)
 
 
 def _iterable(value: object) -> Iterable[object]:
@@ -143,7 +147,7 @@ def _iterable(value: object) -> Iterable[object]:
     return value
 
 
-def _called(name: str, what: str, work: Callable[[], T]) -> T:
+def _called(entry: EntryPoint, what: str, work: Callable[[], T]) -> T:
     """Call code of another package and return its result.
 
     Raises:
@@ -154,5 +158,36 @@ def _called(name: str, what: str, work: Callable[[], T]) -> T:
     except NXTError:
         raise
     except (Exception, SystemExit) as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise ConfigError(f"{name} {what}: {reason}.", remedy=REMEDY) from error
+        reason = f"{what}{_place(entry, error)}: {type(error).__name__}: {error}"
+        remedy = f"{FAILED_REMEDY} {REMEDY}" if what == FAILS else REMEDY
+        raise ConfigError(f"{_name(entry)} {reason}.", remedy=remedy) from error
+
+
+def _name(entry: EntryPoint) -> str:
+    return f"the detector {entry.name!r} ({entry.value})"
+
+
+def _place(entry: EntryPoint, error: BaseException) -> str:
+    """Return the last line of the detector's package in a traceback, in words; empty if there is none."""
+    package = entry.module.partition(".")[0]
+    for frame, line in reversed(list(walk_tb(error.__traceback__))):
+        if frame.f_globals.get("__name__", "").partition(".")[0] == package:
+            return f" at {frame.f_code.co_filename}:{line}"
+    return ""
+
+
+def _mistake_words(mistake: ErrorDetails) -> str:
+    """Say which detection is wrong, and how."""
+    number, *where = mistake["loc"]
+    kind, context = mistake["type"], mistake.get("ctx", {})
+    match where:
+        case []:
+            return f"detection {number} is a {type(mistake['input']).__name__}, not a Detection"
+        case ["box", 2 | 3 as side] if kind == "greater_than_equal":
+            return f"detection {number}: its box must be at least one pixel {SIDES[int(side)]}"
+        case ["box", _] if kind == "missing":
+            return f"detection {number}: its box must have 4 entries"
+        case ["cut", *_]:
+            return f"detection {number}: its cut must be a Cut"
+    place = ".".join(map(str, where))
+    return f"detection {number}: {place}: {words(kind, context, mistake['msg'], mistake['input'])}"

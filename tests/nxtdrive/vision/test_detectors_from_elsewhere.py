@@ -100,9 +100,9 @@ def test_a_built_in_detector_keeps_its_name(installed):
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
-        ('detector = "fails"\n', "the detector 'fails' (odd:fails) cannot be made: KeyError"),
+        ('detector = "fails"\n', "odd.py:2: KeyError: 'lamp'. Ask its author"),
         ('detector = "missing"\n', "cannot be made: AttributeError"),
-        ('detector = "leaves"\n', "cannot be made: SystemExit: 3"),
+        ('detector = "leaves"\n', "odd.py:14: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
         ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
         ('detector = "lamp"\nleast = 3\n', "the lamp detector has no option least"),
@@ -126,11 +126,16 @@ def test_its_files_lie_beside_the_mission(installed):
     ("answer", "text"),
     [
         (None, "fails: TypeError: detect() returned NoneType, not a list"),
-        ([((1, 2, 3, 4), 0.5)], "returns no detections (0: "),
-        ([Detection((1, 2, 0, 4), 0.5)], "(0.box.2: "),
-        ([Detection((1, 2, math.nan, 4), 0.5)], "(0.box.2: "),
-        ([Detection((1, 2, 10**400, 4), 0.5)], "(0.box.2: Value error, it is not a number)"),
-        ([Detection((1, 2, 3, 4), 0.5), Detection((1, 2, 3, 4), 50)], "(1.score: "),
+        ([((1, 2, 3, 4), 0.5)], "returns a wrong result: detection 0 is a tuple, not a Detection."),
+        ([{"box": (1, 2, 3, 4)}], "detection 0: score: is missing."),
+        ([Detection((1, 2, 0, 4), 0.5)], "detection 0: its box must be at least one pixel wide."),
+        ([Detection((1, 2, 3, 0.2), 0.5)], "detection 0: its box must be at least one pixel high."),
+        ([Detection((1, 2, 3), 0.5)], "detection 0: its box must have 4 entries."),
+        ([Detection((1, 2, math.nan, 4), 0.5)], "detection 0: box.2: it is not a number."),
+        ([Detection((1, 2, 10**400, 4), 0.5)], "detection 0: box.2: it is not a number."),
+        ([Detection((1, 2, 3, 4), 0.5), Detection((1, 2, 3, 4), 50)], "detection 1: score: must be 1 or less."),
+        ([Detection((1, 2, 3, 4), 0.5, None, "x")], "detection 0: its cut must be a Cut."),
+        ([Detection((1, 2, 3, 4), 0.5, 7)], "detection 0: quad: must be a list in brackets"),
         ([Detection((1, 2, 3, 4), 0.5, (CORNERS[0],) * 4)], "not a convex quadrilateral"),
         ([Detection((1, 2, 3, 4), 0.5, (*CORNERS[:2], *CORNERS[:1:-1]))], "not a convex quadrilateral"),
     ],
@@ -154,8 +159,11 @@ def test_numbers_of_any_kind_are_taken(installed):
 def test_a_detector_can_neither_change_the_frame_nor_fail_unnamed(installed):
     detector = make_detector({"detector": "Writes"}).detector
     for call in (lambda: detector.detect(FRAME), detector.description):
-        with pytest.raises(ConfigError, match=r"the detector 'Writes' \(odd:Writes\) fails"):
+        with pytest.raises(
+            ConfigError, match=r"the detector 'Writes' \(odd:Writes\) fails at .*odd.py:\d+: "
+        ) as failed:
             call()
+        assert "-v shows the traceback" in str(failed.value)
     assert FRAME.all()
 
 
