@@ -1,16 +1,53 @@
-"""The pages on evaluation and reality name every class and agent."""
+"""The keys of a sweep's lines are those that docs/evaluation.md explains, and its lines of Python read them."""
 
+from __future__ import annotations
+
+import json
+import re
 from pathlib import Path
 
 import pytest
 
-from nxtdrive.tools.sweep.agents import ALL_NAMES
-from sim_backend.scenarios.classes import ALL_CLASSES
+from nxtdrive.cli.main import DONE, main
+from nxtdrive.tools.sweep.performance import Task, failed
 
-DOCS = Path(__file__).parents[3] / "docs"
-PAGES = "".join((DOCS / page).read_text(encoding="utf-8") for page in ("evaluation.md", "reality.md"))
+SECTION = re.compile(r"^### The keys of a line\n(.*?)^### ", re.DOTALL | re.MULTILINE)
+ROW = re.compile(r"^\| (`.*?`) \|", re.MULTILINE)
+PAGE = Path(__file__).parents[3] / "docs" / "evaluation.md"
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("name", [*ALL_CLASSES, *ALL_NAMES])
-def test_every_class_and_agent_has_its_row(name):
-    assert f"| `{name}` |" in PAGES
+@pytest.fixture(name="folder", scope="module")
+def _folder(tmp_path_factory):
+    """A folder with the file of a sweep, with a mission that broke."""
+    folder = tmp_path_factory.mktemp("sweep")
+    command = ["sweep", "--classes", "clutter", "--seeds", "100", "--profiles", "adaptive,oracle"]
+    assert main([*command, "--out", str(folder / "full.jsonl")]) == DONE
+    with (folder / "full.jsonl").open("a", encoding="utf-8") as file:
+        file.write(json.dumps(failed(Task(2, "clutter", 101, "oracle", "geometric"), RuntimeError("lost"))) + "\n")
+    return folder
+
+
+def _section():
+    return SECTION.search(PAGE.read_text(encoding="utf-8"))[1]
+
+
+def test_the_keys_of_a_line_are_explained(folder):
+    mission, *_, broken = map(json.loads, (folder / "full.jsonl").read_text(encoding="utf-8").splitlines())
+    explained = re.findall(r"`(\w+)`", " ".join(ROW.findall(_section())))
+    assert set(explained) == {*mission, *mission["targets"][0], "robot"}
+    of_whole_missions = explained[explained.index("duration_s") : explained.index("target")]
+    assert not set(of_whole_missions) & set(broken), "a mission that broke has none of them"
+    parts = " ".join(re.findall(r"^\| `(?:choices|chances)` .*$", _section(), re.MULTILINE))
+    assert all(f"`{key}`" in parts for name in ("choices", "chances") for key in mission[name][0])
+
+
+def test_the_documented_lines_read_it_by_pandas(folder, monkeypatch, capsys):
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(folder)
+    program = re.search(r"```python\n(.*?)```", _section(), re.DOTALL)[1]
+    names: dict[str, object] = {}
+    exec(compile(program, "docs/evaluation.md", "exec"), names)
+    assert len(names["targets"]) == 4
+    assert "wrong_stops" in capsys.readouterr().out
