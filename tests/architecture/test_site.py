@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from nxtdrive.tools.dev.docs_site import marked_drawings, pages, site_links, whole_options
+from nxtdrive.tools.dev.docs_site import breakable_paths, marked_drawings, pages, site_links, whole_options
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,11 +22,13 @@ ROOT = Path(__file__).parents[2]
         ("index.md", "[web](docs/web.md#one-run-in-the-browser)", "[web](web.md#one-run-in-the-browser)"),
         ("index.md", "![run](docs/images/run.png)", "[![run](images/run.png)](images/run.png)"),
         ("index.md", "[lesson](examples/lesson)", "[lesson](examples/lesson.md)"),
-        ("index.md", "[licence](nxtdrive/drawing/fonts/LICENSE_DEJAVU)", "licence"),
+        ("index.md", "[licence](examples/x.txt)", "licence (`examples/x.txt`)"),
+        ("web.md", "[`hub.py`](../tools/web/hub.py)", "`tools/web/hub.py`"),
+        ("web.md", "[hub.py](../tools/web/hub.py)", "`tools/web/hub.py`"),
         ("web.md", "[motion.md](motion.md#waits)", "[Motion: leases, exact moves, stalls](motion.md#waits)"),
         ("index.md", "[docs/web.md](docs/web.md)", "[The page in the browser](web.md)"),
         ("web.md", "[README.md](../README.md)", "[nxtdrive](index.md)"),
-        ("index.md", "[pyproject.toml](pyproject.toml)", "pyproject.toml"),
+        ("index.md", "[pyproject.toml](pyproject.toml)", "`pyproject.toml`"),
         ("web.md", "[home](../README.md)", "[home](index.md)"),
         ("web.md", "[here](#missions), [there](https://semver.org)", "[here](#missions), [there](https://semver.org)"),
         ("examples/lesson.md", "[tests](../../docs/testing-your-robot.md)", "[tests](../testing-your-robot.md)"),
@@ -43,6 +45,16 @@ def test_options_in_code_stay_on_one_line():
     assert shown == (
         f'<p>as --out</p><code>run {options[0]} a-b {options[1]}</code><code><a href="x--y -z">{options[2]}</a></code>'
     )
+
+
+def test_paths_in_tables_break_after_a_slash():
+    shown = breakable_paths('<code>a/b</code><td><a href="c/d"><code>docs/web.md</code></a> e/f</td>')
+    assert shown == '<code>a/b</code><td><a href="c/d"><code>docs/<wbr>web.md</code></a> e/f</td>'
+
+
+def test_names_of_tests_in_tables_break_after_an_underscore():
+    shown = breakable_paths("<td><code>a_b/t_c.py::test_it_stops</code></td>")
+    assert shown == "<td><code>a_b/<wbr>t_c.py::<wbr>test_<wbr>it_<wbr>stops</code></td>"
 
 
 def test_drawings_are_marked_and_other_blocks_are_not():

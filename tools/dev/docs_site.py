@@ -1,7 +1,7 @@
 """The documentation site's pages that are not in docs/: README, changelog, contributing, and each example's README.
 
 A hook of mkdocs (mkdocs.yml). Links between Markdown files, which are written for the repository, become links between
-pages; a link to any other file of the repository becomes its text.
+pages; a link to any other file of the repository becomes the file's path in it.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)")
+CELL = re.compile(r"<td.*?</td>", re.DOTALL)
+SLASH = re.compile(r"(?:(?<=\w)/(?=\w)|::)(?![^<]*>)")
 CODE = re.compile(r"<code>(.*?)</code>", re.DOTALL)
 DRAWING = re.compile(r"<pre(?=(?:(?!</pre>).)*[─│▼├])", re.DOTALL)
 OPTION = re.compile(r"(?<![\w&;-])--?[A-Za-z][\w-]*(?![^<]*>)")
@@ -49,12 +51,22 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:  # noqa: ANN40
 
 def on_page_content(html: str, **_: Any) -> str:  # noqa: ANN401 - mkdocs'
     """Leave out what introduces a program in a docstring, which its frame does on the page; mark options, drawings."""
-    return marked_drawings(whole_options(html.replace("<p>::</p>\n", "")))
+    return marked_drawings(whole_options(breakable_paths(html.replace("<p>::</p>\n", ""))))
 
 
 def marked_drawings(html: str) -> str:
     """Mark blocks of text that are drawings, which site.css does not wrap."""
     return DRAWING.sub('<pre class="drawing"', html)
+
+
+def breakable_paths(html: str) -> str:
+    """Let paths in tables break after a slash, and names of tests after an underscore; site.css keeps names whole."""
+
+    def mark(code: re.Match[str]) -> str:
+        path, colons, test = SLASH.sub(r"\g<0><wbr>", code.group()).partition("::")
+        return path + colons + (test.replace("_", "_<wbr>") if colons else "")
+
+    return CELL.sub(lambda cell: CODE.sub(mark, cell.group()), html)
 
 
 def whole_options(html: str) -> str:
@@ -86,13 +98,19 @@ def site_links(markdown: str, page: str) -> str:
         if there is None and path.startswith("docs/"):
             there = path.removeprefix("docs/")
         if there is None or not ((ROOT / "docs" / there).is_file() or there in made.values()):
-            return text
+            return text if picture else _with_path(text, path)
         if text.endswith(".md"):  # the name of a file says little on a page
             text = _title(path if path in made else f"docs/{there}")
         link = f"[{text}]({os.path.relpath(there, PurePosixPath(page).parent)}{anchor})"
         return f"[!{link}]({link.rpartition('(')[2]}" if picture else link  # a picture opens in its full size
 
     return LINK.sub(point, markdown)
+
+
+def _with_path(text: str, path: str) -> str:
+    """Return a link's text with the path in the repository, or the path alone if the text is the file's name."""
+    named = path.endswith(text.strip("`"))
+    return f"`{path}`" if named else f"{text} (`{path}`)"
 
 
 def _title(source: str) -> str:
