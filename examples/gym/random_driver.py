@@ -9,6 +9,8 @@ wheels.action_space.seed(1)
 observation, info = wheels.reset(seed=1)
 for _ in range(300):
     observation, reward, terminated, truncated, info = wheels.step(wheels.action_space.sample())
+    if terminated or truncated:
+        break
 print("by wheels:", info["reached"], "in", round(info["seconds"]), "s; odometry", observation["odometry"])
 
 decisions = gymnasium.make("nxtdrive/Decisions-v0", kinds=["clutter"], second_costs=0.01)

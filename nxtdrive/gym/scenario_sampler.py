@@ -29,10 +29,12 @@ class ScenarioSampler:
         profile: The missions' profile.
 
     Raises:
-        ConfigError: There is no such class, or nothing to draw from.
+        ConfigError: There is no such class, nothing to draw from, or a text in place of the list of classes.
     """
 
     def __init__(self, kinds: Sequence[str], seeds: Sequence[int], profile: str) -> None:
+        if isinstance(kinds, str):
+            raise ConfigError(f"kinds is a list of classes, not {kinds!r}.", remedy=f"Write kinds=[{kinds!r}].")
         _check_kinds(kinds)
         if not kinds or not seeds:
             raise ConfigError("there is nothing to draw an episode from.", remedy="Name a class and a seed.")

@@ -39,10 +39,10 @@ Observation = dict[str, Any]
 class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """Drives the wheels of a robot until it has stopped at every target.
 
-    An action is the speed of the left and of the right wheel, -1 to 1 of `FASTEST_MM_S`, until the next frame of the
-    camera; the safety stop of the mission's robot stays on. Each target at which the robot stands where a stop counts
-    is worth 1, once and in any order; each second costs ``second_costs``. An episode is terminated when all targets are
-    reached, and truncated when the mission's time is up.
+    An action is the speed of the left and of the right wheel, -1 to 1 of `FASTEST_MM_S` (values beyond count as the
+    nearest of these), until the next frame of the camera; the safety stop of the mission's robot stays on. Each target
+    at which the robot stands where a stop counts is worth 1, once and in any order; each second costs ``second_costs``.
+    An episode is terminated when all targets are reached, and truncated when the mission's time is up.
 
     The observation has ``sonar`` (mm, 2550 without an echo), ``bumper``, ``odometry`` (x and y in mm, heading in
     degrees, positive right, from the start), ``targets`` (for each in order: whether it is yet to be reached, and with
@@ -71,6 +71,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._scenarios, self._second_costs = ScenarioSampler(kinds, seeds, ADAPTIVE), second_costs
         self._renders = check_eyes(eyes) != GEOMETRIC
         self._episode: Episode | None = None
+        self._ended = False
         self._standing = False
         low = np.tile(np.array([0, 0, -180, 0], np.float32), (TARGETS, 1))
         high = np.tile(np.array([1, 1, 180, FARTHEST_MM], np.float32), (TARGETS, 1))
@@ -98,7 +99,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """
         super().reset(seed=seed, options=options)
         self.close()
-        self._standing = False
+        self._standing = self._ended = False
         # also for images: the robot's frames come at the same times, and no detector searches them
         self._episode = Episode(self._scenarios.sample(self.np_random, options), GEOMETRIC)
         return self._observe(self._episode), episode_info(self._episode)
@@ -108,8 +109,9 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
         Raises:
             InvalidAction: The action is not two finite numbers.
+            ResetNeeded: No episode has begun, or it has ended.
         """
-        if (episode := self._episode) is None:
+        if (episode := self._episode) is None or self._ended:
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         before_s, reached = episode.time_s, len(episode.reached)
         left, right = _wheels(action)
@@ -123,6 +125,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         observation = self._observe(episode)
         done = episode.reached.keys() >= set(self._targets(episode))
         late = not done and episode.time_s >= self._limit_s(episode)
+        self._ended = done or late
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
         return observation, reward, done, late, episode_info(episode)
 

@@ -144,8 +144,35 @@ def test_what_does_not_exist_is_refused(make):
     for options in ({"kind": "nowhere"}, {"kind": 5}, *({"seed": seed} for seed in seeds), {"knd": "open"}):
         with pytest.raises(ConfigError, match=r"no class|no seed|no option 'knd'"):
             make().reset(options=options)
+    with pytest.raises(ConfigError, match=r"kinds is a list of classes, not 'open'. Write kinds=\['open'\]"):
+        make(kinds="open")
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
+
+
+@pytest.mark.parametrize(("name", "action"), [pytest.param("decisions", 0, marks=pytest.mark.slow), ("wheels", (0, 0))])
+def test_an_episode_that_has_ended_needs_a_reset(name, action, monkeypatch):
+    env = ENVIRONMENTS[name]()
+    env.reset(seed=1)
+    if name == "wheels":
+        monkeypatch.setattr(env, "_limit_s", lambda episode: 0.5)
+    while not any(env.step(action)[2:4]):
+        pass
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(action)
+    env.reset(seed=1)
+    env.step(action)
+    env.close()
+
+
+def test_speeds_beyond_the_limits_count_as_these():
+    env = ENVIRONMENTS["wheels"]()
+    seen = []
+    for action in ((1, -1), (7, -7)):
+        env.reset(seed=1)
+        seen.append([env.step(action) for _ in range(5)][-1])
+    env.close()
+    assert data_equivalence(*seen, exact=True)
 
 
 def test_the_example_is_the_documents():
