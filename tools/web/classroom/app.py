@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import socket
 import tempfile
 from collections.abc import Callable, Iterator
@@ -12,7 +13,14 @@ from typing import IO
 from anyio.to_thread import run_sync
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, RedirectResponse, Response, StreamingResponse
+from starlette.responses import (
+    FileResponse,
+    HTMLResponse,
+    PlainTextResponse,
+    RedirectResponse,
+    Response,
+    StreamingResponse,
+)
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
@@ -30,6 +38,22 @@ from .results import results, results_csv, write_zip
 
 PAGE = STATIC / "classroom.html"
 CHUNK_BYTES = 64 * 1024
+NO_ROBOT = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>nxtdrive: no such robot</title>
+<link rel="stylesheet" href="/style.css">
+<link rel="icon" href="data:,">
+</head>
+<body>
+<header><h1>nxtdrive</h1></header>
+<p>There is no robot "{name}" in this classroom. <a href="/">Back to {classroom}</a></p>
+</body>
+</html>
+"""
+"""In place of the page of an unknown robot."""
 
 
 @dataclass
@@ -58,7 +82,7 @@ class ClassroomServer:
                 Route("/results.csv", self._csv),
                 Route("/runs.zip", self._zip),
                 *robots,
-                Route("/robot/{name}", lambda request: RedirectResponse(f"{request.url.path}/")),
+                Route("/robot/{name:path}", self._robot),
                 Mount("/", StaticFiles(directory=STATIC)),
             ],
             self.pin,
@@ -90,6 +114,14 @@ class ClassroomServer:
             "missions": self.classroom.missions.names(),
             "profiles": named_profiles(),
         }
+
+    def _robot(self, request: Request) -> Response:
+        """Add the slash that a robot's page ends with, or say that there is no such robot."""
+        name = request.path_params["name"]
+        if any(name == station.entry.name for station in self.classroom.stations):
+            return RedirectResponse(f"{request.url.path}/")
+        name = html.escape(name.partition("/")[0])
+        return HTMLResponse(NO_ROBOT.format(name=name, classroom=html.escape(self.classroom.config.name)), 404)
 
     def _results(self, _request: Request) -> Response:
         return as_json(results(self.classroom.config))

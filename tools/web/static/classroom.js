@@ -33,6 +33,7 @@ connection.on("closed", () => {
 connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("robots", ({ robots }) => {
   robots.forEach((robot, number) => tiles[number].show(robot));
+  choose();
   const count = (test) => robots.filter(test).length;
   const stopped = count((robot) => robot.stopped);
   const parts = [`${count(({ open }) => open)} of ${robots.length} open`, `${count(({ running }) => running)} on a mission`];
@@ -53,9 +54,9 @@ find("all").addEventListener("change", ({ target }) => {
 find("hand-out").addEventListener("submit", (event) => {
   event.preventDefault();
   const mission = find("mission").value;
-  connection.send({ type: "start", robots: chosen(), mission: mission === OWN ? null : mission, profile: find("profile").value || null });
+  connection.send({ type: "start", robots: names(free()), mission: mission === OWN ? null : mission, profile: find("profile").value || null });
 });
-find("end").addEventListener("click", () => connection.send({ type: "end", robots: chosen() }));
+find("end").addEventListener("click", () => connection.send({ type: "end", robots: names(chosen()) }));
 addEventListener("visibilitychange", tellVisible);
 addEventListener("keydown", (event) => {
   if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
@@ -83,14 +84,24 @@ function offer(missions, profiles, own) {
 }
 
 function chosen() {
-  return tiles.filter((tile) => tile.chosen).map((tile) => tile.name);
+  return tiles.filter((tile) => tile.chosen);
+}
+
+function free() {
+  return chosen().filter((tile) => !tile.running);
+}
+
+function names(some) {
+  return some.map((tile) => tile.name);
 }
 
 function choose() {
-  const number = chosen().length;
-  find("start").textContent = number ? `Start on ${number}` : "Start";
-  find("start").disabled = find("end").disabled = !number;
-  find("none-chosen").hidden = number > 0;
+  const number = chosen().length, startable = free().length;
+  find("start").textContent = startable ? `Start on ${startable}` : "Start";
+  find("start").disabled = !startable;
+  find("end").disabled = !number;
+  find("none-free").hidden = startable > 0;
+  find("none-free").textContent = number ? "All ticked robots are on a mission." : "Tick robots first.";
   find("all").checked = number > 0 && number === tiles.length;
   find("all").indeterminate = number > 0 && number < tiles.length;
 }

@@ -3,6 +3,7 @@
 export class Tile {
   constructor({ name, colour }, connection, chosen) {
     this.name = name;
+    this.running = false;
     this.element = document.getElementById("tile").content.firstElementChild.cloneNode(true);
     this.part = (selector) => this.element.querySelector(selector);
     this.element.dataset.name = name;
@@ -30,6 +31,7 @@ export class Tile {
   }
 
   show({ brick, open, trouble, doing, battery_mv, stopped, lags, running, last }) {
+    this.running = Boolean(running);
     const standsIn = brick === "stand-in";
     this.element.classList.toggle("stopped", stopped);
     this.part(".doing").textContent = stopped ? "stopped until released" : open ? doing : trouble ? "not open" : "opening …";

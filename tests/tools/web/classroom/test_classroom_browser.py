@@ -71,15 +71,18 @@ def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     WebDriverWait(browser, WAIT_S).until(lambda page: _has_picture(page, 0))
     assert not browser.find_element(By.ID, "start").is_enabled()
-    assert browser.find_element(By.ID, "none-chosen").is_displayed()
+    assert browser.find_element(By.ID, "none-free").is_displayed()
     browser.find_element(By.ID, "all").click()
-    assert not browser.find_element(By.ID, "none-chosen").is_displayed()
+    assert not browser.find_element(By.ID, "none-free").is_displayed()
     browser.find_element(By.ID, "start").click()
     _until(browser, "#summary", f"{ROBOTS} on a mission")
+    assert not browser.find_element(By.ID, "start").is_enabled()
+    _until(browser, "#none-free", "All ticked robots are on a mission.")
     _until(browser, ".tile .doing", "search: lena")
     browser.find_element(By.ID, "title").click()
     ActionChains(browser).send_keys(Keys.SPACE).perform()
     _until(browser, "#summary", f"0 on a mission, {ROBOTS} stopped")
+    assert browser.find_element(By.ID, "start").text == f"Start on {ROBOTS}"
     WebDriverWait(browser, WAIT_S).until(
         lambda page: len(page.find_elements(By.CSS_SELECTOR, "#results tbody tr")) == ROBOTS
     )

@@ -76,6 +76,15 @@ def test_the_page_of_the_class_and_the_pages_of_its_robots_are_served(tmp_path):
         assert "Ada" in page.receive_json()["address"]
 
 
+@pytest.mark.parametrize("path", ["/robot/Robot 9/", "/robot/Robot 9", "/robot/<b>/x"])
+def test_an_unknown_robot_is_said_with_the_way_back(tmp_path, path):
+    answer = _client(_closed(tmp_path, "Ada")).get(path)
+    assert answer.status_code == 404
+    assert 'There is no robot "' in answer.text
+    assert '<a href="/">Back to 7b</a>' in answer.text
+    assert "<b>" not in answer.text
+
+
 def test_a_page_is_greeted_with_the_robots_and_missions(tmp_path):
     (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
     with _client(_closed(tmp_path, "Ada", mission="quick.toml")).websocket_connect("/ws") as page:
