@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from nxtdrive.recording.camera_index import CameraPictures, Picture
+from nxtdrive.recording.decisions import decisions, profile_of
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 
@@ -29,6 +30,7 @@ def replay_data(
     return {
         "name": name,
         "mission": run.name,
+        "profile": profile_of(run.mission, decisions(run.records)),
         "robot": robot_shape(run.mission),
         "chart": chart(),
         "recoveries": recoveries(),

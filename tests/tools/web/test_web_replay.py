@@ -53,6 +53,7 @@ def _entered(time_s, state):
     return Record(time_s, Kind.TRANSITION, state, HOSTILE, data)
 
 
+TARGETS = {HOSTILE: "reached", "lena": "gave_up"}
 RECORDS = [
     Record(0.0, Kind.START, "idle", HOSTILE, {"format": 2, "mission": HOSTILE, "targets": [HOSTILE]}),
     _entered(0.0, "search"),
@@ -63,7 +64,7 @@ RECORDS = [
     _choice(6.0, "detour"),
     _entered(6.0, "detour"),
     _look(9.0, 4000),
-    Record(10.0, Kind.END, "finished", HOSTILE, {"ending": "achieved", "targets": [], "error": ""}),
+    Record(10.0, Kind.END, "finished", HOSTILE, {"ending": "achieved", "targets": TARGETS, "error": ""}),
 ]
 
 
@@ -224,6 +225,7 @@ def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browse
     browser.get(page)
     _until_grey(browser, 40)
     assert browser.title == f"nxtdrive: {HOSTILE}"
+    assert _text(browser, "what") == f"{HOSTILE}, profile thesis"
     empty = _map(browser)
     _seek(browser, 5.5)
     _until_grey(browser, 120)
@@ -239,6 +241,8 @@ def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browse
     browser.find_element(By.ID, "back").click()
     assert "wait" in _lit(browser)
     _until_grey(browser, 40)
+    _seek(browser, 10.0)
+    assert _text(browser, "doing") == f"achieved; {HOSTILE}: reached; lena: gave up"
 
 
 @in_browser

@@ -49,7 +49,7 @@ NO_ROBOT = """<!doctype html>
 </head>
 <body>
 <header><h1>nxtdrive</h1></header>
-<p>There is no robot "{name}" in this classroom. <a href="/">Back to {classroom}</a></p>
+<main><section>There is no robot "{name}" in this classroom. <a href="/">Back to {classroom}</a></section></main>
 </body>
 </html>
 """

@@ -26,6 +26,12 @@ async function load() {
   return answer.json();
 }
 
+function doing({ kind, state, target, ending, targets }, recoveries) {
+  const spaced = (name) => name.replaceAll("_", " ");
+  if (kind === "end") return [spaced(ending), ...Object.entries(targets ?? {}).map(([name, how]) => `${name}: ${spaced(how)}`)].join("; ");
+  return state === "finished" ? state : `${recoveries[state]?.label ?? spaced(state)}: ${target}`;
+}
+
 function show(run) {
   const player = new Player(run);
   let playing = 0, last = 0;
@@ -36,8 +42,9 @@ function show(run) {
   new Chart(player, find("chart"));
   new Lines(player, find("lines"));
   new Decisions(player, find("decision"));
-  player.on("record", ({ record: { state, target } }) => {
-    find("doing").textContent = `${run.recoveries[state]?.label ?? state.replaceAll("_", " ")}: ${target}`;
+  find("what").textContent = `${run.mission || run.name}, profile ${run.profile}`;
+  player.on("record", ({ record }) => {
+    find("doing").textContent = doing(record, run.recoveries);
   });
   player.on("time", ({ time }) => {
     find("time").value = time;
