@@ -42,7 +42,7 @@ def command_named(name: str) -> AnyCommand:
     found = _BY_NAME.get(name.lower())
     if found is None:
         safe = {command.__name__.lower(): command.__name__ for command in ALL_COMMANDS if command not in DESTRUCTIVE}
-        close = [safe[key] for key in get_close_matches(name.lower(), safe, cutoff=0.5)]
+        close = [safe[key] for key in get_close_matches(name.lower(), safe)]
         hint = f"Did you mean {' or '.join(close)}?" if close else f"There are {', '.join(safe.values())}."
         raise LocalProtocolError(f"there is no command {name!r}.", remedy=hint)
     return found

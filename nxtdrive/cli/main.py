@@ -52,7 +52,7 @@ COMMANDS = {
     "web": ("web", "watch and drive the robot in the browser"),
     "teleop": ("teleop", "drive by hand in a terminal"),
     "mission": ("mission", "check, show and create mission files"),
-    "world": ("world", "check, draw and create simulated rooms"),
+    "world": ("world", "check, show and create simulated rooms"),
     "detect": ("detect", "try a detector on a picture, a video or a camera"),
     "calibrate": ("calibrate", "measure how the robot is built, and write it to a robot file"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),

@@ -48,6 +48,7 @@ def test_words_become_commands(line, command):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
+        ("Nope", r"no command 'Nope'\. There are "),
         ("GetOutputStat", r"no command 'GetOutputStat'\. Did you mean GetOutputState"),
         ("xyzzy", r"There are StartProgram, StopProgram, .*Poll"),
         ("GetOutputState prt=1", r"no field 'prt'\. Did you mean 'port'\? Usage: GetOutputState port=<A\|B\|C\|ALL>"),

@@ -129,7 +129,8 @@ def _named(words: list[str], brick: Brick) -> dict[int, Measuring[Any]]:
     for word in words:
         port, separator, kind = word.partition("=")
         if not separator or port not in ("1", "2", "3", "4"):
-            raise ConfigError(f"--sensor {word} is not PORT=KIND.", remedy="Write it as in --sensor 4=ultrasonic.")
+            wrong = f"has no port {port!r}: ports are 1 to 4" if separator else "is not PORT=KIND"
+            raise ConfigError(f"--sensor {word} {wrong}.", remedy="Write it as in --sensor 4=ultrasonic.")
         if int(port) in sensors:
             raise ConfigError(f"--sensor names port {port} twice.", remedy="Name each port once.")
         sensors[int(port)] = make_sensor(kind, brick.link, int(port))  # type: ignore[arg-type]  # one of the four

@@ -189,3 +189,12 @@ def test_the_screen_fits_a_narrow_terminal(width, encoding):
         assert lines[1].rstrip().endswith(" -360 to 360")
         assert lines[7].strip().endswith(" 0 to 1")
         assert {*"▁█"} <= {*lines[1]} or {*"_#"} <= {*lines[1]}
+
+
+@pytest.mark.parametrize(
+    ("word", "text"),
+    [("9=touch", "--sensor 9=touch has no port '9': ports are 1 to 4."), ("4", "--sensor 4 is not PORT=KIND.")],
+)
+def test_a_port_that_does_not_exist_is_said(word, text, capsys):
+    assert main(["monitor", "--once", "--sensor", word, *FAST]) == USAGE
+    assert text in capsys.readouterr().err
