@@ -170,7 +170,7 @@ class Session:
         except self._faults as error:
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(error))
         except Exception as error:
-            if from_profile := raised_by_profile(error):
+            if from_profile := raised_by_profile(error, self._mission.mission.profile):
                 return self._break_off(request, ErrorReply.FAULT, Why.FAULT, str(from_profile))
             LOG.exception("internal error in %s", request.verb)
             return self._break_off(request, ErrorReply.FAULT, Why.FAULT, f"internal error: {error!r}")

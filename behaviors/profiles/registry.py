@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -47,14 +48,24 @@ def find_profile(name: str) -> ProfileClass:
     return found  # type: ignore[no-any-return]
 
 
-def raised_by_profile(error: Exception) -> MissionError | None:
-    """Return an exception that the code of a profile from elsewhere let pass, with its place in words; else None."""
-    packages = {package: name for name, package in loaded_from_elsewhere.items()}
+def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
+    """Return an exception that the code of a profile from elsewhere let pass, with its place in words; else None.
+
+    Args:
+        error: With its traceback.
+        ran: Name of the profile that ran, if known; otherwise all profiles of that package are named.
+    """
     for frame, line in reversed(list(walk_tb(error.__traceback__))):
-        if name := packages.get(frame.f_globals.get("__name__", "").partition(".")[0]):
+        package = frame.f_globals.get("__name__", "").partition(".")[0]
+        if names := [name for name, its_package in loaded_from_elsewhere.items() if its_package == package]:
             what = f"{frame.f_code.co_filename}:{line}: {type(error).__name__}: {error}"
-            return MissionError(f"profile {name!r} failed at {what}")
+            return MissionError(f"profile {either([ran] if ran in names else names)} failed at {what}")
     return None
+
+
+def either(names: Iterable[str]) -> str:
+    """Return the names of profiles one of which is meant."""
+    return " or ".join(map(repr, sorted(names)))
 
 
 def _imported(name: str) -> object:

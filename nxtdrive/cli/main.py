@@ -174,7 +174,7 @@ def _blame() -> str:
     registry = sys.modules.get("behaviors.profiles.registry")
     if registry is None or not registry.loaded_from_elsewhere:
         return BUG
-    names = ", ".join(map(repr, sorted(registry.loaded_from_elsewhere)))
+    names = registry.either(registry.loaded_from_elsewhere)
     return (
         f"This is a bug in the profile {names} or in nxtdrive. Show this traceback to the author of the profile first."
     )

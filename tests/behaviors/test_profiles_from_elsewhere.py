@@ -172,6 +172,17 @@ def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profil
     assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
 
 
+def test_of_two_profiles_in_one_module_the_one_that_ran_is_named(tmp_path):
+    (tmp_path / "odd.py").write_text(BROKEN + "\nclass Even(Odd):\n    pass\n", encoding="utf-8")
+    for name in ("odd:Odd", "odd:Even"):
+        find_profile(name)
+    for name in ("odd:Odd", "odd:Even"):
+        assert f"profile '{name}' failed at" in evaluate(Task(0, "open", 100, name, "geometric"))["error"]
+    with pytest.raises(AttributeError) as error:
+        find_profile("odd:Odd").skill(None, "search", None)
+    assert "profile 'odd:Even' or 'odd:Odd' failed at" in str(registry.raised_by_profile(error.value))
+
+
 def test_a_bug_of_ours_is_not_the_fault_of_another_name_for_our_profile(tmp_path):
     (tmp_path / "odd.py").write_text(
         "from behaviors.profiles.adaptive import AdaptiveProfile as Odd\n", encoding="utf-8"

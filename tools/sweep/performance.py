@@ -113,7 +113,7 @@ def evaluate(task: Task) -> Line:
         chances = [asdict(each) for each in predictions(referee.records, task.agent, scenario.mission)]
         return {**_head(task), **judge(trace), "chances": rounded(chances)}
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
-        return failed(task, raised_by_profile(error) or error)
+        return failed(task, raised_by_profile(error, task.agent) or error)
 
 
 def failed(task: Task, error: Exception) -> Line:

@@ -147,6 +147,11 @@ class ShownMission:
         self._map_s = -MAP_EVERY_S
         self._state: dict[str, Any] = {}
 
+    @property
+    def profile(self) -> str:
+        """Name of the mission's profile."""
+        return self._mission.mission.profile
+
     def assemble(
         self, robot: OpenRobot, observers: Observers | None = None, say_hint: Callable[[str], None] = lambda _: None
     ) -> MissionRun:

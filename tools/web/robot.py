@@ -327,7 +327,7 @@ class Robot:
             recording = run.record(self._runs, watch=self._pictures.watch)
             task.pursue(run, recording.folder.path.name, self._state)
         except Exception as error:
-            known = error if isinstance(error, NXTError) else raised_by_profile(error)
+            known = error if isinstance(error, NXTError) else raised_by_profile(error, task.profile)
             if known is None:
                 raise
             task.over = True  # before clients know, who may start another one at once
