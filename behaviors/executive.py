@@ -26,6 +26,7 @@ from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import Choice
+from behaviors.return_types import checked
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
 
@@ -228,9 +229,9 @@ class Executive:
         if self._skill is None:
             self._skill = self._new_skill()
         if self._skill_state not in ("search", "arrive", "verify"):
-            return self._skill.call()
+            return checked(self._skill.call, Fact)
         self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
-        fact = self._skill.call()
+        fact = checked(self._skill.call, Fact)
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
 
@@ -239,7 +240,7 @@ class Executive:
         if state == "search":
             self._seen_since_search = False
             self._queue.current.attempts += 1
-        return self._profile.skill(state, self._chart.choice)
+        return checked(self._profile.skill, Skill, state, self._chart.choice)  # type: ignore[type-abstract]
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""
@@ -250,8 +251,8 @@ class Executive:
         self.note(Kind.REPLY, verb="select", value=int(self._seen_since_search))
         self._profile.learn(self._failure)
         basis = Evidence(self._queue.target, self._failure.reason, self._seen_since_search, self._researches)
-        evidence = as_recorded(self._profile.evidence(basis))
-        choice = self._profile.select(evidence)
+        evidence = as_recorded(checked(self._profile.evidence, Evidence, basis))
+        choice = checked(self._profile.select, Choice, evidence)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 

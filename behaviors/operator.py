@@ -9,6 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 from behaviors.evidence import Evidence
 from behaviors.journal import plain
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
+from behaviors.return_types import checked
 
 OPERATOR_CHOSE = "the operator chose it"
 ALTERNATIVE = "possible, though the profile does not propose it"
@@ -74,7 +75,8 @@ Ask = Callable[[Question], Choice]
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a policy; giving the target up is among them only if the policy weighs that."""
     if isinstance(policy, Weighing):
-        return tuple(OperatorChoice(each.choice, each) for each in policy.candidates(evidence))
+        weighed = checked(policy.candidates, Sequence, evidence)  # type: ignore[type-abstract]
+        return tuple(OperatorChoice(each.choice, each) for each in weighed)
     if isinstance(policy, ThesisPolicy):
         return tuple(OperatorChoice(choice) for choice in policy.recoveries())
     return ()
@@ -82,7 +84,7 @@ def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoi
 
 def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:
     """Return a policy's proposal and the alternatives; changing the target is always possible."""
-    proposed = policy.select(evidence)
+    proposed = checked(policy.select, Choice, evidence)
     known = candidates(policy, evidence)
     first = next((each for each in known if each.choice == proposed), OperatorChoice(proposed))
     others = [

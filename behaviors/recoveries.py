@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from numbers import Real
+from typing import Any, Protocol, Self, runtime_checkable
 
 from behaviors.evidence import Evidence
 from behaviors.mission import ThesisParameters
@@ -61,6 +62,10 @@ class Choice:
         instead: The target to pursue, for `CHANGE_TARGET`; empty for the next in order.
         operator: Whether a person confirmed it or chose it.
         proposed: The policy's own choice, if that person chose something else.
+
+    Raises:
+        TypeError: `kind` is not one of the recoveries, or a number is none.
+        ValueError: A number is not finite, or the time negative.
     """
 
     kind: Recovery
@@ -71,6 +76,20 @@ class Choice:
     instead: str = ""
     operator: bool = False
     proposed: Choice | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values, which may come from a profile of another package."""
+        if not isinstance(self.kind, Recovery) or RECOVERIES.get(self.kind.name) is not self.kind:
+            known = ", ".join(each.name.upper() for each in RECOVERIES.values())
+            given = self.kind.name if isinstance(self.kind, Recovery) else self.kind
+            raise TypeError(f"kind must be one of {known} of behaviors.recoveries, not {given!r}")
+        for name, value in (("wait_s", self.wait_s), ("turn_deg", self.turn_deg)):
+            if not isinstance(value, Real):
+                raise TypeError(f"{name} must be a number, not {value!r}")
+            if not math.isfinite(value):
+                raise ValueError(f"{name} must be finite, not {value}")
+        if self.wait_s < 0:
+            raise ValueError(f"wait_s must be 0 or more, not {self.wait_s}")
 
     def words(self) -> str:
         """Say what it does: "wait up to 4.0 s"."""
@@ -172,6 +191,7 @@ def choice_from(data: Mapping[str, Any]) -> Choice:
     )
 
 
+@runtime_checkable
 class RecoveryPolicy(Protocol):
     """A rule that chooses a recovery."""
 

@@ -22,7 +22,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
@@ -124,6 +124,7 @@ class SkillContext:
         return self.clock.now() - since_s - sum(paused_s for begun_s, paused_s in self.pauses if begun_s >= since_s)
 
 
+@runtime_checkable
 class Skill(Protocol):
     """A skill at work.
 

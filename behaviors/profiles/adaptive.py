@@ -21,6 +21,7 @@ from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Point
 from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy
+from behaviors.return_types import checked
 from behaviors.skills import Skill, SkillContext, ThesisMoveSkill
 from behaviors.target_queue import TargetQueue
 
@@ -60,7 +61,7 @@ class _NewEvidenceFirst:
 
     def call(self) -> Fact:
         """Return what the skill reports; called again after an outage, it goes on waiting with the same failure."""
-        fact = self._failure or self._skill.call()
+        fact = self._failure or checked(self._skill.call, Fact)
         if isinstance(fact, Failure):
             self._failure = fact
             self._await_new_evidence()
@@ -89,7 +90,7 @@ class AdaptiveProfile:
         self._queue = queue
         self.world = WorldModel(mission)
         self._perception = Perception(context, parameters, self.world, queue)
-        self._policy = policy or self.own_policy(mission)
+        self._policy = policy or checked(self.own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
         self._eyes_only_s: float | None = None
@@ -167,7 +168,7 @@ class AdaptiveProfile:
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
-        choice = self._policy.select(evidence)
+        choice = checked(self._policy.select, Choice, evidence)
         destination = choice.route[-1] if choice.route else None
         if choice.kind is not WAIT:
             self._destined = next((each for each in evidence.viewpoints if each.route == choice.route), None)

@@ -9,6 +9,7 @@ from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy
+from behaviors.return_types import checked
 from behaviors.skills import (
     Skill,
     SkillContext,
@@ -93,7 +94,7 @@ class ThesisProfile:
     ) -> None:
         self._context = context
         self._queue = queue
-        self._policy = policy or self.own_policy(mission)
+        self._policy = policy or checked(self.own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
 
     @classmethod
     def own_policy(cls, mission: Mission) -> RecoveryPolicy:
@@ -121,4 +122,4 @@ class ThesisProfile:
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy."""
-        return self._policy.select(evidence)
+        return checked(self._policy.select, Choice, evidence)

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from functools import partial
-from importlib import import_module
-from pathlib import Path
 from traceback import walk_tb
-from typing import Any
+from typing import cast
 
 from behaviors.mission import Mission, MissionError
 from behaviors.operator import Ask, ConfirmedPolicy
-from behaviors.profile_names import ADAPTIVE, THESIS, installed_profiles
+from behaviors.profile_names import ADAPTIVE, THESIS
 from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.profiles.loading import load
 from behaviors.profiles.profile import MakeProfile, ProfileClass, ThesisProfile
 from behaviors.recoveries import RecoveryPolicy
+from behaviors.return_types import WrongReturn, checked
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
 loaded_from_elsewhere: dict[str, str] = {}
 """Loaded profiles that are not built in, each with its package: an exception may come from there."""
-NEEDED = ("own_policy", "skill", "learn", "evidence", "select")
 
 
 def find_profile(name: str) -> ProfileClass:
@@ -32,20 +30,11 @@ def find_profile(name: str) -> ProfileClass:
     """
     if built_in := PROFILES.get(name):
         return built_in
-    try:
-        entry = installed_profiles().get(name)
-        found: Any = entry.load() if entry else _imported(name)
-    except Exception as error:  # the module of another package may raise anything
-        reason = f"{type(error).__name__}: {error}"
-        remedy = "name it as module:Class in the folder of module.py, or install its package (docs/profiles.md)."
-        raise MissionError(f"profile {name!r} cannot be loaded: {reason}; {remedy}") from error
-    missing = [each for each in NEEDED if not callable(getattr(found, each, None))]
-    if missing:
-        raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; docs/profiles.md says what a profile has.")
+    found = load(name)
     package = found.__module__.partition(".")[0]
     if package != __name__.partition(".")[0]:  # another name for a class of ours
         loaded_from_elsewhere[name] = package
-    return found  # type: ignore[no-any-return]
+    return cast("ProfileClass", found)
 
 
 def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
@@ -55,6 +44,8 @@ def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
         error: With its traceback.
         ran: Name of the profile that ran, if known; otherwise all profiles of that package are named.
     """
+    if isinstance(error, WrongReturn):
+        return error
     for frame, line in reversed(list(walk_tb(error.__traceback__))):
         package = frame.f_globals.get("__name__", "").partition(".")[0]
         if names := [name for name, its_package in loaded_from_elsewhere.items() if its_package == package]:
@@ -68,24 +59,13 @@ def either(names: Iterable[str]) -> str:
     return " or ".join(map(repr, sorted(names)))
 
 
-def _imported(name: str) -> object:
-    """Import a class from a module, even one in the current folder, as ``python -m`` does."""
-    module, _, attribute = name.partition(":")
-    if not attribute:
-        raise ModuleNotFoundError(f"no installed package offers {name!r}")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    return getattr(import_module(module), attribute)
-
-
 def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
     """Make a profile's own policy with the mission's numbers.
 
     Raises:
-        MissionError: See `find_profile`.
+        MissionError: See `find_profile`; or what it makes is no policy.
     """
-    return find_profile(profile).own_policy(mission)
+    return checked(find_profile(profile).own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
 
 
 def supervised(mission: Mission, ask: Ask) -> MakeProfile:

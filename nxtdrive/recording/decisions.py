@@ -15,6 +15,7 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice, Weighing, candidates
 from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
+from behaviors.return_types import checked
 
 WEIGHED = ("blocker", "here", "viewpoints")
 """Evidence that only a policy which weighs candidates has."""
@@ -155,7 +156,7 @@ def replay(policy: RecoveryPolicy | None, decision: Decision) -> Replay:
         return Replay(None, why_not="this version does not understand the journal's evidence")
     if isinstance(policy, Weighing) and not decision.weighed:
         return Replay(None, why_not="the journal has neither the obstacle nor other places to look from")
-    choice = policy.select(decision.evidence)
+    choice = checked(policy.select, Choice, decision.evidence)
     return Replay(choice, differs=decision.choice is None or not same(choice, decision.choice))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -58,13 +59,24 @@ def test_an_installed_profile_is_found_by_its_name(tmp_path):
     [
         ("patient:Nobody", "cannot be loaded: AttributeError"),
         ("missing:Profile", "cannot be loaded: ModuleNotFoundError"),
-        ("odd:Profile", "cannot be loaded: ZeroDivisionError"),
+        ("odd:Profile", "odd.py:1: ZeroDivisionError: division by zero; correct that line."),
+        ("missing:Profile", "name it as module:Class in the folder of module.py"),
+        ("patient.py:Patient", "leave out `.py`: patient:Patient."),
+        ("patient:Nobody", "correct the name of the class, or write it in {folder}/patient.py."),
+        ("slip:Profile", "{folder}/slip.py:2: SyntaxError: expected ':'; correct that line."),
+        (
+            "needs:Profile",
+            "{folder}/needs.py:1: ModuleNotFoundError: No module named 'lamps'; install the package",
+        ),
         ("patient:PatientPolicy", "lacks own_policy, skill, learn, evidence"),
     ],
 )
 def test_anything_that_is_not_a_profile_gives_a_sentence(tmp_path, name, text, capsys):
     (tmp_path / "odd.py").write_text("1 / 0\n", encoding="utf-8")
-    with pytest.raises(MissionError, match=text):
+    (tmp_path / "slip.py").write_text("\nclass Profile\n", encoding="utf-8")
+    (tmp_path / "needs.py").write_text("import lamps\n", encoding="utf-8")
+    text = text.format(folder=tmp_path)
+    with pytest.raises(MissionError, match=re.escape(text)):
         find_profile(name)
     for command in (["run", "--policy"], ["sweep", "--policies"]):
         assert main([*command, name]) == USAGE
@@ -194,7 +206,8 @@ def test_a_bug_of_ours_is_not_the_fault_of_another_name_for_our_profile(tmp_path
 
 @pytest.mark.slow
 def test_an_exception_that_the_profile_may_have_caused_keeps_its_traceback(tmp_path):
-    text = "from patient import Patient\nclass Odd(Patient):\n    def skill(self, *_): return None\n"
+    text = "from patient import Patient\nclass Odd(Patient):\n    def __init__(self, *_, **named):\n"
+    text += "        super().__init__(*_, **named)\n        self._perception = None\n"
     (tmp_path / "odd.py").write_text(text, encoding="utf-8")
     with pytest.raises(AttributeError) as error:
         main(["run", "--no-video", "--profile", "odd:Odd"])

@@ -27,7 +27,7 @@ BACK_UP = Recovery(
     marker="star",
 )
 EVIDENCE = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
-CHOICE = {**Choice(BACK_UP, "it is free there").record(), "evidence": EVIDENCE.known()}
+CHOICE = {"choice": BACK_UP.name, "why": "it is free there", "evidence": EVIDENCE.known()}
 RECORDS = [
     Record(2.0, Kind.CHOICE, "select", "lena", CHOICE),
     Record(2.0, Kind.TRANSITION, "back_up", "lena", {"source": "select", "to": "back_up"}),

@@ -1,0 +1,106 @@
+"""Loads the class of a profile that is not built in, and says what is wrong with it before a robot moves."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from importlib import import_module
+from pathlib import Path
+from traceback import walk_tb
+from typing import Any
+
+from behaviors.mission import MissionError
+from behaviors.profile_names import installed_profiles
+from behaviors.return_types import place
+
+DOCUMENT = "docs/profiles.md"
+CALLS = {
+    "own_policy": ("mission",),
+    "skill": ("self", "state", "choice"),
+    "learn": ("self", "failure"),
+    "evidence": ("self", "basis"),
+    "select": ("self", "evidence"),
+}
+"""What a profile has, with the arguments on the class; `own_policy` is a class method."""
+
+
+def load(name: str) -> Any:  # noqa: ANN401 - the class has been checked, not derived from ours
+    """Return the class of an installed profile or of ``package.module:Class``.
+
+    Raises:
+        MissionError: It cannot be loaded, or is no profile.
+    """
+    try:
+        entry = installed_profiles().get(name)
+        found: Any = entry.load() if entry else _imported(name)
+    except Exception as error:  # the module of another package may raise anything
+        what = f"{_raised_at(error)}{type(error).__name__}: {_message(error)}"
+        raise MissionError(f"profile {name!r} cannot be loaded: {what}; {_remedy(name, error)}") from error
+    _check(name, found)
+    return found
+
+
+def _imported(name: str) -> object:
+    """Import a class from a module, even one in the current folder, as ``python -m`` does."""
+    module, _, attribute = name.partition(":")
+    if not attribute:
+        raise ModuleNotFoundError(f"no installed package offers {name!r}")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    return getattr(import_module(module), attribute)
+
+
+def _raised_at(error: Exception) -> str:
+    """Return the place in the profile's code where its import failed; empty if it did not begin."""
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}: "
+    frames = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
+    known = [(file, line) for file, line in frames if file != __file__ and "importlib" not in file]
+    return "{}:{}: ".format(*known[-1]) if known else ""
+
+
+def _message(error: Exception) -> str:
+    return str(error.msg if isinstance(error, SyntaxError) else error)
+
+
+def _remedy(name: str, error: Exception) -> str:
+    module, _, attribute = name.partition(":")
+    if module.endswith(".py"):
+        return f"leave out `.py`: {Path(module).stem}:{attribute}."
+    if isinstance(error, ModuleNotFoundError) and error.name and not f"{module}.".startswith(f"{error.name}."):
+        return f"install the package of {error.name}, or correct the import."
+    if _raised_at(error):
+        return "correct that line."
+    if isinstance(error, AttributeError):
+        file = getattr(sys.modules.get(module), "__file__", None) or module
+        return f"correct the name of the class, or write it in {file}."
+    return f"name it as module:Class in the folder of module.py, or install its package ({DOCUMENT})."
+
+
+def _check(name: str, found: Any) -> None:  # noqa: ANN401 - it may be anything
+    """Check that a class has the methods of a profile, and that they take the arguments.
+
+    Raises:
+        MissionError: It lacks one, or one takes other arguments.
+    """
+    missing = [each for each in CALLS if not callable(getattr(found, each, None))]
+    if missing:
+        raise MissionError(f"profile {name!r} lacks {', '.join(missing)}; {DOCUMENT} says what a profile has.")
+    _check_call(name, found, found.__init__, f"{found.__name__}(context, mission, queue, policy=None)", 3, policy=None)
+    for method, takes in CALLS.items():
+        words = f"{method}({', '.join(each for each in takes if each != 'self')})"
+        kind = ", a class method" if "self" not in takes else ""
+        _check_call(name, getattr(found, method), getattr(found, method), words + kind, len(takes))
+
+
+def _check_call(name: str, called: Any, method: Any, words: str, number: int, **named: object) -> None:  # noqa: ANN401
+    try:
+        signature = inspect.signature(called)
+    except (TypeError, ValueError):  # not every callable object has one
+        return
+    try:
+        signature.bind(*[None] * number, **named)
+    except TypeError as error:
+        text = f"profile {name!r} cannot be used: {place(method)} does not take the arguments of {words}: {error}"
+        raise MissionError(f"{text}; {DOCUMENT} has the interface.") from None

@@ -1,0 +1,44 @@
+"""Checks what the methods of profiles, policies and skills return, which other packages may have written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from behaviors.mission import MissionError
+
+Result = TypeVar("Result")
+
+
+class WrongReturn(MissionError):
+    """A method returned something else than it should; the message names it with its file and line."""
+
+
+def checked(method: Callable[..., object], kind: type[Result], *arguments: object) -> Result:
+    """Call a method and return its result.
+
+    Args:
+        method: A bound method.
+        kind: What it should return; a protocol must be one that can be checked.
+        arguments: Its arguments.
+
+    Raises:
+        WrongReturn: It returned something else.
+    """
+    result = method(*arguments)
+    if isinstance(result, kind):
+        return result
+    article = "an" if kind.__name__[0] in "AEIO" else "a"
+    raise WrongReturn(f"{place(method)} returned {type(result).__name__}, not {article} {kind.__name__}.")
+
+
+def place(method: Any) -> str:  # noqa: ANN401 - anything that can be called
+    """Return a method in words: its name, class, file and line, as far as they are known."""
+    function = getattr(method, "__func__", method)
+    code = getattr(function, "__code__", None)
+    where = f" ({code.co_filename}:{code.co_firstlineno})" if code else ""
+    name = getattr(function, "__name__", type(method).__name__)
+    if (owner := getattr(method, "__self__", None)) is None:
+        return f"{name}() of {method.__module__}:{getattr(method, '__qualname__', name).rpartition('.')[0]}{where}"
+    kind = owner if isinstance(owner, type) else type(owner)
+    return f"{name}() of {kind.__module__}:{kind.__qualname__}{where}"

@@ -1,0 +1,121 @@
+"""Common mistakes in a profile of another package: each is one sentence with its place in the profile's file."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+
+import pytest
+
+from behaviors.mission import MissionError
+from behaviors.profiles import registry
+from behaviors.profiles.registry import find_profile
+from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
+from nxtdrive.cli.main import USAGE, main
+from nxtdrive.tools.sweep.performance import Task, evaluate
+
+MODULE = """\
+from behaviors.profiles.adaptive import AdaptiveProfile
+from behaviors.recoveries import CHANGE_TARGET, WAIT, Choice
+
+class {name}(AdaptiveProfile):
+    {body}
+"""
+POLICY = """\
+@classmethod
+    def own_policy(cls, mission): return Policy()
+
+class Policy:
+    def select(self, evidence): return {0}
+    def candidates(self, evidence): return {1}
+"""
+
+
+@pytest.fixture(autouse=True)
+def _folder(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
+    yield
+    sys.modules.pop("mistaken", None)
+
+
+def _write(folder, body):
+    (folder / "mistaken.py").write_text(MODULE.format(name="Mistaken", body=body), encoding="utf-8")
+
+
+def _error(seed=100):
+    return evaluate(Task(0, "block_permanent", seed, "mistaken:Mistaken", "geometric"))["error"]
+
+
+@pytest.mark.parametrize(
+    ("body", "text"),
+    [
+        (POLICY.format("None", ()), "select() of mistaken:Policy ({file}:9) returned NoneType, not a Choice."),
+        (POLICY.format("'wait'", ()), "select() of mistaken:Policy ({file}:9) returned str, not a Choice."),
+        (POLICY.format("Choice('wait', 5)", ()), "{file}:9: TypeError: kind must be one of WAIT, DETOUR"),
+        (POLICY.format("Choice(WAIT, 'x', wait_s='5')", ()), "{file}:9: TypeError: wait_s must be a number, not '5'"),
+        (POLICY.format("Choice(WAIT, 'x', wait_s=-5)", ()), "{file}:9: ValueError: wait_s must be 0 or more, not -5"),
+        ("def select(self, evidence): pass", "select() of mistaken:Mistaken ({file}:5) returned NoneType"),
+        ("def skill(self, state, choice): pass", "skill() of mistaken:Mistaken ({file}:5) returned NoneType, not a Sk"),
+        ("def evidence(self, basis): pass", "evidence() of mistaken:Mistaken ({file}:5) returned NoneType, not an Ev"),
+        ("@classmethod\n    def own_policy(cls, mission): pass", "({file}:5) returned NoneType, not a RecoveryPolicy."),
+        ("def __init__(self): pass", "__init__() of mistaken:Mistaken ({file}:5) does not take the arguments of"),
+        (
+            "def learn(self): pass",
+            "learn() of mistaken:Mistaken ({file}:5) does not take the arguments of learn(fa",
+        ),
+        (
+            "def own_policy(self, mission): pass",
+            "({file}:5) does not take the arguments of own_policy(mission), a",
+        ),
+    ],
+)
+def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
+    _write(tmp_path, body)
+    assert text.format(file=tmp_path / "mistaken.py") in _error()
+
+
+def test_a_skill_that_returns_nothing_is_named(tmp_path):
+    _write(tmp_path, "def skill(self, state, choice): return Skill()\n\nclass Skill:\n    def call(self): pass\n")
+    assert f"call() of mistaken:Skill ({tmp_path / 'mistaken.py'}:8) returned NoneType, not a Fact." in _error()
+
+
+@pytest.mark.parametrize("command", [["sweep", "--map", "block_permanent:100:mistaken:Mistaken"]])
+def test_a_command_prints_one_line(tmp_path, capsys, command):
+    _write(tmp_path, POLICY.format("None", ()))
+    assert main(command) == USAGE
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("nxtdrive: select() of mistaken:Policy (")
+
+
+@pytest.mark.slow
+def test_a_run_prints_one_line_and_keeps_it(tmp_path, capsys):
+    _write(tmp_path, "def skill(self, state, choice): pass")
+    assert main(["run", "--no-video", "--profile", "mistaken:Mistaken"]) == USAGE
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("nxtdrive: skill() of mistaken:Mistaken (")
+    (run,) = (tmp_path / "runs").iterdir()
+    assert "returned NoneType, not a Skill" in json.loads((run / "summary.json").read_text(encoding="utf-8"))["error"]
+
+
+def test_candidates_that_are_no_list_are_named_before_a_person_is_asked(tmp_path):
+    from behaviors.events import Reason
+    from behaviors.evidence import Evidence
+    from behaviors.operator import question
+
+    _write(tmp_path, POLICY.format("Choice(WAIT, 'x')", None))
+    evidence = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
+    policy = find_profile("mistaken:Mistaken").own_policy(None)
+    with pytest.raises(MissionError, match=re.escape("candidates() of mistaken:Policy (")):
+        question(policy, evidence)
+
+
+def test_a_choice_takes_only_recoveries_that_are_registered():
+    assert all(Choice(each, "test").kind is each for each in RECOVERIES.values())
+    dance = Recovery("dance", "dance", str, (0, 0, 0), "square")
+    with pytest.raises(TypeError, match="not 'dance'"):
+        Choice(dance, "test")
+    with pytest.raises(ValueError, match="wait_s must be finite, not nan"):
+        Choice(WAIT, "test", wait_s=float("nan"))
