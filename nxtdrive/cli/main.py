@@ -1,7 +1,8 @@
 """Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
 
-Exit codes: 0 done, 1 mission not achieved, 2 usage, a bad file or no such camera, 3 no brick, 4 link not available, or
-link, camera or sensors lost, 5 the brick refused, 6 done, but the record of it (run folder, trace) is incomplete.
+Exit codes: 0 done, 1 mission not achieved, 2 usage, a bad file or profile or no such camera, 3 no brick, 4 link not
+available, or link, camera or sensors lost, 5 the brick refused, 6 done, but the record of it (run folder, trace) is
+incomplete.
 """
 
 from __future__ import annotations
@@ -89,8 +90,8 @@ examples:
   nxtdrive run            # the built-in mission on the simulated brick
   nxtdrive run --help     # every command has examples
 
-exit codes: 0 done, 1 mission not achieved, 2 usage, a bad file or no such camera,
-3 no brick, 4 link not available, or link, camera or sensors lost,
+exit codes: 0 done, 1 mission not achieved, 2 usage, a bad file or profile, no such
+camera, 3 no brick, 4 link not available, or link, camera or sensors lost,
 5 the brick refused, 6 done, but the record of it (run folder, trace) is incomplete"""
 
 

@@ -12,7 +12,7 @@ from behaviors.mission import MissionError
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
-from nxtdrive.cli.main import USAGE, main
+from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep.performance import Task, evaluate
 
 MODULE = """\
@@ -88,6 +88,19 @@ def test_a_command_prints_one_line(tmp_path, capsys, command):
     assert main(command) == USAGE
     (said,) = capsys.readouterr().err.splitlines()
     assert said.startswith("nxtdrive: select() of mistaken:Policy (")
+
+
+def test_a_sweep_counts_the_missions_that_broke_and_ends_with_2(tmp_path, capsys):
+    _write(tmp_path, POLICY.format("None", ()))
+    words = ["sweep", "--classes", "block_permanent", "--seeds", "100"]
+    assert main([*words, "--agents", "mistaken:Mistaken,thesis"]) == USAGE
+    table = capsys.readouterr().out
+    assert re.search(r"agent .* broken ", table)
+    assert re.search(r"mistaken:Mistaken\W+1 of 1 ", table)
+    assert re.search(r"thesis\W+0 of 1 ", table)
+    assert "block_permanent:100:mistaken:Mistaken failed: WrongReturn: select() of mistaken:Policy (" in table
+    assert main([*words, "--agents", "thesis", "--out", "thesis.jsonl"]) == DONE
+    assert "broken" not in capsys.readouterr().out
 
 
 @pytest.mark.slow

@@ -215,14 +215,14 @@ def print_overview(lines: Sequence[Line], console: Console) -> None:
     """Print how the agents did, in all missions and by class."""
     kept = [AGENT_COLUMNS.index(name) for name in OVERVIEW]
     rows = [[row[index] for index in kept] for row in agent_rows(lines)]
-    _print(console, "agents", list(OVERVIEW.values()), rows)
+    _print(console, "agents", *_with_broken(list(OVERVIEW.values()), rows, lines))
     _print(console, "targets reached by class", *class_rows(lines))
     _print_failures(lines, console)
 
 
 def print_tables(lines: Sequence[Line], console: Console) -> None:
     """Print all tables."""
-    _print(console, "agents", AGENT_COLUMNS, agent_rows(lines))
+    _print(console, "agents", *_with_broken(AGENT_COLUMNS, agent_rows(lines), lines))
     _print(
         console,
         "targets reached by [95 %]",
@@ -244,6 +244,16 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
     if covered := coverage_words(lines):
         console.print(covered, markup=False)
     _print_failures(lines, console)
+
+
+def _with_broken(columns: Sequence[str], rows: Rows, lines: Sequence[Line]) -> tuple[list[str], Rows]:
+    """Return columns and rows of a table of agents, with how many missions of each broke if any did."""
+    if not (number := Counter(line["policy"] for line in lines if line["ending"] == Ending.BROKEN)):
+        return list(columns), rows
+    groups = _by_agent(lines)
+    broken = [f"{number[agent]} of {len(groups[agent])}" for agent, *_ in rows]
+    name, *others = columns
+    return [name, "broken", *others], [[row[0], cell, *row[1:]] for row, cell in zip(rows, broken, strict=True)]
 
 
 def _print_failures(lines: Sequence[Line], console: Console) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
-from nxtdrive.cli.main import DONE
+from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_json_argument, writing
 from nxtdrive.cli.output import make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
@@ -133,7 +133,15 @@ def run(args: argparse.Namespace) -> int:
 
         write_plot(swept.lines, args.plot)
     _tell(swept.lines, swept.eval_s, args)
-    return DONE
+    return USAGE if _own_broke(swept.lines) else DONE
+
+
+def _own_broke(lines: Sequence[Line]) -> bool:
+    """Return whether missions of profiles that are not ours broke; the tables say which, and why."""
+    from behaviors.executive import Ending
+    from nxtdrive.tools.sweep.agents import ALL_NAMES
+
+    return any(line["ending"] == Ending.BROKEN and line["policy"] not in ALL_NAMES for line in lines)
 
 
 def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
