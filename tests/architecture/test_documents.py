@@ -40,6 +40,15 @@ def test_drawings_and_commented_lines_of_code_fit_a_page(path):
             assert len(line) <= 100 or not re.search(r"\S\s+#|[─│▼├]", line), line
 
 
+@pytest.mark.parametrize(
+    ("page", "program"),
+    [("profiles.md", "patient-profile/patient.py"), ("detectors.md", "lamp-detector/lamp.py")],
+)
+def test_a_page_shows_the_program_of_its_example(page, program):
+    shown = f"```python\n{(ROOT / 'examples' / program).read_text(encoding='utf-8')}```\n"
+    assert shown in (ROOT / "docs" / page).read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_tests_that_documents_name_are_there(path):
     for file, name in re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", path.read_text(encoding="utf-8")):
