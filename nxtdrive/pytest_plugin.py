@@ -5,12 +5,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import signal
+import sys
+import sysconfig
+import threading
+from _thread import interrupt_main
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from traceback import walk_stack, walk_tb
 from typing import TYPE_CHECKING
 
 import pytest
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from nxtdrive.brick import Brick
     from nxtdrive.testing import SimWorld
 
@@ -18,7 +28,11 @@ MARKERS = (
     "sim_world(world='empty', *, seed=0, firmware='1.29', latency_ms=2.0, time_limit_s=inf): "
     "the world of this test's simulated brick",
     "real_brick: needs a real brick; skipped without --nxt",
+    "real_time_limit(seconds): ends the test, even in a loop that does nothing with the brick",
 )
+LIBRARY = {"nxtdrive", "behaviors", "sim_backend", "firmware_protocol", "input_files", *sys.stdlib_module_names}
+"""Packages whose lines are not those of the program that a test runs."""
+INSTALLED = tuple(sysconfig.get_paths()[name] for name in ("purelib", "platlib"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -37,6 +51,61 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip tests that need a real brick when there is none."""
     if item.get_closest_marker("real_brick") and not item.config.getoption("--nxt"):
         pytest.skip("needs a real brick: --nxt=ADDRESS")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """End a test at its `real_time_limit`, and say in one sentence where a program exceeded a limit of time."""
+    marker = item.get_closest_marker("real_time_limit")
+    try:
+        with _ended_after(*marker.args, **marker.kwargs) if marker else nullcontext():
+            return (yield)
+    except AssertionError as error:
+        testing = sys.modules.get("nxtdrive.testing")
+        if testing is None or not isinstance(error, testing.TimeLimitExceeded):
+            raise
+        pytest.fail(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False)
+
+
+@contextmanager
+def _ended_after(seconds: float) -> Iterator[None]:
+    """Fail the test in the main thread if it takes longer in real time; in another thread there is no limit."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    over = threading.Event()
+
+    def interrupted(number: int, frame: FrameType | None) -> None:
+        if over.is_set():
+            place = _place(reversed(list(walk_stack(frame))))
+            pytest.fail(f"{place}The program still runs after {seconds:g} s. Does your loop ever end?", pytrace=False)
+        if callable(before):  # Ctrl-C
+            before(number, frame)
+
+    def end() -> None:
+        over.set()
+        interrupt_main()
+
+    before = signal.signal(signal.SIGINT, interrupted)
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+
+
+def _place(frames: Iterable[tuple[FrameType, int]]) -> str:
+    """Return the innermost line of the tested program or of the test itself, of frames in the order of the calls."""
+    place = ""
+    for frame, line in frames:
+        file = frame.f_code.co_filename
+        if frame.f_globals.get("__name__", "").partition(".")[0] not in LIBRARY and not file.startswith(INSTALLED):
+            place = f"{Path(file).name}, line {line}: "
+    return place
 
 
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:

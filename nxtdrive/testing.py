@@ -34,7 +34,14 @@ if TYPE_CHECKING:
 EMPTY = "empty"
 """The bundled world without anything in it."""
 
+STILL_MM, STILL_DEG, STILL_EVERY_MS = 5.0, 3.0, 100
+"""A robot that moves less than this stands still, which is looked at this often."""
+
 _numbers = count(1)
+
+
+class TimeLimitExceeded(AssertionError):
+    """A program still runs at its world's `time_limit_s`."""
 
 
 class SimWorld:
@@ -50,8 +57,9 @@ class SimWorld:
         seed: The seed of all randomness.
         firmware: "1.29", "1.05" or "1.32".
         latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
-        time_limit_s: A program that still waits for the brick or sleeps on its clock at this simulated time gets an
-            AssertionError, each second anew. It ends endless loops, but not those that do nothing with the brick.
+        time_limit_s: A program that still waits for the brick or sleeps on its clock at this simulated time gets a
+            `TimeLimitExceeded`, each second anew. It ends endless loops, but not those that do nothing with the brick;
+            in pytest the marker ``real_time_limit`` ends those, too.
 
     Raises:
         ConfigError: There is no such world, or its file has mistakes.
@@ -79,6 +87,8 @@ class SimWorld:
         self._ends = contextlib.ExitStack()
         self._time_limit_s = time_limit_s
         if time_limit_s < math.inf:
+            self._stood = self.truth.pose, 0.0
+            self._watch_standing()
             self.simulation.at(round(time_limit_s * 1000), self._time_is_up)
 
     def __enter__(self) -> Self:
@@ -92,7 +102,19 @@ class SimWorld:
 
     def _time_is_up(self) -> None:
         self.simulation.at(self.simulation.now_ms + 1000, self._time_is_up)
-        raise AssertionError(f"The program still runs after {self._time_limit_s:g} s of simulated time.")
+        since_s = self._stood[1]
+        stands = f" The robot has stood still since {since_s:.1f} s." if self.time_s - since_s > 1 else ""
+        raise TimeLimitExceeded(
+            f"The program still runs after {self._time_limit_s:g} s of simulated time. Does your loop ever end?{stands}"
+        )
+
+    def _watch_standing(self) -> None:
+        """Keep where and since when the robot stands, as long as time passes."""
+        self.simulation.at(self.simulation.now_ms + STILL_EVERY_MS, self._watch_standing)
+        (there, _), here = self._stood, self.truth.pose
+        moved_mm = math.dist(there[:2], here[:2])
+        if moved_mm > STILL_MM or abs(there.heading_deg - here.heading_deg) > STILL_DEG:
+            self._stood = here, self.time_s
 
     @property
     def time_s(self) -> float:

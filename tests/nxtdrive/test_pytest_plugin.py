@@ -1,6 +1,7 @@
 """The plugin in other people's test suites."""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -44,6 +45,59 @@ def test_a_brick_that_is_left_open_fails_the_test(outcomes):
     )
     assert counts == {"passed": 3, "errors": 1}
     assert "1 link(s) to the simulated brick were left open" in text
+
+
+ENDLESS = """
+        import pytest
+
+        @pytest.mark.real_time_limit(0.3)
+        def test_{name}():
+            while True:
+                {body}
+
+        def test_next():
+            pass
+        """
+
+
+@pytest.mark.parametrize("body", ["pass", "sum(range(10))", "try: []\n                except Exception: pass"])
+def test_a_loop_that_does_nothing_with_the_brick_is_ended(outcomes, body):
+    counts, text = outcomes(ENDLESS.format(name="loops", body=body))
+    assert counts == {"passed": 1, "failed": 1}
+    said = r"\w+\.py, line [56]: The program still runs after 0\.3 s\. Does your loop ever end\?"
+    assert re.search(said, text)
+    assert "def interrupted" not in text, "the message is enough"
+
+
+def test_a_test_within_its_real_time_limit_is_not_changed(outcomes):
+    assert outcomes(ENDLESS.format(name="returns", body="return"))[0] == {"passed": 2}
+
+
+def test_ctrl_c_ends_a_test_with_a_real_time_limit(outcomes):
+    body = "__import__('_thread').interrupt_main()"
+    with pytest.raises(KeyboardInterrupt):
+        outcomes(ENDLESS.format(name="loops", body=body).replace("0.3", "60"))
+
+
+def test_a_program_over_its_simulated_time_is_named_with_its_line_and_where_it_stands(outcomes):
+    counts, text = outcomes(
+        """
+        import pytest
+
+        def drive(rover):
+            rover.straight(100)
+            while rover.pose().x_mm < 500:
+                rover.range_mm()
+
+        @pytest.mark.sim_world(time_limit_s=20)
+        def test_drives(sim_brick):
+            drive(sim_brick.rover())
+        """
+    )
+    assert counts == {"failed": 1}
+    said = r"line [67]: The program still runs after 20 s of simulated time\. Does your loop ever end\? The robot "
+    assert re.search(said + r"has stood still since [12]\.\d s\.", text)
+    assert "firmware_protocol" not in text
 
 
 def test_an_unknown_argument_of_the_marker_is_explained(outcomes):
@@ -222,7 +276,7 @@ def test_what_a_pupil_got_wrong_is_said(tmp_path):
     said = _pytest_in("lesson", FOLDER=str(tmp_path)).stdout
     assert "8 failed" in said
     for sentence in (
-        "The program still runs after 120 s of simulated time.",
+        "square.py, line 3: The program still runs after 120 s of simulated time. Does your loop ever end?",
         "The function returned None. End it with `return` and the number.",
         "There is no lines.py in ",
     ):
