@@ -239,8 +239,8 @@ def test_the_entry_point_is_called_as_its_module():
     assert points["pytest11"] == {PLUGIN: PLUGIN}
 
 
-def _pytest_in(example, **environment):
-    arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
+def _pytest_in(example, *options, **environment):
+    arguments = ["-p", PLUGIN, "-p", "no:cacheprovider", "-q", *options]
     return subprocess.run(
         [sys.executable, "-m", "pytest", *arguments],
         cwd=ROOT / "examples" / example,
@@ -264,6 +264,8 @@ def test_the_examples_own_tests_pass(example):
 HANDED_IN = {
     "square": "def drive_square(rover):\n    while True:\n        rover.turn(90)\n",
     "bump": "def feel_ahead(rover):\n    rover.straight(100)\n",
+    "wall": "def stop_before_wall(brick, rover)\n    rover.stop()\n",
+    "lines": "def countlines(brick, rover):\n    pass\n",
 }
 
 
@@ -278,9 +280,42 @@ def test_what_a_pupil_got_wrong_is_said(tmp_path):
     for sentence in (
         "square.py, line 3: The program still runs after 120 s of simulated time. Does your loop ever end?",
         "The function returned None. End it with `return` and the number.",
-        "There is no lines.py in ",
+        "wall.py, line 1: expected ':'",
+        "lines.py has no function count_lines.",
+        "/fox.toml: cannot be read",
     ):
         assert sentence in said
+    assert "importlib" not in said
+
+
+SQUARES = [
+    ("for _ in range(4): rover.turn(-90); rover.straight(distance_mm=400)", "1 passed"),
+    ("for _ in range(2): rover.straight(400); rover.turn(180)", "The square is 3 mm deep, not 400."),
+    ("for _ in range(3): rover.straight(400); rover.turn(120)", r"The square is 3\d\d mm deep, not 400\."),
+    ("for angle in (90, 180, -90, 90): rover.straight(400); rover.turn(angle)", "at 3 of the 4 corners of its square"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("body", "sentence"), SQUARES)
+def test_a_square_has_four_corners_and_may_begin_with_a_turn(tmp_path, body, sentence):
+    (tmp_path / "square.py").write_text(f"def drive_square(rover):\n    {body}\n", encoding="utf-8")
+    done = _pytest_in("lesson", "-k", "exercise_1", FOLDER=str(tmp_path))
+    assert re.search(sentence, done.stdout), done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("targets", "sentence"),
+    [
+        (("lena", "fox"), "The robot found lena and fox, but the fox comes first."),
+        (("fox",), "The robot found fox, and not lena."),
+    ],
+)
+def test_a_mission_in_another_order_or_with_a_target_less_is_named(tmp_path, targets, sentence):
+    tables = "".join(f'[target.{name}]\ndetector = "picture"\npictures = ["{name}.png"]\n' for name in targets)
+    (tmp_path / "fox.toml").write_text(f"[mission]\ntargets = {list(targets)}\n{tables}", encoding="utf-8")
+    assert sentence in _pytest_in("lesson", "-k", "exercise_5", FOLDER=str(tmp_path)).stdout
 
 
 @pytest.mark.slow

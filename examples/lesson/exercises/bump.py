@@ -1,4 +1,4 @@
-"""Exercise 3: feel your way to something low that the sonar does not hear.
+"""Exercise 3: feel your way to something low that gives no echo.
 
 Drive until the bumper is pressed, go back 200 mm, turn around, and say how far the obstacle was.
 
