@@ -26,7 +26,7 @@ NOT_RUN = {
     r"sudo |-m tools\.rig |tests/hil ": "needs a virtual machine or devices of the system",
     r"-m venv |install |^\. ": "changes an environment; test_packaging.py, test_distribution.py and .ci/run install",
     r"^\.venv/bin/nxtdrive": "is installed in an environment of its own",
-    r"^(\.venv/bin/)?pytest|=\S+ pytest|for each in": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
+    r"^(\.venv/bin/)?pytest|=\S+ pytest|^for ": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
     r"^(\w+=\S+ )?(\.venv/bin/)?python (?!-m)": "programs of the examples, which their own tests call",
     r"^dask |--dask |^jason |^javac? ": "needs a cluster, or Jason",
     r"^nxtdrive teleop": "draws on a terminal; tests/tools/teleop",
