@@ -14,6 +14,7 @@ import contextlib
 import math
 from collections.abc import Callable
 from itertools import count
+from numbers import Real
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -140,7 +141,13 @@ class SimWorld:
         return Link(self.simulation, latency_ms=self._latency_ms, address=self.address or "sim://")
 
     def advance(self, duration_s: float) -> None:
-        """Let time pass without a program."""
+        """Let time pass without a program.
+
+        Raises:
+            ConfigError: The duration is no number, or negative.
+        """
+        if not 0 <= _number("duration_s", duration_s) < math.inf:
+            raise ConfigError(f"duration_s must be 0 or more and finite, not {duration_s:g}.")
         self.simulation.advance(round(duration_s * 1000))
 
     def put(
@@ -181,7 +188,7 @@ class SimWorld:
         """Bring in a picture file, facing the robot."""
         path = Path(file)
         if not path.is_file():
-            raise ConfigError(f"there is no picture {path}.")
+            raise ConfigError(f"there is no picture {path.name} in {path.absolute().parent}.")
         at_mm = self._inside(x_mm, y_mm)
         self._add(Picture(name=name, file=path.absolute(), at_mm=at_mm, facing_deg=0.0, size_mm=size_mm))
         return self.put(name, x_mm=x_mm, y_mm=y_mm)
@@ -278,9 +285,9 @@ class SimWorld:
         """Return a place on the floor.
 
         Raises:
-            ConfigError: It is outside the room.
+            ConfigError: It is outside the room, or no number.
         """
-        y_mm = self._row_mm(y_mm)
+        x_mm, y_mm = _number("x_mm", x_mm), _number("y_mm", self._row_mm(y_mm))
         width_mm, depth_mm = self.simulation.world_file.floor.size_mm
         if not (0 <= x_mm <= width_mm and 0 <= y_mm <= depth_mm):
             raise ConfigError(f"({x_mm:g}, {y_mm:g}) is outside the floor of {width_mm:g} x {depth_mm:g} mm.")
@@ -322,3 +329,9 @@ class SimWorld:
                 f"there is no {name!r} in this world, nor among the pictures {', '.join(known)}.",
                 remedy="Bring it in with put_box, put_person or put_picture.",
             )
+
+
+def _number(name: str, value: object) -> float:
+    if not isinstance(value, Real):
+        raise ConfigError(f"{name} must be a number, not {value!r}.")
+    return float(value)

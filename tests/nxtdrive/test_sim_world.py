@@ -1,6 +1,7 @@
 """The world that tests arrange."""
 
 import os
+import re
 
 import pytest
 
@@ -196,3 +197,27 @@ def test_an_address_lives_as_long_as_its_world():
         open_brick(address).close()
     with pytest.raises(AddressError, match="no running simulation"):
         open_brick(address)
+
+
+def test_a_picture_that_is_not_there_is_named_with_the_folder(sim_world, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {tmp_path}.")):
+        sim_world.put_picture("cat", "cat.jpg", x_mm=1000)
+    with pytest.raises(ConfigError, match=re.escape(f"there is no picture cat.jpg in {tmp_path / 'mine'}.")):
+        sim_world.put_picture("cat", "mine/cat.jpg", x_mm=1000)
+
+
+@pytest.mark.parametrize("value", ["1000", None])
+def test_a_place_must_be_numbers(sim_world, value):
+    with pytest.raises(ConfigError, match=f"x_mm must be a number, not {value!r}"):
+        sim_world.put_box("crate", x_mm=value)
+    with pytest.raises(ConfigError, match="y_mm must be a number, not 'left'"):
+        sim_world.place_robot(x_mm=1000, y_mm="left")
+
+
+def test_time_does_not_go_back(sim_world):
+    with pytest.raises(ConfigError, match="duration_s must be 0 or more and finite, not -1"):
+        sim_world.advance(-1)
+    with pytest.raises(ConfigError, match="duration_s must be a number, not '2'"):
+        sim_world.advance("2")
+    sim_world.advance(0)
