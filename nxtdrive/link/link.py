@@ -111,7 +111,7 @@ class Link:
             now = self.now()
             if now >= self._check_due:
                 now = self._check_before_request(now)
-            try:  # as in `PriorityLock.run`; a call of it would cost time
+            try:  # as in `PriorityLock.exclusive`; a call of it would cost time
                 if self._queue or not self._free.acquire(False):
                     self._lock.wait(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
                     now = self.now()
@@ -150,7 +150,7 @@ class Link:
         telegram, known = command.encode(want_reply=False), self.lost
         try:
             self._reconnector.check()
-            self._lock.run(self._send_due, telegram)
+            self._lock.exclusive(self._send_due, telegram)
         except LinkLost as lost:
             self._reconnector.recover(lost, 0.0 if known else self.reconnect_timeout_s, command)
             raise interrupted(command) from lost
@@ -306,7 +306,7 @@ class Link:
                 self._threads.join(self._thread, CLOSING_S)
             self.motions.end_all()
             with suppress(LinkTimeout):
-                self._lock.run(self.transport.close, timeout_s=CLOSING_S)  # not amid a request, unless that lasts
+                self._lock.exclusive(self.transport.close, timeout_s=CLOSING_S)  # not amid a request, unless that lasts
         finally:
             self.transport.close()
         self.motions.end_all()  # another thread may have begun one since, and wait for its end
@@ -338,7 +338,7 @@ class Link:
         if self._stepped:
             self.motions.run_due()
         if core.timers.due <= self.now():
-            self._lock.run(self._send_due)
+            self._lock.exclusive(self._send_due)
         steps_due = core.steps_due if self._stepped else math.inf
         always = self.before_request or core.timers.punctual or core.state is not LinkState.OPEN
         self._check_due = -math.inf if always else min(core.timers.due, steps_due, now + LATENCY_EVERY_S)
@@ -389,7 +389,7 @@ class Link:
         core = self._core
         if core.state is LinkState.OPEN and core.timers.due <= self.now():
             try:
-                self._lock.run(self._send_due)
+                self._lock.exclusive(self._send_due)
             except LinkLost as error:
                 self._reconnector.lose(error)
         if step:

@@ -57,7 +57,7 @@ class PriorityLock:
     Attributes:
         queue: The waiting threads; empty while only one thread uses the link.
         free: The lock itself, reentrant because only such a lock knows its owner. Time-critical code may do inline what
-            `run` does.
+            `exclusive` does.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
@@ -66,7 +66,7 @@ class PriorityLock:
         self._threads = threads
         self._numbers = count()
 
-    def run(
+    def exclusive(
         self, work: Callable[[*Args], Result], *args: *Args, preempting: bool = True, timeout_s: float | None = None
     ) -> Result:
         """Call `work` with the lock held, after all waiting threads, or with `preempting` before those that are not.
@@ -90,7 +90,7 @@ class PriorityLock:
         """Wait in the queue, and acquire the lock.
 
         Raises:
-            LinkTimeout: As `run`.
+            LinkTimeout: As `exclusive`.
         """
         place = _Place((1 if preempting else 2, next(self._numbers)))
         end = math.inf if timeout_s is None else self._threads.now() + timeout_s
@@ -105,7 +105,7 @@ class PriorityLock:
                     break
                 self._threads.wait(place.called, min(left, SLICE_S))
         finally:
-            try:  # noqa: SIM105 - as in `run`
+            try:  # noqa: SIM105 - as in `exclusive`
                 self.queue.remove(place)
             except ValueError:  # it was not appended
                 pass

@@ -190,10 +190,10 @@ class Reconnector:
         core, link = self._core, self._link
         self._attempting = threading.get_ident()
         try:
-            self._lock.run(link.transport.close)  # not amid a request; opening it takes long, and needs no lock
+            self._lock.exclusive(link.transport.close)  # not amid a request; opening it takes long, and needs no lock
             transport = reopen_transport(link.transport, timeout_s=link.timeout_s)
             try:
-                self._lock.run(self._use, transport)
+                self._lock.exclusive(self._use, transport)
             except BaseException:  # closed meanwhile, or Ctrl-C
                 if link.transport is not transport:
                     transport.close()

@@ -36,7 +36,7 @@ class Crowd:
 
     def join(self, name, preempting):
         def use():
-            self.lock.run(self.served.append, name, preempting=preempting, timeout_s=PATIENCE_S)
+            self.lock.exclusive(self.served.append, name, preempting=preempting, timeout_s=PATIENCE_S)
 
         waiting = len(self.lock.queue)
         self.threads.append(threading.Thread(target=use))
@@ -59,7 +59,7 @@ def test_threads_are_served_in_order_and_preempting_ones_first():
         crowd.join("motor", preempting=True)
         crowd.join("poll 3", preempting=False)
 
-    lock.run(work)
+    lock.exclusive(work)
     crowd.disperse()
     assert crowd.served == ["motor", "poll 1", "poll 2", "poll 3"]
     assert lock.queue == []
@@ -73,7 +73,7 @@ def in_another_thread(function):
 
 def is_free(lock):
     """Whether another thread can use the lock at once."""
-    return in_another_thread(lambda: lock.run(lambda: True, timeout_s=0)) and lock.queue == []
+    return in_another_thread(lambda: lock.exclusive(lambda: True, timeout_s=0)) and lock.queue == []
 
 
 def test_a_lock_that_does_not_become_free_is_a_timeout_and_leaves_no_thread_in_the_queue():
@@ -81,10 +81,10 @@ def test_a_lock_that_does_not_become_free_is_a_timeout_and_leaves_no_thread_in_t
 
     def wait():
         with pytest.raises(LinkTimeout, match="other threads"):
-            lock.run(lambda: None, preempting=False, timeout_s=0.01)
+            lock.exclusive(lambda: None, preempting=False, timeout_s=0.01)
         return lock.queue
 
-    assert lock.run(in_another_thread, wait) == []
+    assert lock.exclusive(in_another_thread, wait) == []
     assert is_free(lock)
 
 
@@ -139,7 +139,7 @@ def test_ctrl_c_while_the_lock_is_taken_or_released_leaves_it_free(where):
     lock = PriorityLock(threads)
     threads.interrupted = where
     with pytest.raises(KeyboardInterrupt):
-        lock.run(lambda: None)
+        lock.exclusive(lambda: None)
     assert is_free(lock)
 
 
@@ -150,9 +150,9 @@ def test_ctrl_c_in_the_queue_leaves_it():
     def wait():
         threads.interrupted = "wait"
         with pytest.raises(KeyboardInterrupt):
-            lock.run(lambda: None)
+            lock.exclusive(lambda: None)
 
-    lock.run(in_another_thread, wait)
+    lock.exclusive(in_another_thread, wait)
     assert is_free(lock)
 
 
@@ -166,7 +166,7 @@ def test_a_waiting_thread_that_was_not_called_because_of_ctrl_c_goes_on():
         threads.interrupted = "release"
 
     with pytest.raises(KeyboardInterrupt):
-        lock.run(work)
+        lock.exclusive(work)
     crowd.disperse()
     assert crowd.served == ["poll"]
 
