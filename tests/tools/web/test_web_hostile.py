@@ -128,9 +128,9 @@ def test_a_page_that_does_not_read_loses_its_place_and_the_control(tmp_path, mon
         with closing(_stalled_page(port)):
             assert gone.wait(10)
             assert server.hub.clients == []
-            with connect(f"ws://127.0.0.1:{port}/ws", max_size=None, max_queue=None) as other:
-                other.send('{"type": "take_control"}')
-                while '"driver": "page 2"' not in str(other.recv(5)):
+            with TestClient(server.app()).websocket_connect("ws://127.0.0.1:7080/ws") as other:
+                other.send_json({"type": "take_control"})
+                while '"driver": "page 2"' not in other.receive().get("text", ""):
                     pass
 
 
