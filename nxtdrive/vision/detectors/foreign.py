@@ -10,7 +10,6 @@ from traceback import walk_tb
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
-from pydantic_core import ErrorDetails
 
 from behaviors.ports import Cut
 from firmware_protocol.errors import ConfigError, NXTError
@@ -108,7 +107,7 @@ class ForeignDetector:
         try:
             found = _FOUND.validate_python(places, from_attributes=True)
         except ValidationError as error:
-            mistake = _mistake_words(error.errors()[0])
+            mistake = _mistake_words(dict(error.errors()[0]))
             raise ConfigError(f"{_name(self._entry)} returns a wrong result: {mistake}.", remedy=REMEDY) from None
         return [Detection(each.box, each.score, each.quad, each.cut, each.bound) for each in found]
 
@@ -176,7 +175,7 @@ def _place(entry: EntryPoint, error: BaseException) -> str:
     return ""
 
 
-def _mistake_words(mistake: ErrorDetails) -> str:
+def _mistake_words(mistake: Mapping[str, Any]) -> str:
     """Say which detection is wrong, and how."""
     number, *where = mistake["loc"]
     kind, context = mistake["type"], mistake.get("ctx", {})
