@@ -26,7 +26,7 @@ from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import Choice
-from behaviors.return_types import checked
+from behaviors.return_types import WrongReturn, checked, place
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
 
@@ -240,7 +240,12 @@ class Executive:
         if state == "search":
             self._seen_since_search = False
             self._queue.current.attempts += 1
-        return checked(self._profile.skill, Skill, state, self._chart.choice)  # type: ignore[type-abstract]
+        try:
+            return checked(self._profile.skill, Skill, state, self._chart.choice)  # type: ignore[type-abstract]
+        except KeyError as error:
+            if error.args != (state,):
+                raise
+            raise WrongReturn(f"{place(self._profile.skill)} has no skill for {state!r}.") from error
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""

@@ -64,7 +64,7 @@ class Choice:
         proposed: The policy's own choice, if that person chose something else.
 
     Raises:
-        TypeError: `kind` is not one of the recoveries, or a number is none.
+        TypeError: `kind` is not one of the recoveries, a number is none, or `route` no places.
         ValueError: A number is not finite, or the time negative.
     """
 
@@ -90,6 +90,8 @@ class Choice:
                 raise ValueError(f"{name} must be finite, not {value}")
         if self.wait_s < 0:
             raise ValueError(f"wait_s must be 0 or more, not {self.wait_s}")
+        if not isinstance(self.route, tuple | list) or not all(map(_is_point, self.route)):
+            raise TypeError(f"route must be places (x_mm, y_mm), not {self.route!r}")
 
     def words(self) -> str:
         """Say what it does: "wait up to 4.0 s"."""
@@ -101,6 +103,10 @@ class Choice:
         values |= {"instead": self.instead, "operator": self.operator}
         values |= {"proposed": self.proposed.record() if self.proposed else None}
         return {"choice": self.kind.name, "why": self.why} | {name: value for name, value in values.items() if value}
+
+
+def _is_point(value: object) -> bool:
+    return isinstance(value, tuple | list) and len(value) == 2 and all(isinstance(each, Real) for each in value)
 
 
 def place_words(place: Point) -> str:

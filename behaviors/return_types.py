@@ -11,7 +11,7 @@ Result = TypeVar("Result")
 
 
 class WrongReturn(MissionError):
-    """A method returned something else than it should; the message names it with its file and line."""
+    """A method returned something else than it should, or nothing; the message names it with its file and line."""
 
 
 def checked(method: Callable[..., object], kind: type[Result], *arguments: object) -> Result:

@@ -57,6 +57,11 @@ def _error(seed=100):
         (POLICY.format("Choice('wait', 5)", ()), "{file}:9: TypeError: kind must be one of WAIT, DETOUR"),
         (POLICY.format("Choice(WAIT, 'x', wait_s='5')", ()), "{file}:9: TypeError: wait_s must be a number, not '5'"),
         (POLICY.format("Choice(WAIT, 'x', wait_s=-5)", ()), "{file}:9: ValueError: wait_s must be 0 or more, not -5"),
+        (
+            POLICY.format("Choice(WAIT, 'x', route=(1, 2))", ()),
+            "{file}:9: TypeError: route must be places (x_mm, y_mm)",
+        ),
+        ("def skill(self, state, choice): return {}[state]", "({file}:5) has no skill for 'search'."),
         ("def select(self, evidence): pass", "select() of mistaken:Mistaken ({file}:5) returned NoneType"),
         ("def skill(self, state, choice): pass", "skill() of mistaken:Mistaken ({file}:5) returned NoneType, not a Sk"),
         ("def evidence(self, basis): pass", "evidence() of mistaken:Mistaken ({file}:5) returned NoneType, not an Ev"),
