@@ -32,6 +32,8 @@ MARKERS = (
 )
 LIBRARY = {"nxtdrive", "behaviors", "sim_backend", "firmware_protocol", "input_files", *sys.stdlib_module_names}
 """Packages whose lines are not those of the program that a test runs."""
+AGAIN_S = 0.5
+"""A test over its limit is interrupted again after this: its program may catch everything."""
 INSTALLED = tuple(sysconfig.get_paths()[name] for name in ("purelib", "platlib"))
 
 
@@ -73,7 +75,7 @@ def _ended_after(seconds: float) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    over = threading.Event()
+    over, done = threading.Event(), threading.Event()
 
     def interrupted(number: int, frame: FrameType | None) -> None:
         if over.is_set():
@@ -83,17 +85,19 @@ def _ended_after(seconds: float) -> Iterator[None]:
             before(number, frame)
 
     def end() -> None:
-        over.set()
-        interrupt_main()
+        wait_s = seconds
+        while not done.wait(wait_s):
+            over.set()
+            interrupt_main()
+            wait_s = AGAIN_S
 
     before = signal.signal(signal.SIGINT, interrupted)
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
+    timer = threading.Thread(target=end, daemon=True)
     timer.start()
     try:
         yield
     finally:
-        timer.cancel()
+        done.set()
         timer.join()
         signal.signal(signal.SIGINT, before)
 
