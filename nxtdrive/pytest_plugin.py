@@ -98,8 +98,10 @@ def _ended_after(seconds: float) -> Iterator[None]:
         yield
     finally:
         done.set()
-        timer.join()
-        signal.signal(signal.SIGINT, before)
+        try:
+            timer.join()  # the last interrupt may come here
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 def _place(frames: Iterable[tuple[FrameType, int]]) -> str:
