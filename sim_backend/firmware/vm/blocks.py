@@ -6,7 +6,8 @@ are exact. A path ends where only the instruction itself determines the next one
 `LONGEST` instructions.
 
 Each block has two functions. The quick one executes whole paths only, while enough instructions are left for the
-longest of them. The exact one can stop after any instruction.
+longest of them. The exact one can stop after any instruction. Compiling takes longer than running: they are
+compiled only when a block runs often, and until then its instructions are executed one by one.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import CodeType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from sim_backend.firmware.vm.data import ERR_ARG, ERR_INSTR, ERR_MEM, ProgramError
-from sim_backend.firmware.vm.instructions import Branch, Effect, Instruction, Next, Ports, Translation
+from sim_backend.firmware.vm.instructions import Action, Branch, Effect, Instruction, Next, Ports, Translation
 from sim_backend.firmware.vm.linear_loops import linear
 from sim_backend.firmware.vm.memory import OutOfMemory
 from sim_backend.firmware.vm.operands import Operands
@@ -29,8 +30,8 @@ LONGEST = 20
 _MOST = 40
 """Largest number of instructions of a block: each path repeats those that it shares with others."""
 
-_OFTEN = 50
-"""Number of runs after which a block gets all paths."""
+OFTEN = 50
+"""Number of runs after which a block is compiled."""
 
 _POWERS = 64
 """Number of effects of repeated loops that are kept; most loops have few, as passes have equally many instructions."""
@@ -57,48 +58,68 @@ def error_code(failure: Exception) -> int:
 class Block:
     """Instructions that are executed together.
 
-    Compiling takes longer than running: at first a block ends at its first branch, and only one that runs often gets
-    all paths; the exact function is compiled when it is needed.
-
     Attributes:
         quick: Executes them while at least `longest` are left, which must be so at first.
         longest: Number of instructions of the longest path.
         exact: Executes some of them, at least one.
-        plain: Whether they change variables and ports only, and do not read the time.
-        calculates: Whether they only calculate with variables, which cannot fail.
+        plain: Whether they are compiled, change variables and ports only, and do not read the time.
+        calculates: Whether they are compiled and only calculate with variables, which cannot fail.
     """
 
     __slots__ = ("_compiler", "_end", "_runs", "_start", "calculates", "exact", "longest", "plain", "quick")
 
     def __init__(self, start: int, end: int, compiler: Compiler) -> None:
         self._start, self._end, self._compiler, self._runs = start, end, compiler, 0
-        self.exact: Run
-        self.quick: Run
-        if self._compile(branches=False):
-            self.quick = self._counting(self.quick)
+        self.longest, self.plain, self.calculates = 1, False, False
+        self.quick: Run = self._first_runs
+        self.exact: Run = self._first_runs
 
-    def _compile(self, *, branches: bool) -> bool:
-        """Compile the quick function; return whether there are branches."""
-        tree = _Tree(self._start, self._end, self._compiler, branches=branches)
-        self.quick = self._compiler.function(tree.lines)
+    def _first_runs(self, left: int) -> tuple[int, int]:
+        """Execute instructions one by one, up to the first one that jumps back or ends the turn."""
+        self._runs += 1
+        if self._runs >= OFTEN:
+            self._compile()
+            return self.quick(left) if left >= self.longest else self.exact(left)
+        at, following, compiler = -1, self._start, self._compiler
+        while at < following < self._end and left > 0:
+            at = following
+            following, left = compiler.step(at, self._end)(left)
+            if compiler.memory.work_left <= 0:
+                break
+        return following, left
+
+    def _compile(self) -> None:
+        tree = _Tree(self._start, self._end, self._compiler)
+        self.quick, self.exact = self._compiler.function(tree.lines), self._first_exact
         self.longest, self.plain, self.calculates = tree.longest, tree.plain, tree.calculates
 
-        def first_exact(left: int) -> tuple[int, int]:
-            exact = _Tree(self._start, self._end, self._compiler, branches=branches, exact=True)
-            self.exact = self._compiler.function(exact.lines)
-            return self.exact(left)
+    def _first_exact(self, left: int) -> tuple[int, int]:
+        self.exact = self._compiler.function(_Tree(self._start, self._end, self._compiler, exact=True).lines)
+        return self.exact(left)
 
-        self.exact = first_exact
-        return tree.has_branches
 
-    def _counting(self, run: Run) -> Run:
-        def counting(left: int) -> tuple[int, int]:
-            self._runs += 1
-            if self._runs >= _OFTEN:
-                self._compile(branches=True)
-            return run(left)
+def _step(instruction: Instruction, translation: Translation, names: dict[str, Any]) -> Run:
+    """Return the function that executes an instruction alone; one without a size is executed once a turn."""
+    if isinstance(translation, Next):
+        word = translation.word
+        return lambda left: (word if isinstance(word, int) else word(), left - 1)
+    if isinstance(translation, Branch):
+        condition, targets = _compile(translation.condition, "eval"), translation[1:]
+        return lambda left: (targets[0 if eval(condition, names) else 1], left - 1)  # noqa: S307 - our own translation
+    if isinstance(translation, str | Effect):
+        lines = (translation,) if isinstance(translation, str) else translation.statements
+        action: Action = partial(exec, _compile("\n".join(lines)), names)
+    else:
+        action = translation
+    takes_time = translation.takes_time if isinstance(translation, Effect) else not isinstance(translation, str)
+    following = instruction.following
+    taken = LONGEST if takes_time and following == instruction.at else 1
 
-        return counting
+    def step(left: int) -> tuple[int, int]:
+        action()
+        return following, max(left - taken, 0)
+
+    return step
 
 
 class _Path(NamedTuple):
@@ -151,6 +172,8 @@ class Compiler:
             operands: The values of the names in translated instructions; functions are added to it.
         """
         self._code, self._decode, self._translate, self.operands = code, decode, translate, operands
+        self.memory = operands.names["memory"]
+        self._steps: dict[int, Run] = {}
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
     def block(self, start: int, end: int) -> Block:
@@ -174,6 +197,12 @@ class Compiler:
             instruction = self._decode(self._code, at)
             self._translated[at] = instruction, self._translate(instruction)
         return self._translated[at]
+
+    def step(self, at: int, end: int) -> Run:
+        """Return the function that executes the instruction at a word alone."""
+        if at not in self._steps:
+            self._steps[at] = _step(*self._at(at, end), self.operands.names)
+        return self._steps[at]
 
     def try_at(self, at: int, end: int) -> tuple[Instruction, Translation] | None:
         """Return the instruction at a word and its translation; None if there is none."""
@@ -206,13 +235,12 @@ class _Tree:
         lines: Its lines.
         longest: Number of instructions of the longest path.
         plain, calculates: See `Block`.
-        has_branches: Whether there is more than one path.
     """
 
-    def __init__(self, start: int, end: int, compiler: Compiler, *, branches: bool = True, exact: bool = False) -> None:
-        self._start, self._end, self._compiler, self._branches, self._exact = start, end, compiler, branches, exact
+    def __init__(self, start: int, end: int, compiler: Compiler, *, exact: bool = False) -> None:
+        self._start, self._end, self._compiler, self._exact = start, end, compiler, exact
         self.longest, self.plain, self.calculates = 1, True, True
-        self._loops = self._watches = self.has_branches = False
+        self._loops = self._watches = False
         body = self._branch(start, _Path(), _MOST)
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
@@ -244,8 +272,7 @@ class _Tree:
                 if translation.takes_time:
                     lines.append(self._rest(instruction, count))
             elif isinstance(translation, Branch):
-                self.has_branches = True
-                most = most // 2 if self._branches else 0
+                most //= 2
                 lines.append(f"if {translation.condition}:")
                 if self._exact:
                     lines.append(f"    if left == {count}: {self._leave(translation.target, count)}")
@@ -346,5 +373,5 @@ def _indented(lines: list[str]) -> list[str]:
 
 
 @lru_cache(maxsize=4096)
-def _compile(source: str) -> CodeType:
-    return compile(source, "<block>", "exec")
+def _compile(source: str, mode: str = "exec") -> CodeType:
+    return compile(source, "<block>", mode)

@@ -12,6 +12,7 @@ from firmware_protocol.enums import InterpreterState
 from nxtdrive.tools.dev.faults.assembler import Variables, Words, assemble, instruction, store
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import VERSIONS
+from sim_backend.firmware.vm import blocks
 from sim_backend.firmware.vm.linear_loops import linear
 from sim_backend.firmware.vm.rxe import Type
 
@@ -75,8 +76,12 @@ def _brick(content: bytes, firmware: str = "1.32") -> SimBrick:
     return brick
 
 
+@pytest.mark.parametrize("often", [1, blocks.OFTEN])
 @pytest.mark.parametrize("seed", range(25))
-def test_a_pass_does_the_same_as_its_instructions_one_by_one(seed: int) -> None:
+def test_a_pass_does_the_same_as_its_instructions_one_by_one(
+    seed: int, often: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(blocks, "OFTEN", often)
     content = _random_loop(Random(seed))
     at_once, in_steps = _brick(content), _brick(content)
     at_once.tick(_PASSES)

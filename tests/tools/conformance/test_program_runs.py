@@ -10,6 +10,7 @@ from nxtdrive.tools.conformance.bench import Bench
 from nxtdrive.tools.conformance.program_run import events_of, given_files, run_program
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.versions import VERSIONS
+from sim_backend.firmware.vm import blocks
 from sim_backend.firmware.vm.instructions import decode
 from sim_backend.firmware.vm.opcodes import OPCODES
 from sim_backend.firmware.vm.rxe import parse
@@ -31,8 +32,10 @@ def exchange_with(brick):
     return bench.answer
 
 
+@pytest.mark.parametrize("often", [pytest.param(1, id="compiled at once"), blocks.OFTEN])
 @pytest.mark.parametrize("recorded", [pytest.param(run, id=name_of(run)) for run in RUNS])
-def test_programs_do_the_same_as_on_the_firmware(recorded):
+def test_programs_do_the_same_as_on_the_firmware(recorded, often, monkeypatch):
+    monkeypatch.setattr(blocks, "OFTEN", often)
     source = SOURCES[recorded["program"]]
     run = run_program(
         exchange_with(SimBrick(firmware=recorded["firmware"])),
