@@ -75,6 +75,7 @@ class SteppedMission:
             self._pause.end()
             self._answers.put(None)
             self._thread.join()
+            self.question = self._error = None
 
     def _work(self) -> None:
         try:

@@ -76,3 +76,4 @@ def test_the_error_of_a_mission_that_is_ended_is_ignored():
     stepped = SteppedMission(run)
     stepped.step()
     stepped.end()
+    assert stepped.step() is None
