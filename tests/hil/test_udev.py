@@ -24,8 +24,13 @@ def ruled(bench):
         "udevadm trigger --action=add --subsystem-match=usb && udevadm settle"
     )
     assert done.code == 0, done.err + done.out
+    _await_rule(bench)  # udevd may begin only when `settle` has found no work
     yield bench
     bench.run(f"pkill -9 udevd; rm -rf {RULE} /run/udev")
+
+
+def _await_rule(bench):
+    bench.rig.wait_for(f"stat -c %G {NODE} | grep plugdev", "the rule at work")
 
 
 def test_the_group_may_open_the_brick_and_others_may_not(ruled):
@@ -42,7 +47,7 @@ def test_a_brick_that_is_plugged_in_later_gets_the_rule(ruled):
     ruled.rig.fault(unplug="usb")
     ruled.rig.wait_for("! ls -d /sys/bus/usb/devices/1-1", "that the brick is gone")
     ruled.rig.plug("usb")
-    ruled.rig.wait_for(f"stat -c %G {NODE} | grep plugdev", "the rule at work")
+    _await_rule(ruled)
 
 
 @pytest.mark.parametrize("profile", ["adaptive", "thesis"])
