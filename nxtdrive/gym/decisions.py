@@ -106,7 +106,6 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             second_costs,
         )
         self._ongoing: _OngoingMission | None = None
-        self._ended = False
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
         self.observation_space = spaces.Dict(
@@ -130,7 +129,6 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         """
         super().reset(seed=seed, options=options)
         self.close()
-        self._ended = False
         episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
         episode.observers.append(episode.judge)
         self._ongoing = ongoing = _OngoingMission(episode)
@@ -144,7 +142,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             InvalidAction: The action is not a number.
             ResetNeeded: No episode has begun, or it has ended.
         """
-        if (ongoing := self._ongoing) is None or self._ended:
+        if (ongoing := self._ongoing) is None or ongoing.stepped.report is not None:
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         episode, question = ongoing.episode, ongoing.stepped.question
         before_s, reached = episode.time_s, len(episode.reached)
@@ -153,8 +151,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         report = ongoing.stepped.report
         reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
         late = report is not None and report.ending is Ending.TIME_UP
-        self._ended = report is not None
-        return ongoing.observe(), reward, self._ended and not late, late, ongoing.info() | {"taken": number}
+        return ongoing.observe(), reward, report is not None and not late, late, ongoing.info() | {"taken": number}
 
     def close(self) -> None:
         """End the mission under way."""

@@ -58,6 +58,8 @@ class Timers:
 
     def take(self, now: float) -> list[bytes]:
         """Take the telegrams that are due at `now`; they are due again one interval later."""
+        if now < self.due:
+            return []
         taken = []
         with self._lock:
             for name, timer in list(self._timers.items()):

@@ -29,7 +29,8 @@ ROOM_MM = 1500.0
 """Parts of the true room nearer than this to something the robot saw are on the map."""
 SHOWN_REST = 6
 """Kinds of events without a number that are listed."""
-START_MARK = [START.ahead(length_mm) for length_mm in (0.0, 80.0, 160.0, 240.0)]
+START_MARK_MM = (0.0, 80.0, 160.0, 240.0)
+"""Along the arrow of the start: no number may cover it."""
 RULE = "Numbers: what repeats at one place shares one; of the rest the last three and the first of each kind."
 
 
@@ -78,7 +79,10 @@ def map_page(
         notes=list(number_notes(shown, lambda event: mark_style(event).color)),
         tags=[*_target_tags(scene), *_number_tags(shown)],
         avoid=[on_page((pose.x_mm, pose.y_mm)) for pose, _ in scene.poses],
-        keep=[on_page(point) for point in (*(middle(points) for points in scene.sightings.values()), *START_MARK)],
+        keep=[
+            on_page(point)
+            for point in (*(middle(points) for points in scene.sightings.values()), *map(START.ahead, START_MARK_MM))
+        ],
     )
 
 

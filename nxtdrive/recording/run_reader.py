@@ -71,7 +71,8 @@ def read_run(path: Path) -> PastRun:
         try:
             names = os.listdir(folder)
         except OSError as error:
-            raise ConfigError(f"{folder} cannot be read ({error.strerror}).") from None
+            remedy = "Change the folder's permissions, or name another run."
+            raise ConfigError(f"{folder} cannot be read ({error.strerror}).", remedy=remedy) from None
         if JOURNAL not in names:
             raise ConfigError(
                 f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."

@@ -87,9 +87,8 @@ class NxtServerTransport(WallClock):
         self._await(lambda: bool(self._arrived), timeout_s)
         if self._arrived:
             return self._arrived.popleft()
-        self._due = bool(
-            self._piece
-        )  # one of which nothing has come is overdue: the next telegram does not wait for it
+        # a reply of which nothing has come is overdue: the next telegram does not wait for it
+        self._due = bool(self._piece)
         return None
 
     def waiting(self) -> bool:

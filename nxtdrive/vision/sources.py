@@ -158,7 +158,8 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
         try:
             files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
         except OSError as error:
-            raise CameraError(f"the folder {path} cannot be read ({error.strerror}).") from None
+            remedy = "Change its permissions, or name another one."
+            raise CameraError(f"the folder {path} cannot be read ({error.strerror}).", remedy=remedy) from None
         if not files:
             raise CameraError(f"the folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"the folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)

@@ -326,8 +326,8 @@ class CommandModule:
         if outcome is None:
             self.due_ms, self.calculates = machine.due_ms, machine.calculates
             return True
-        told = outcome is Outcome.ERROR and self._dialect.tells_faults
-        self._end(machine.error & 0xFF if told else ProgramStatus(outcome))
+        numbered = outcome is Outcome.ERROR and self._dialect.tells_faults
+        self._end(machine.error & 0xFF if numbered else ProgramStatus(outcome))
         return False
 
     def _catch_up(self, machine: Machine, *, runs_on: bool) -> None:

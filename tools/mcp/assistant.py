@@ -85,13 +85,13 @@ class Assistant:
                 raise ValueError("The robot's thread has ended. Start `nxtdrive mcp` again.")
         if motion.reading is None:
             raise ValueError(motion.problem)
-        told: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         if (result := motion.result) is not None:
-            told = {"ended": result.stop.value, "distance_mm": round(result.distance_mm)}
-            told |= {"turned_deg": round(result.turned_deg, 1)}
+            values = {"ended": result.stop.value, "distance_mm": round(result.distance_mm)}
+            values |= {"turned_deg": round(result.turned_deg, 1)}
         elif motion.drives:
-            told = {"ended": "cancelled", "distance_mm": 0, "turned_deg": 0.0}
-        return told | _rounded(asdict(motion.reading))
+            values = {"ended": "cancelled", "distance_mm": 0, "turned_deg": 0.0}
+        return values | _rounded(asdict(motion.reading))
 
     def start_mission(self, name: str, profile: str, *, decide: bool, end_count: int) -> None:
         """Start a mission.
@@ -111,10 +111,14 @@ class Assistant:
         while time.monotonic() < until_s and self.robot.busy and not self._question()["open"]:
             time.sleep(POLL_S)
         running, lost = self.robot.busy, self.status_hub.lost
-        told: dict[str, Any] = {"running": running, "mission": self.status_hub.mission(), "question": self._question()}
+        status: dict[str, Any] = {
+            "running": running,
+            "mission": self.status_hub.mission(),
+            "question": self._question(),
+        }
         if lost:
-            told["link_lost"] = lost
-        return told if running else {**told, "robot": dict(self.robot.state)}
+            status["link_lost"] = lost
+        return status if running else {**status, "robot": dict(self.robot.state)}
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open question."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from behaviors.executive import Ending
 
 from .performance import Line
-from .summary import Estimate, Pair, estimate, estimate_share, over_missions, over_targets, success_rate
+from .summary import Estimate, Pair, estimate, estimates, over_missions, over_targets, success_rate
 
 REACHED_BY_S = (30.0, 60.0, 120.0, 300.0)
 
@@ -41,10 +41,7 @@ SHARES = tuple(name for name in HEADLINE if name == "success" or name.startswith
 
 def headline(lines: Sequence[Line]) -> dict[str, Estimate]:
     """Estimate the headline figures of some lines."""
-    return {
-        name: (estimate_share if name in SHARES else estimate)([pair(line) for line in lines])
-        for name, pair in HEADLINE.items()
-    }
+    return estimates(lines, HEADLINE, SHARES)
 
 
 def beyond(ours: Sequence[Line], theirs: Sequence[Line]) -> dict[str, Estimate]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
@@ -151,9 +151,16 @@ def _pair(values: Sequence[float]) -> Pair:
 
 def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
     """Estimate all figures of some lines."""
+    return estimates(lines, FIGURES, SHARES)
+
+
+def estimates(
+    lines: Sequence[Line], pairs: Mapping[str, Callable[[Line], Pair]], shares: Collection[str]
+) -> dict[str, Estimate]:
+    """Estimate some figures of some lines; those that are named in `shares` are shares."""
     return {
-        name: (estimate_share if name in SHARES else estimate)([pair(line) for line in lines])
-        for name, pair in FIGURES.items()
+        name: (estimate_share if name in shares else estimate)([pair(line) for line in lines])
+        for name, pair in pairs.items()
     }
 
 

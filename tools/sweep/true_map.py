@@ -15,7 +15,7 @@ from nxtdrive.drawing.legend import Key, line_sample, marker_sample, patch_sampl
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
 from nxtdrive.recording.map_events import EventReader, MapEvent, Numbering, numbering
-from nxtdrive.recording.map_picture import number_notes
+from nxtdrive.recording.map_picture import START_MARK_MM, number_notes
 from nxtdrive.recording.map_style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
@@ -34,8 +34,6 @@ TICK_MM, TICK_PX = 500.0, 2.5
 """Between the dots on the axes through the start, and their radius."""
 LABEL_PX = 90.0
 """A number on those axes that is nearer to the right edge than this is on the left of its dot."""
-START_MARK_MM = (0.0, 80.0, 160.0, 240.0)
-"""Along the arrow of the start: no number may cover it."""
 MARK_PX = 6.5
 
 SOLID: Color = (190, 194, 200)
@@ -77,7 +75,7 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
             *_late_tags(trace),
         ],
         avoid=[sample.pose[:2] for sample in trace.samples[::3]],
-        keep=[*(goal.at_mm for goal in goals), *(_from_start(trace, ahead_mm, 0.0) for ahead_mm in START_MARK_MM)],
+        keep=[*(goal.at_mm for goal in goals), *map(_start(trace).ahead, START_MARK_MM)],
     )
 
 
@@ -124,11 +122,8 @@ def _late_tags(trace: EpisodeTrace) -> Iterator[Tag]:
         yield Tag(obstacle.at_mm, when, LATE, number=False)
 
 
-def _from_start(trace: EpisodeTrace, ahead_mm: float, right_mm: float) -> Point:
-    """Return the place in the room of one in the frame of the start."""
-    x_mm, y_mm, heading_deg = trace.samples[0].pose
-    cos, sin = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
-    return x_mm + ahead_mm * cos - right_mm * sin, y_mm + ahead_mm * sin + right_mm * cos
+def _start(trace: EpisodeTrace) -> Pose:
+    return Pose(*trace.samples[0].pose)
 
 
 def _place(event: MapEvent) -> Point:
@@ -277,10 +272,11 @@ def _paint_start_axes(view: FloorView, trace: EpisodeTrace) -> None:
     """Draw the axes in which the notes say where a place is, as far as the room reaches, with whole metres."""
     width_mm, depth_mm = trace.samples[0].scene.plan.size_mm
     most = int(math.hypot(width_mm, depth_mm) / TICK_MM) + 1
-    for names, step in ((("ahead", "behind"), (TICK_MM, 0.0)), (("right", "left"), (0.0, TICK_MM))):
+    start = _start(trace)
+    for names, bearing_deg in ((("ahead", "behind"), 0.0), (("right", "left"), 90.0)):
         inside = {}
         for i in range(-most, most + 1):
-            x, y = _from_start(trace, i * step[0], i * step[1])
+            x, y = start.ahead(i * TICK_MM, bearing_deg)
             if 0 <= x <= width_mm and 0 <= y <= depth_mm:
                 inside[i] = view.at((x, y))
         view.sheet.line([inside[min(inside)], inside[max(inside)]], START_AXES, 1.5)

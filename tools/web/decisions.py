@@ -11,14 +11,19 @@ from behaviors.journal import Record
 from behaviors.operator import OperatorChoice
 from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
-from nxtdrive.recording.explanation import explain, what_if_words
+from nxtdrive.recording.explanation import Explanation, explain, what_if_words
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import evidence_lines, failure_words, spaced
 
 
 def decisions_of(run: PastRun) -> list[dict[str, Any]]:
     """Return all decisions of a run."""
-    return [decided(each.decision, each.candidates, each.what_if) for each in explain(run).decisions]
+    return explained(explain(run))
+
+
+def explained(explanation: Explanation) -> list[dict[str, Any]]:
+    """Return all decisions of a run that has been explained."""
+    return [decided(each.decision, each.candidates, each.what_if) for each in explanation.decisions]
 
 
 def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 from nxtdrive.recording.camera_index import CameraPictures, Picture
-from nxtdrive.recording.decisions import decisions, profile_of
+from nxtdrive.recording.explanation import explain
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
 
 from .chart import chart, recoveries
-from .decisions import decisions_of
+from .decisions import explained
 from .robot_shape import robot_shape
 
 
@@ -26,17 +26,17 @@ def replay_data(
         camera: Its pictures, if it has any.
         source: Returns the URL of a picture.
     """
-    pictures = camera.pictures if camera else ()
+    pictures, explanation = camera.pictures if camera else (), explain(run)
     return {
         "name": name,
         "mission": run.name,
-        "profile": profile_of(run.mission, decisions(run.records)),
+        "profile": explanation.profile,
         "robot": robot_shape(run.mission),
         "chart": chart(),
         "recoveries": recoveries(),
         "records": [record.values() for record in run.records],
         "lines": [{"t": time_s, "text": text} for time_s, text in lines_of(run.records)],
-        "decisions": decisions_of(run),
+        "decisions": explained(explanation),
         "pictures": [
             {"t": each.t, "src": source(each), "looks": [look.model_dump(mode="json") for look in each.looks]}
             for each in pictures

@@ -123,7 +123,7 @@ class DescribedForeignDetector(ForeignDetector):
         """
         described: Any = self._detector
         return _called(
-            self._entry, "fails", lambda: {str(key): str(text) for key, text in described.description().items()}
+            self._entry, FAILS, lambda: {str(key): str(text) for key, text in described.description().items()}
         )
 
 
