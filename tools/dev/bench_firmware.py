@@ -6,6 +6,7 @@ import statistics
 import time
 import tracemalloc
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 
 from firmware_protocol.direct import GetBatteryLevel, GetInputValues, GetOutputState, SetOutputState, StartProgram
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, RegulationMode, RunState
@@ -19,6 +20,10 @@ from .faults.assembler import Variables, Words, assemble, instruction, store
 
 TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 1_000, 10
 TELEGRAMS_GOAL, PASSES_GOAL, MEMORY_GOAL_MB, PROGRAMS_GOAL = 150_000, 50, 6, 200
+
+RECORDED = Path(__file__).parents[2] / "tests" / "golden" / "programs"
+ONCE_MS, STEP_MS = 3_000, 50
+"""A recorded program runs until it ends, at most this long, in steps of this."""
 
 _START_MS = 20
 _PASSES_PER_S = 1000
@@ -49,6 +54,10 @@ def measure_firmware() -> Iterable[Figure]:
         yield Figure(f"program that {name} / real time", ratio, "x")
     yield at_least("programs / real time, median", statistics.median(ratios.values()), "x", PROGRAMS_GOAL)
     yield at_least("programs / real time, slowest", min(ratios.values()), "x", PROGRAMS_GOAL)
+    once = [_once_s(file) for file in sorted(RECORDED.glob("*.rxe"))]
+    yield Figure("CPU time of the recorded programs, each once", sum(cpu_s for _, cpu_s in once), "s")
+    ratio = statistics.median(simulated_s / cpu_s for simulated_s, cpu_s in once)
+    yield Figure("recorded programs, each once / real time, median", ratio, "x")
 
 
 def programs() -> Mapping[str, bytes]:
@@ -193,3 +202,13 @@ def _program_ratio(content: bytes, firmware: str = "1.29") -> float:
     if not brick.command.active:
         raise RuntimeError("a program of the benchmark does not run")
     return PROGRAM_MS / 1000 / _cpu_s(lambda: brick.tick(PROGRAM_MS))
+
+
+def _once_s(file: Path) -> tuple[float, float]:
+    """Run a recorded program once; return the simulated seconds and those of the CPU, which compiles, too."""
+    brick = _brick(file.read_bytes(), "1.32" if file.stem.endswith(".1.32") else "1.29")
+    begun_s, simulated_ms = time.process_time(), 0
+    while not simulated_ms or (brick.command.active and simulated_ms < ONCE_MS):
+        brick.tick(STEP_MS)
+        simulated_ms += STEP_MS
+    return simulated_ms / 1000, time.process_time() - begun_s
