@@ -14,9 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS
+from behaviors.adaptive.grid_cells import CELL_MM
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
-from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
 
@@ -27,7 +27,8 @@ class BeliefNumbers:
 
     Attributes:
         spacing_mm: Between neighbouring places.
-        reach_mm: From the start to the farthest place along each axis: within the map.
+        reach_mm: From the start to the farthest place along each axis, as long as the map does not grow: within it.
+        edge_mm: Between the farthest place and the edge of a map that has grown.
         facings: Directions in which a picture may face.
         half_slant_deg: A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md
             section 1.2, 45 and 60 degrees aside.
@@ -60,6 +61,7 @@ class BeliefNumbers:
 
     spacing_mm: float = 400.0
     reach_mm: float = 6800.0
+    edge_mm: float = 400.0
     facings: int = 8
     half_slant_deg: float = 52.0
     slant_width_deg: float = 5.0
@@ -95,8 +97,32 @@ _FACING_DEG = np.arange(N.facings) * 360.0 / N.facings
 
 Array = NDArray[np.float64]
 
-_AXIS_MM = np.arange(-N.reach_mm, N.reach_mm + 1, N.spacing_mm)
-_X_MM, _Y_MM = (each.ravel() for each in np.meshgrid(_AXIS_MM, _AXIS_MM, indexing="ij"))
+
+@lru_cache(maxsize=1)  # the map has one size at a time
+def _places(reach_mm: float) -> tuple[Array, Array]:
+    """Return the places up to this far from the start along each axis: forward of it, and to the right, (places,)."""
+    axis_mm = np.arange(-reach_mm, reach_mm + 1, N.spacing_mm)
+    x_mm, y_mm = np.meshgrid(axis_mm, axis_mm, indexing="ij")
+    return x_mm.ravel(), y_mm.ravel()
+
+
+def _prior(reach_mm: float) -> Array:
+    """Return the probability of each place and facing, (places, facings), when nothing else is known."""
+    x_mm, y_mm = _places(reach_mm)
+    prior = np.repeat(np.exp(-(x_mm**2 + y_mm**2) / (2 * N.likely_mm**2))[:, None], N.facings, axis=1)
+    return np.asarray(prior / prior.sum())
+
+
+def _prior_within(reach_mm: float) -> float:
+    """Return the probability that the target is at one of the places when nothing is known."""
+    return math.erf((reach_mm + N.spacing_mm / 2) / (N.likely_mm * math.sqrt(2.0))) ** 2
+
+
+def _framed(values: Array, cells: int, value: float) -> Array:
+    """Return values of places, (places, ...), with as many more places around them on each side."""
+    side, each = math.isqrt(len(values)), values.shape[1:]
+    widths = [(cells, cells), (cells, cells), *[(0, 0)] * len(each)]
+    return np.pad(values.reshape(side, side, *each), widths, constant_values=value).reshape(-1, *each)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,9 +143,10 @@ class _View:
 
 
 @lru_cache(maxsize=1)  # all targets that a frame does not show are looked for from one place
-def _seen_from(x_mm: float, y_mm: float) -> tuple[Array, Array, Array]:
+def _seen_from(x_mm: float, y_mm: float, reach_mm: float) -> tuple[Array, Array, Array]:
     """Return distance and bearing of all places from one, and the share of the facings' slants that is recognised."""
-    dx, dy = _X_MM - x_mm, _Y_MM - y_mm
+    xs_mm, ys_mm = _places(reach_mm)
+    dx, dy = xs_mm - x_mm, ys_mm - y_mm
     bearing_deg = np.degrees(np.arctan2(dy, dx))
     slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
     return np.hypot(dx, dy), bearing_deg, _found_at(slant_deg)
@@ -158,17 +185,49 @@ class Belief:
     Args:
         range_mm: How far away its detector finds it in good light.
         half_view_deg: Half the angle of view that can be relied on.
+
+    Attributes:
+        reach_mm: From the start to the farthest place along each axis.
     """
 
     def __init__(self, range_mm: float, half_view_deg: float) -> None:
         self._range_mm = range_mm
         self._half_view_deg = half_view_deg
-        self._x, self._y = _X_MM, _Y_MM
-        prior = np.repeat(np.exp(-(self._x**2 + self._y**2) / (2 * N.likely_mm**2))[:, None], N.facings, axis=1)
-        self._prior = prior / prior.sum()
+        self.reach_mm = N.reach_mm
+        self._x, self._y = _places(self.reach_mm)
+        self._prior = _prior(self.reach_mm)
         self._mass = self._prior.copy()
+        self._within = _prior_within(self.reach_mm)
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
+
+    def extend(self, map_mm: float) -> None:
+        """Consider more places, on a map that reaches this far from the start along each axis.
+
+        The more was looked for in vain at the others, the likelier the target is at the new ones.
+        """
+        reach_mm = map_mm - N.edge_mm
+        if reach_mm <= self.reach_mm:
+            return
+        before, after = _prior_within(self.reach_mm), _prior_within(reach_mm)
+        new = (1.0 - self._within) * (after - before) / (1.0 - before)
+        cells = round((reach_mm - self.reach_mm) / N.spacing_mm)
+        self.reach_mm = reach_mm
+        self._x, self._y = _places(reach_mm)
+        self._prior = _prior(reach_mm)
+        beyond = self._prior * _framed(np.zeros_like(self._mass), cells, 1.0)
+        self._mass = self._within * _framed(self._mass, cells, 0.0) + new * beyond / beyond.sum()
+        self._within += new
+        self._mass /= self._within
+        if self._stand is not None:
+            self._stand.missed = _framed(self._stand.missed, cells, 1.0)
+            self._stand.left = _framed(self._stand.left, cells, 1.0)
+
+    def _lowered(self) -> None:
+        """Normalise the belief after evidence against places: the target is the likelier beyond all of them."""
+        left = float(self._mass.sum())
+        self._within *= left / (self._within * left + 1.0 - self._within)
+        self._mass /= left
 
     def by_place(self) -> Array:
         """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
@@ -187,7 +246,7 @@ class Belief:
         left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed)[:, None]
         self._mass *= left / stand.left
         stand.left = left
-        self._mass /= self._mass.sum()
+        self._lowered()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
         """Update with a sighting at a place, from another, at the slant that its width implies."""
@@ -199,6 +258,7 @@ class Belief:
             if slant_deg is not None:
                 likely = likely * np.exp(-(((off_deg - slant_deg) / N.slant_sd_deg) ** 2) / 2)
             likely = likely * (self._facings_at(near) + N.turned)
+            self._within += N.trust * (1.0 - self._within)
             self._mass *= 1.0 - N.trust
             self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
         self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
@@ -222,11 +282,11 @@ class Belief:
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
         self._mass[self._near(place)] *= N.refuted
-        self._mass /= self._mass.sum()
+        self._lowered()
 
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
-        self._mass = (1.0 - N.scatters) * self._mass + N.scatters * self._prior
+        self._return_to_prior(N.scatters)
         self._stand = None
 
     def held_at(self, place: Point) -> float:
@@ -236,10 +296,14 @@ class Belief:
     def renew(self, passed_s: float) -> None:
         """Let time pass: the belief returns to the prior."""
         share = 1.0 - math.exp(-passed_s / N.renews_s)
-        self._mass = (1.0 - share) * self._mass + share * self._prior
+        self._return_to_prior(share)
         if self._stand is not None:  # and belief that has come back may be looked for again
             self._stand.missed = (1.0 - share) * self._stand.missed + share
             self._stand.left = (1.0 - share) * self._stand.left + share
+
+    def _return_to_prior(self, share: float) -> None:
+        self._mass = (1.0 - share) * self._mass + share * self._prior
+        self._within += share * (_prior_within(self.reach_mm) - self._within)
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that one scan from a place finds it."""
@@ -250,7 +314,7 @@ class Belief:
 
         Looking round from the place does not show it, but that floor becomes known from there.
         """
-        distance, bearing_deg, _ = _seen_from(x_mm, y_mm)
+        distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm)
         plausible = self._plausible(floor)
         mass = self._mass.sum(axis=1) * plausible
         free = _along(floor.visibility(x_mm, y_mm, N.frontier_mm, N.frontier_mm), distance, bearing_deg)
@@ -293,7 +357,7 @@ class Belief:
 
     def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:
         """Return what can be seen from a place, turning round."""
-        distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm)
+        distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm, self.reach_mm)
         share = distance / self._range_mm
         each = np.interp(share, [0.0, N.sure_share, N.poor_share, N.blind_share], [1.0, 1.0, N.poor, 0.0])
         # the place itself is as large as the grid's spacing, and the picture echoes
@@ -304,8 +368,11 @@ class Belief:
         """Return how plausible a picture is at each place, as far as the map tells, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
             half = int(N.spacing_mm / CELL_MM / 2)
-            i = np.clip((self._x / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
-            j = np.clip((self._y / CELL_MM).astype(np.int64) + CELLS // 2, half, CELLS - half - 1)
+            side = floor.cells.side
+            i, j = (
+                np.clip((each / CELL_MM).astype(np.int64) + side // 2, half, side - half - 1)
+                for each in (self._x, self._y)
+            )
             around = [(a, b) for a in range(-half, half + 1) for b in range(-half, half + 1)]
             patches = np.stack([floor.evidence[i + a, j + b] for a, b in around])
             free = (patches < -GRID.hint).mean(axis=0) > N.empty_share

@@ -10,46 +10,65 @@ from numpy.typing import NDArray
 
 from behaviors.angles import wrapped_deg
 
-CELL_MM, CELLS = 80.0, 180
-"""Size of a cell, and cells along each axis: the grid reaches 7.2 m from the start to each side."""
+CELL_MM = 80.0
+"""Size of a cell."""
 
 Mask = NDArray[np.bool_]
 Window = tuple[slice, slice]
 
 
-def centre_mm(indices: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the centres of the cells with these indices along one axis."""
-    return np.asarray((indices - CELLS // 2 + 0.5) * CELL_MM)
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """The cells of a square grid with the start in its middle.
 
+    Attributes:
+        side: How many there are along each axis, an even number; 180 reach 7.2 m from the start to each side.
+    """
 
-def cell(x_mm: float, y_mm: float) -> tuple[int, int]:
-    """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
-    i, j = (min(max(math.floor(value_mm / CELL_MM) + CELLS // 2, 0), CELLS - 1) for value_mm in (x_mm, y_mm))
-    return i, j
+    side: int = 180
 
+    @property
+    def reach_mm(self) -> float:
+        """How far the grid reaches from the start along each axis."""
+        return self.side * CELL_MM / 2
 
-def unclipped_index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices of the cells at places along one axis, as if the grid had no end."""
-    return np.floor(value_mm / CELL_MM).astype(np.int64) + CELLS // 2
+    def centre_mm(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the centres of the cells with these indices along one axis."""
+        return np.asarray((indices - self.side // 2 + 0.5) * CELL_MM)
 
+    def at(self, x_mm: float, y_mm: float) -> tuple[int, int]:
+        """Return the indices of the cell at a place; outside of the grid, of the nearest cell."""
+        middle, last = self.side // 2, self.side - 1
+        i, j = (min(max(math.floor(value_mm / CELL_MM) + middle, 0), last) for value_mm in (x_mm, y_mm))
+        return i, j
 
-def index(value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
-    return np.clip(unclipped_index(value_mm), 0, CELLS - 1)
+    def unclipped_index(self, value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the indices of the cells at places along one axis, as if the grid had no end."""
+        return np.floor(value_mm / CELL_MM).astype(np.int64) + self.side // 2
 
+    def index(self, value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
+        return np.clip(self.unclipped_index(value_mm), 0, self.side - 1)
 
-def around(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
-    """Return the cells around a place: their window, and how far they are from it along each axis."""
-    (i0, j0), (i1, j1) = cell(x_mm - radius_mm, y_mm - radius_mm), cell(x_mm + radius_mm, y_mm + radius_mm)
-    dx = (centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
-    dy = (centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
-    return (slice(i0, i1 + 1), slice(j0, j1 + 1)), dx, dy
+    def around(
+        self, x_mm: float, y_mm: float, radius_mm: float
+    ) -> tuple[Window, NDArray[np.float64], NDArray[np.float64]]:
+        """Return the cells around a place: their window, and how far they are from it along each axis."""
+        (i0, j0), (i1, j1) = self.at(x_mm - radius_mm, y_mm - radius_mm), self.at(x_mm + radius_mm, y_mm + radius_mm)
+        dx = (self.centre_mm(np.arange(i0, i1 + 1)) - x_mm)[:, None]
+        dy = (self.centre_mm(np.arange(j0, j1 + 1)) - y_mm)[None, :]
+        return (slice(i0, i1 + 1), slice(j0, j1 + 1)), dx, dy
 
+    def disc(self, x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, Mask]:
+        """Return the cells around a place: their window, and which of them are within the radius."""
+        window, dx, dy = self.around(x_mm, y_mm, radius_mm)
+        return window, np.hypot(dx, dy) <= radius_mm
 
-def disc(x_mm: float, y_mm: float, radius_mm: float) -> tuple[Window, NDArray[np.bool_]]:
-    """Return the cells around a place: their window, and which of them are within the radius."""
-    window, dx, dy = around(x_mm, y_mm, radius_mm)
-    return window, np.hypot(dx, dy) <= radius_mm
+    def cone(self, x_mm: float, y_mm: float, heading_deg: float, reach_mm: float, half_deg: float) -> Cone:
+        """Return the cells that a beam from a place may meet."""
+        window, dx, dy = self.around(x_mm, y_mm, reach_mm)
+        off_deg = wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg)
+        return Cone(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +88,6 @@ class Cone:
     off_deg: NDArray[np.float64]
     inside: Mask
     heading_deg: float
-
-    @classmethod
-    def of(cls, x_mm: float, y_mm: float, heading_deg: float, reach_mm: float, half_deg: float) -> Cone:
-        """Return the cone of a beam from a place."""
-        window, dx, dy = around(x_mm, y_mm, reach_mm)
-        off_deg = wrapped_deg(np.degrees(np.arctan2(dy, dx)) - heading_deg)
-        return cls(window, np.hypot(dx, dy), off_deg, np.abs(off_deg) <= half_deg, heading_deg)
 
     def arc(self, range_mm: float, half_mm: float) -> Mask:
         """Return which cells are at a distance, give or take."""

@@ -4,107 +4,24 @@ A sonar's beam is wide. An echo says that the whole beam is free up to it, and t
 So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
 hint, which a path may cross at a cost, until nearer beams confirm or clear it. If a known obstacle lies on
 the arc, that explains the echo, and the rest of the arc is left as it is: it may be a doorway.
+
+The grid grows when there is something to put beyond its edge.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS, Cone, Mask, cell, centre_mm, disc, index
+from behaviors.adaptive.grid_cells import CELL_MM, Cells, Cone, Mask
+from behaviors.adaptive.grid_numbers import N
 from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.ports import Point, Pose
 from behaviors.robot_description import RobotTable
 
-
-@dataclass(frozen=True, slots=True)
-class GridNumbers:
-    """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
-
-    Attributes:
-        arc_deg: An echo's arc is marked this far to either side.
-        near_mm: An echo from nearer than this places an obstacle.
-        far_mm: An echo from farther than this places nothing; in between it is a hint.
-        silent_mm: Without an echo the floor is assumed free up to here.
-        spared_mm: A line of sight says nothing about the floor this near to the object seen.
-        margin_mm: The floor this near to an echo is not marked free.
-        hint: Evidence above which a cell may be occupied.
-        solid: Evidence above which a cell is occupied.
-        most: The most evidence a cell can have; that of free cells is negative.
-        free_echo: An echo from beyond a cell lowers its evidence by this.
-        passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
-            one: the beam is wide, and the edges of a door would close it.
-        explains: A cell with more evidence than this explains a farther echo from its place, give or take a cell.
-        free_silent: Silence lowers it by this.
-        freest: The least evidence that echoes leave.
-        freest_silent: The least evidence that silence leaves.
-        glancing_deg: A surface that gave an echo may deflect a beam that differs by more than this from that one.
-        hit_near: A near echo raises the evidence of its arc by this.
-        hit_far: A farther one raises it by this.
-        arc_cells: Half the width of an echo's arc, in cells.
-        repeated_mm: An echo repeats the last one when the robot moved less than this.
-        repeated_deg: And turned less than this.
-        repeated_range_mm: And the range differs by less than this.
-        known: A cell with less evidence, either way, is unknown to a line of sight.
-        behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
-        unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
-        fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
-        appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
-            it appeared there and may leave, too.
-        appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
-        block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
-            clear it.
-        block: Evidence of such an obstacle: a few echoes clear it.
-        free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
-        hit_seen: The end of the floor in a frame raises that of its cell by this.
-        seen_margin_mm: The floor this near to where it ends is not marked free.
-        same_share: The end of the floor and an echo within this share of its distance are of one thing.
-        grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
-            the map said.
-    """
-
-    arc_deg: float = 11.0
-    near_mm: float = 700.0
-    far_mm: float = 1800.0
-    silent_mm: float = 1200.0
-    spared_mm: float = 300.0
-    margin_mm: float = 100.0
-    hint: float = 0.3
-    solid: float = 1.5
-    most: float = 3.0
-    free_echo: float = 0.35
-    passed: float = 0.3
-    explains: float = 0.8
-    free_silent: float = 0.1
-    freest: float = -2.0
-    freest_silent: float = -0.5
-    glancing_deg: float = 50.0
-    hit_near: float = 1.0
-    hit_far: float = 0.5
-    arc_cells: float = 0.75
-    repeated_mm: float = 25.0
-    repeated_deg: float = 2.0
-    repeated_range_mm: float = 50.0
-    known: float = 0.1
-    behind: float = 0.1
-    unknown_hides_mm: float = 2500.0
-    fades_s: float = 240.0
-    appeared_fades_s: float = 45.0
-    appeared_cells: tuple[float, ...] = (0.5, 1.5)
-    block_radius_mm: float = 250.0
-    block: float = 2.2
-    free_seen: float = 0.5
-    hit_seen: float = 0.8
-    seen_margin_mm: float = 60.0
-    same_share: float = 0.25
-    grazed_mm: float = 100.0
-
-
-N = GridNumbers()
 USUAL_ROBOT = RobotTable()
 
 DIRECTIONS = 72
@@ -112,17 +29,26 @@ DIRECTIONS = 72
 
 Grid = NDArray[np.float32]
 
+_LAYERS = {
+    "evidence": np.float32(0.0),
+    "_heard_deg": np.float32(np.nan),
+    **dict.fromkeys(("_swept", "_was_free", "_appeared", "_unseen", "seen"), np.False_),
+}
+"""What is known of the cells, and its value where nothing is."""
+
 
 class OccupancyGrid:
-    """A grid of evidence for obstacles, (CELLS, CELLS), indexed [x, y]; the start lies in the middle.
+    """A grid of evidence for obstacles, indexed [x, y]; the start lies in the middle.
 
     Args:
         robot: How the robot is built.
 
     Attributes:
+        cells: Where its cells are.
         radius_mm: The robot's.
         sonar_forward_mm: The sonar in front of the axle.
         sonar_height_mm: It above the floor.
+        evidence: That of each cell.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.
@@ -130,39 +56,47 @@ class OccupancyGrid:
             from places farther apart. The source of the echo does not, since it may stand anywhere on its arc.
     """
 
+    evidence: Grid
+    seen: Mask
+    _heard_deg: Grid
+    _swept: Mask
+    _was_free: Mask
+    _appeared: Mask
+    _unseen: Mask
+
     def __init__(self, robot: RobotTable = USUAL_ROBOT) -> None:
+        self.cells = Cells()
         self.radius_mm, self.sonar_forward_mm = robot.radius_mm, robot.sonar_forward_mm
         self.sonar_height_mm = robot.sonar_height_mm
         self._beam_deg = robot.sonar_cone_deg / 2
-        self.evidence: Grid = np.zeros((CELLS, CELLS), np.float32)
         self.forgotten = 0
         self.without_sonar = False
         self.weight = 1.0
-        self._heard_deg: Grid = np.full((CELLS, CELLS), np.nan, np.float32)
         self._time_s = -math.inf
         self._last: tuple[Pose, float] | None = None
         self._seen_from: Pose | None = None
-        self._swept: Mask = np.zeros((CELLS, CELLS), bool)
-        self._was_free: Mask = np.zeros((CELLS, CELLS), bool)
-        self._appeared: Mask = np.zeros((CELLS, CELLS), bool)
-        self._unseen: Mask = np.zeros((CELLS, CELLS), bool)
-        self.seen: Mask = np.zeros((CELLS, CELLS), bool)
+        for name, empty in _LAYERS.items():
+            setattr(self, name, np.full((self.cells.side, self.cells.side), empty))
         self.save()
 
     def save(self) -> None:
         """Save the current state, for `restore`."""
-        self._saved = tuple(each.copy() for each in self._layers)
+        self._saved = {name: getattr(self, name).copy() for name in _LAYERS}
 
     def restore(self) -> None:
         """Restore the saved state."""
-        for layer, saved in zip(self._layers, self._saved, strict=True):
-            layer[:] = saved
+        for name, saved in self._saved.items():
+            getattr(self, name)[:] = saved
         self._last = self._seen_from = None
 
-    @property
-    def _layers(self) -> tuple[NDArray[np.generic], ...]:
-        """All that is known of the cells."""
-        return self.evidence, self._heard_deg, self._swept, self._was_free, self._appeared, self._unseen, self.seen
+    def include(self, *places: Point, margin_mm: float = 0.0) -> None:
+        """Let the grid grow until it holds these places, mm, and a margin around them, as far as it may."""
+        farthest_mm = max((abs(each) for place in places for each in place), default=0.0) + margin_mm
+        while farthest_mm >= self.cells.reach_mm and self.cells.side < N.most_side:
+            self.cells = Cells(self.cells.side + 2 * N.grows_cells)
+            for name, empty in _LAYERS.items():
+                setattr(self, name, np.pad(getattr(self, name), N.grows_cells, constant_values=empty))
+                self._saved[name] = np.pad(self._saved[name], N.grows_cells, constant_values=empty)
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""
@@ -181,9 +115,8 @@ class OccupancyGrid:
         """Update with an echo; one that repeats the last from the same place does not mark its arc again."""
         repeated = self._last is not None and _same(self._last, (pose, range_mm))
         self._last = (pose, range_mm)
-        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
         reach_mm = min(range_mm, N.far_mm)
-        cone = Cone.of(x_mm, y_mm, pose.heading_deg, reach_mm + 2 * CELL_MM, self._beam_deg)
+        cone = self._cone(pose, reach_mm, CELL_MM * 2)
         cells = self.evidence[cone.window]
         free = self._passed(cone, reach_mm - N.margin_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
@@ -204,8 +137,7 @@ class OccupancyGrid:
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        x_mm, y_mm = pose.ahead(self.sonar_forward_mm)
-        cone = Cone.of(x_mm, y_mm, pose.heading_deg, N.silent_mm, self._beam_deg)
+        cone = self._cone(pose, N.silent_mm)
         cells = self.evidence[cone.window]
         free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
@@ -229,10 +161,11 @@ class OccupancyGrid:
         if heard is not None:
             free_mm, end_mm = self._reconciled(lens, view, free_mm, heard)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
-        free = _mask(lens, view, along_mm, (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None]))
         ends_mm, known = end_mm[:, None] + CELL_MM / 4, np.isfinite(end_mm)
-        ends = _mask(lens, view, ends_mm, known[:, None])
-        exact = _mask(lens, view, ends_mm, (known & view.exact)[:, None])
+        self.include(*map(lens.ahead, np.where(known, ends_mm[:, 0], free_mm).tolist(), view.bearing_deg.tolist()))
+        free = self._mask(lens, view, along_mm, (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None]))
+        ends = self._mask(lens, view, ends_mm, known[:, None])
+        exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])
         free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
         self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
@@ -252,9 +185,26 @@ class OccupancyGrid:
         if range_mm <= N.far_mm and overlooked.any() and not seen.any():
             free_mm = np.where(ahead, np.minimum(free_mm, echo_mm - N.margin_mm), free_mm)
             sonar = pose.ahead(self.sonar_forward_mm)
-            cone = Cone.of(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
+            cone = self.cells.cone(*sonar, pose.heading_deg, range_mm + 2 * CELL_MM, N.arc_deg)
             self._unseen[cone.window] |= cone.arc(range_mm, CELL_MM * N.arc_cells)
         return free_mm, end_mm
+
+    def _cone(self, pose: Pose, reach_mm: float, beyond_mm: float = 0.0) -> Cone:
+        """Return the cells that the sonar's beam meets up to a distance from it, and some way beyond."""
+        far_mm = self.sonar_forward_mm + reach_mm
+        self.include(*(pose.ahead(far_mm, side_deg) for side_deg in (-self._beam_deg, 0.0, self._beam_deg)))
+        sonar = pose.ahead(self.sonar_forward_mm)
+        return self.cells.cone(*sonar, pose.heading_deg, reach_mm + beyond_mm, self._beam_deg)
+
+    def _mask(self, lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:
+        """Return the cells along a view's rays, at distances (rays, n) or (1, n), where they are wanted, (rays, n)."""
+        angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
+        along_mm = np.where(wanted, along_mm, 0.0)
+        i = self.cells.index(lens.x_mm + along_mm * np.cos(angle))
+        j = self.cells.index(lens.y_mm + along_mm * np.sin(angle))
+        mask = np.zeros_like(self.seen)
+        mask[i[wanted], j[wanted]] = True
+        return mask
 
     def _passed(self, cone: Cone, far_mm: float) -> Mask:
         """Return which cells a beam has passed up to a distance, without what deflects it and what lies behind that."""
@@ -275,8 +225,8 @@ class OccupancyGrid:
         """Update with a line of sight from `start` to `end`: it clears merely suspected cells in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
-        i = index(start[0] + share * (end[0] - start[0]))
-        j = index(start[1] + share * (end[1] - start[1]))
+        i = self.cells.index(start[0] + share * (end[0] - start[0]))
+        j = self.cells.index(start[1] + share * (end[1] - start[1]))
         cells = self.evidence[i, j]
         self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
@@ -287,7 +237,8 @@ class OccupancyGrid:
 
     def clear_footprint(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
-        window, inside = disc(pose.x_mm, pose.y_mm, self.radius_mm)
+        self.include((pose.x_mm, pose.y_mm), margin_mm=self.radius_mm)
+        window, inside = self.cells.disc(pose.x_mm, pose.y_mm, self.radius_mm)
         self.evidence[window][inside] = N.freest
         self._swept[window] |= inside
 
@@ -295,11 +246,12 @@ class OccupancyGrid:
         """Mark what stopped or touched the robot: the object that the camera saw there, or one of unknown size."""
         saw = self._saw_at(pose, range_mm)
         if saw is not None:
-            window, inside = disc(*saw, N.grazed_mm)
+            window, inside = self.cells.disc(*saw, N.grazed_mm)
         # if the mark was that large before and the robot kept away from it, it has met something else
         if saw is None or (self.evidence[window][inside] > N.solid).all():
-            near_mm = self.sonar_forward_mm + range_mm
-            window, inside = disc(*pose.ahead(near_mm + N.block_radius_mm * 0.6), N.block_radius_mm)
+            place = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
+            self.include(place, margin_mm=N.block_radius_mm)
+            window, inside = self.cells.disc(*place, N.block_radius_mm)
             self._unseen[window] |= inside
         cells = self.evidence[window]
         cells[inside] = np.maximum(cells[inside], N.block)
@@ -308,12 +260,12 @@ class OccupancyGrid:
     def _saw_at(self, pose: Pose, range_mm: float) -> Point | None:
         """Return what the camera saw nearest to where something stopped the robot; None if it saw nothing there."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm)
-        window, near = disc(x_mm, y_mm, self.radius_mm + N.grazed_mm)
+        window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + N.grazed_mm)
         near &= self.seen[window] & (self.evidence[window] > N.solid)
         if not near.any():
             return None
         i, j = np.nonzero(near)
-        x, y = centre_mm(i + window[0].start), centre_mm(j + window[1].start)
+        x, y = self.cells.centre_mm(i + window[0].start), self.cells.centre_mm(j + window[1].start)
         best = int(np.argmin(np.hypot(x - x_mm, y - y_mm)))
         return float(x[best]), float(y[best])
 
@@ -321,7 +273,7 @@ class OccupancyGrid:
         """Return whether the source of an echo stands where the map once was free: all along its arc, and behind it."""
         depths_mm = (self.sonar_forward_mm + range_mm + each * CELL_MM for each in N.appeared_cells)
         sides_deg = (-N.arc_deg, 0.0, N.arc_deg)
-        return all(self._was_free[cell(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
+        return all(self._was_free[self.cells.at(*pose.ahead(*each))] for each in product(depths_mm, sides_deg))
 
     def visibility(
         self, x_mm: float, y_mm: float, limit_mm: float, unknown_hides_mm: float = N.unknown_hides_mm
@@ -332,8 +284,8 @@ class OccupancyGrid:
         `unknown_hides_mm` of it is empty with probability 1/e.
         """
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
-        i = index(x_mm + steps[None, :] * _ALONG[:, 0:1])
-        j = index(y_mm + steps[None, :] * _ALONG[:, 1:2])
+        i = self.cells.index(x_mm + steps[None, :] * _ALONG[:, 0:1])
+        j = self.cells.index(y_mm + steps[None, :] * _ALONG[:, 1:2])
         evidence = self.evidence[i, j]
         evidence[:, :2] = -1.0  # the robot itself stands there
         behind = np.logical_or.accumulate(evidence > N.hint, axis=1)
@@ -364,8 +316,8 @@ class OccupancyGrid:
         along = np.arange(self.radius_mm, max(length, self.radius_mm + 1), CELL_MM * 0.75)
         half_mm = self.radius_mm - CELL_MM / 4 + clearance_mm
         across = np.linspace(-half_mm, half_mm, 7)
-        i = index(start[0] + along[:, None] * ux - across[None, :] * uy)
-        j = index(start[1] + along[:, None] * uy + across[None, :] * ux)
+        i = self.cells.index(start[0] + along[:, None] * ux - across[None, :] * uy)
+        j = self.cells.index(start[1] + along[:, None] * uy + across[None, :] * ux)
         blocked = (self.evidence[i, j] > N.solid).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
@@ -383,13 +335,3 @@ def _same(one: tuple[Pose, float], other: tuple[Pose, float]) -> bool:
 def _same_place(a: Pose, b: Pose) -> bool:
     """Return whether measurements at two poses are one measurement to the map."""
     return a.is_near(b, N.repeated_mm, N.repeated_deg)
-
-
-def _mask(lens: Pose, view: VisibleFloor, along_mm: NDArray[np.float64], wanted: Mask) -> Mask:
-    """Return the cells along the rays of a view, at distances (rays, n) or (1, n), where they are wanted, (rays, n)."""
-    angle = np.radians(lens.heading_deg + view.bearing_deg)[:, None]
-    along_mm = np.where(wanted, along_mm, 0.0)
-    i, j = index(lens.x_mm + along_mm * np.cos(angle)), index(lens.y_mm + along_mm * np.sin(angle))
-    mask = np.zeros((CELLS, CELLS), bool)
-    mask[i[wanted], j[wanted]] = True
-    return mask

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, Mask, cell, centre_mm, unclipped_index
+from behaviors.adaptive.grid_cells import CELL_MM, Mask
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import Grid, OccupancyGrid
-from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.ports import Point
 
 
@@ -74,8 +74,9 @@ class PathPlanner:
 
     def __init__(self, floor: OccupancyGrid, start: Point, speed_mm_s: float) -> None:
         self._begin = start
+        self._cells = floor.cells
         self._window, self._cost = _costs(floor, start)
-        i, j = cell(*start)
+        i, j = self._cells.at(*start)
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
@@ -83,7 +84,9 @@ class PathPlanner:
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
-        i, j = (unclipped_index(each) - part.start for each, part in zip(points.T, self._window, strict=True))
+        i, j = (
+            self._cells.unclipped_index(each) - part.start for each, part in zip(points.T, self._window, strict=True)
+        )
         inside = (i >= 0) & (j >= 0) & (i < self._field.shape[0]) & (j < self._field.shape[1])
         seconds = np.full(len(points), np.inf)
         seconds[inside] = self._field[i[inside], j[inside]] * self._pace
@@ -96,7 +99,7 @@ class PathPlanner:
             length_mm = math.dist(one, other)
             share = np.linspace(0.0, 1.0, 2 + int(2 * length_mm / CELL_MM))
             i, j = (
-                unclipped_index(a + share * (b - a)) - part.start
+                self._cells.unclipped_index(a + share * (b - a)) - part.start
                 for a, b, part in zip(one, other, self._window, strict=True)
             )
             rows, columns = self._cost.shape
@@ -122,12 +125,16 @@ class PathPlanner:
             within &= _with_frontier(self._evidence)
         i, j = np.nonzero(within[::every, ::every])
         return np.stack(
-            [centre_mm(i * every + self._window[0].start), centre_mm(j * every + self._window[1].start)], axis=1
+            [
+                self._cells.centre_mm(i * every + self._window[0].start),
+                self._cells.centre_mm(j * every + self._window[1].start),
+            ],
+            axis=1,
         )
 
     def route_to(self, point: Point) -> tuple[Point, ...]:
         """Return the waypoints to `point`, which must be reachable; the start is left out."""
-        i, j = cell(*point)
+        i, j = self._cells.at(*point)
         at = (i - self._window[0].start, j - self._window[1].start)
         steps = [at]
         while at != self._start:
@@ -153,7 +160,10 @@ class PathPlanner:
             here = there
             corners.append(steps[here])
         ij = np.array(corners[:-1], np.int64).reshape(-1, 2)
-        x_mm, y_mm = centre_mm(ij[:, 0] + self._window[0].start), centre_mm(ij[:, 1] + self._window[1].start)
+        x_mm, y_mm = (
+            self._cells.centre_mm(ij[:, 0] + self._window[0].start),
+            self._cells.centre_mm(ij[:, 1] + self._window[1].start),
+        )
         places = zip(x_mm.tolist(), y_mm.tolist(), strict=True)
         return (*places, end)
 
@@ -171,7 +181,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
     evidence = floor.evidence
     known = np.abs(evidence) > N.touched
-    i, j = cell(*start)
+    i, j = floor.cells.at(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
     part = evidence[window]

@@ -43,6 +43,7 @@ class TargetNumbers:
         step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
             belief together.
         step_mm: See `step_deg`.
+        inside_mm: A place where a target is seen is at least this far from the map's edge.
         new_mm: An object that hides a target from a place hides it from this far beside it with probability 1/e, too.
     """
 
@@ -57,6 +58,7 @@ class TargetNumbers:
     jump_share: float = 0.3
     step_deg: float = 6.0
     step_mm: float = 120.0
+    inside_mm: float = 200.0
     new_mm: float = 500.0
 
 
@@ -135,6 +137,7 @@ class TargetMemory:
         if self._renewed_s is None:
             self._renewed_s = now_s
         elif now_s - self._renewed_s >= N.renew_every_s:
+            self._follow_the_map()
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s
@@ -268,8 +271,15 @@ class TargetMemory:
                 before.place[1] + N.settles * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > N.new_look_s:
+            self._floor.include(place, margin_mm=N.inside_mm)
+            self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         self.known[target] = TargetEstimate(place, here, sighting.time_s, sighting.distance_mm)
+
+    def _follow_the_map(self) -> None:
+        """Let the beliefs consider all places on the map, which may have grown."""
+        for belief in self.beliefs.values():
+            belief.extend(self._floor.cells.reach_mm)
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)

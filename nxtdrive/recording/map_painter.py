@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from behaviors.adaptive.grid_cells import CELL_MM
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.ports import Point, Pose
 from behaviors.robot_description import CameraTable
 from nxtdrive.drawing.floor_view import Area, FloorView

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from behaviors.adaptive.grid_cells import centre_mm
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
@@ -68,11 +67,12 @@ class MapScene:
     def cells(self, least: float, most: float = math.inf) -> list[Point]:
         """Return the middles of the cells whose evidence for an obstacle is above `least` and up to `most`.
 
-        The outermost cells are left out: they stand for everything beyond the grid.
+        The outermost cells are left out: of a grid that grows no more they stand for everything beyond it.
         """
         inner = self.floor.evidence[1:-1, 1:-1]
         rows, columns = np.nonzero((inner > least) & (inner <= most))
-        return [(float(x), float(y)) for x, y in zip(centre_mm(rows + 1), centre_mm(columns + 1), strict=True)]
+        x_mm, y_mm = (self.floor.cells.centre_mm(each + 1) for each in (rows, columns))
+        return list(zip(x_mm.tolist(), y_mm.tolist(), strict=True))
 
 
 def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScene:

@@ -5,12 +5,14 @@ from datetime import date
 
 import pytest
 
-from behaviors.adaptive.grid_cells import cell
+from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission, MissionError, described_by, load_mission
 from behaviors.ports import Glimpse, Pose, Sighting
 from behaviors.robot_description import CameraTable, RobotFile, RobotFileError, RobotTable, load_robot_file
+
+CELLS = Cells()
 
 MISSION = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "red"\n'
 
@@ -115,7 +117,7 @@ def test_a_robot_file_says_when_and_how_it_was_measured(tmp_path):
 def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
     floor = OccupancyGrid(RobotTable(sonar_forward_mm=sonar_forward_mm))
     floor.add_echo(Pose(), 400.0)
-    assert floor.evidence[cell(sonar_forward_mm + 400.0, 0.0)] > 0
+    assert floor.evidence[CELLS.at(sonar_forward_mm + 400.0, 0.0)] > 0
 
 
 @pytest.mark.parametrize(

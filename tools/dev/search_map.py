@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from behaviors.adaptive.belief import N as BELIEF
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import Evidence
 from behaviors.executive import Executive
@@ -106,21 +106,21 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
         evidence: The evidence of the decision: the target, and the viewpoints that are offered.
         truth: The scenario's world, with true walls.
     """
-    image = _floor(world)
-    corners = _true_walls(image, truth)
+    image, cells = _floor(world), world.floor.cells
+    corners = _true_walls(image, cells, truth)
     for picture in truth.pictures:
         if picture.name == evidence.target:
-            at = pixel(from_start(picture.at_mm, truth))
+            at = pixel(cells, from_start(picture.at_mm, truth))
             cv2.drawMarker(image, at, BLUE, cv2.MARKER_TILTED_CROSS, 14, 2)
     _belief(image, world, evidence.target)
     for gain in CandidateGenerator(world, mission.adaptive).gains(evidence.target):
-        x, y = pixel(gain.place)
+        x, y = pixel(cells, gain.place)
         cv2.putText(image, f"{1000 * gain.chance:.0f}", (x - 8, y + 3), 0, 0.33, BLACK)
         cv2.putText(image, f"{gain.travel_s:.0f}", (x - 8, y + 13), 0, 0.28, GREEN)
-    cv2.circle(image, pixel(world.here), 10, BLACK, 2)
+    cv2.circle(image, pixel(cells, world.here), 10, BLACK, 2)
     for viewpoint in evidence.viewpoints:
         if viewpoint.route:
-            cv2.circle(image, pixel(viewpoint.route[-1]), 12, VIOLET, 2)
+            cv2.circle(image, pixel(cells, viewpoint.route[-1]), 12, VIOLET, 2)
     left, top = np.maximum(corners.min(axis=0) - AROUND_PX, 0)
     right, bottom = corners.max(axis=0) + AROUND_PX
     return image[top:bottom, left:right].copy()
@@ -133,34 +133,37 @@ def from_start(place_mm: Point, truth: WorldFile) -> Point:
     return x * math.cos(heading) + y * math.sin(heading), y * math.cos(heading) - x * math.sin(heading)
 
 
-def pixel(place_mm: Point) -> tuple[int, int]:
-    """Return where a place of the map is drawn before the edges are cut off: ahead is up."""
-    middle = CELLS * CELL_PX / 2
+def pixel(cells: Cells, place_mm: Point) -> tuple[int, int]:
+    """Return where a place of a map is drawn before the edges are cut off: ahead is up."""
+    middle = cells.side * CELL_PX / 2
     return int(middle + place_mm[1] / CELL_MM * CELL_PX), int(middle - place_mm[0] / CELL_MM * CELL_PX)
 
 
 def _floor(world: WorldModel) -> Image:
-    cells = np.full((CELLS, CELLS, 3), UNKNOWN, np.uint8)
-    cells[world.floor.evidence < -GRID.hint] = FREE
-    cells[world.floor.evidence > GRID.hint] = OBSTACLE
-    return np.flipud(cells).repeat(CELL_PX, axis=0).repeat(CELL_PX, axis=1).copy()
+    image = np.full((*world.floor.evidence.shape, 3), UNKNOWN, np.uint8)
+    image[world.floor.evidence < -GRID.hint] = FREE
+    image[world.floor.evidence > GRID.hint] = OBSTACLE
+    return np.flipud(image).repeat(CELL_PX, axis=0).repeat(CELL_PX, axis=1).copy()
 
 
-def _true_walls(image: Image, truth: WorldFile) -> NDArray[np.int64]:
+def _true_walls(image: Image, cells: Cells, truth: WorldFile) -> NDArray[np.int64]:
     """Draw the walls; return the corners of the floor in pixels."""
     width, depth = truth.floor.size_mm
-    corners = [pixel(from_start(each, truth)) for each in ((0, 0), (width, 0), (width, depth), (0, depth))]
+    corners = [pixel(cells, from_start(each, truth)) for each in ((0, 0), (width, 0), (width, depth), (0, depth))]
     cv2.polylines(image, [np.array(corners)], isClosed=True, color=BLUE)
     for wall in truth.walls:
-        cv2.line(image, pixel(from_start(wall.from_mm, truth)), pixel(from_start(wall.to_mm, truth)), BLUE)
+        cv2.line(
+            image, pixel(cells, from_start(wall.from_mm, truth)), pixel(cells, from_start(wall.to_mm, truth)), BLUE
+        )
     return np.array(corners)
 
 
 def _belief(image: Image, world: WorldModel, target: str) -> None:
-    by_place = world.targets.beliefs[target].by_place()
+    belief, cells = world.targets.beliefs[target], world.floor.cells
+    by_place = belief.by_place()
     for i, j in zip(*np.nonzero(by_place > LEAST_BELIEF), strict=True):
-        place = i * BELIEF.spacing_mm - BELIEF.reach_mm, j * BELIEF.spacing_mm - BELIEF.reach_mm
-        cv2.circle(image, pixel(place), round(BELIEF_PX * math.sqrt(by_place[i, j])), VIOLET)
+        place = i * BELIEF.spacing_mm - belief.reach_mm, j * BELIEF.spacing_mm - belief.reach_mm
+        cv2.circle(image, pixel(cells, place), round(BELIEF_PX * math.sqrt(by_place[i, j])), VIOLET)
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ import pytest
 from behaviors.adaptive.approach import ApproachSkill
 from behaviors.adaptive.attempts import N as ATTEMPTS
 from behaviors.adaptive.follow_path import FollowPathSkill
-from behaviors.adaptive.grid_cells import CELL_MM, cell
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.adaptive.perception import unheard_blocker
 from behaviors.adaptive.wait_rescan import N as WAIT
@@ -35,6 +35,8 @@ from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
+
+CELLS = Cells()
 
 
 class Bench:
@@ -79,7 +81,7 @@ def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
-    world.floor.evidence[cell(400.0, 0.0)] = GRID.most
+    world.floor.evidence[CELLS.at(400.0, 0.0)] = GRID.most
     fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.measured["range_mm"] == pytest.approx(400.0 - world.floor.sonar_forward_mm, abs=CELL_MM)

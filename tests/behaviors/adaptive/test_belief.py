@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.belief import Belief
-from behaviors.adaptive.grid_cells import CELLS, cell, centre_mm
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.ports import Point, Pose
+
+CELLS = Cells()
 
 RANGE_MM, HALF_VIEW_DEG = 3000.0, 25.0
 TURN_DEG_S = 36.0
@@ -28,7 +30,7 @@ def _belief() -> Belief:
 def _room() -> OccupancyGrid:
     """Free floor, 4 m square."""
     floor = OccupancyGrid()
-    middle = np.abs(centre_mm(np.arange(CELLS))) < 2000.0
+    middle = np.abs(CELLS.centre_mm(np.arange(CELLS.side))) < 2000.0
     floor.evidence[np.ix_(middle, middle)] = -1.0
     return floor
 
@@ -87,7 +89,7 @@ def test_more_frames_speak_more_strongly_but_never_rule_a_place_out():
 
 def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
     floor, belief = _room(), _belief()
-    x_mm, y_mm = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]
+    x_mm, y_mm = CELLS.centre_mm(np.arange(CELLS.side))[:, None], CELLS.centre_mm(np.arange(CELLS.side))[None, :]
     away_mm = np.maximum(np.abs(x_mm), np.abs(y_mm))
     door = (x_mm > 0.0) & (np.abs(y_mm) < 400.0)
     floor.evidence[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
@@ -96,7 +98,9 @@ def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
 
 def test_what_is_hidden_behind_something_loses_less():
     wall = _room()
-    wall.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = GRID.most
+    wall.evidence[
+        (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
+    ] = GRID.most
     free, hidden = _belief(), _belief()
     free.look(Pose(), _room(), 3)
     hidden.look(Pose(), wall, 3)
@@ -108,7 +112,9 @@ def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it(
     belief, informed = _belief(), _belief()
     belief.look(Pose(heading_deg=180.0), floor, 3)
     informed.look(Pose(heading_deg=180.0), floor, 3)
-    floor.evidence[(centre_mm(np.arange(CELLS)) > 550.0) & (centre_mm(np.arange(CELLS)) < 750.0), :] = GRID.most
+    floor.evidence[
+        (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
+    ] = GRID.most
     belief.look(Pose(), floor, 3)
     informed.chance_from(3000.0, 3000.0, floor)  # having been asked about somewhere else makes no difference
     informed.look(Pose(), floor, 3)
@@ -121,7 +127,7 @@ def test_an_echo_counts_even_when_another_one_outweighs_it():
         belief, chances = _belief(), []
         for place in places:
             floor = _room()
-            floor.evidence[cell(*place)] = GRID.most
+            floor.evidence[CELLS.at(*place)] = GRID.most
             chances.append(belief.chance_from(0.0, 0.0, floor))
         return chances[-1]
 
@@ -184,7 +190,7 @@ def test_what_was_looked_at_long_ago_is_worth_another_look():
 
 def test_a_room_not_seen_yet_is_a_better_place_to_look_in_than_one_seen_two_minutes_ago():
     floor = OccupancyGrid()
-    along, across = centre_mm(np.arange(CELLS)), np.abs(centre_mm(np.arange(CELLS))) < 1500.0
+    along, across = CELLS.centre_mm(np.arange(CELLS.side)), np.abs(CELLS.centre_mm(np.arange(CELLS.side))) < 1500.0
     floor.evidence[np.ix_((along > -1500.0) & (along < 6500.0), across)] = -1.0
     floor.evidence[np.ix_((along > 2000.0) & (along < 2200.0), across)] = GRID.solid + 1.0  # the door is shut by now
     belief = _belief()
@@ -271,3 +277,46 @@ def test_belief_stays_a_probability(actions, here):
     begin_deg, end_deg = belief.arc_from(*here, floor, TURN_DEG_S)
     assert 0.0 < end_deg - begin_deg <= 360.0
     assert math.isfinite(begin_deg)
+
+
+# a map that grows
+
+LARGE_MM = CELLS.reach_mm + 3600.0
+BEYOND = (CELLS.reach_mm + 1000.0, 0.0)
+
+
+def test_after_looks_in_vain_more_places_are_as_likely_as_if_they_had_been_considered_from_the_start():
+    late, early = _belief(), _belief()
+    early.extend(LARGE_MM)
+    for belief in (late, early):
+        belief.look(Pose(), _room(), 3)
+        belief.refute((1600.0, 800.0))
+        belief.look(Pose(heading_deg=120.0), _room(), 3)
+    late.extend(LARGE_MM)
+    np.testing.assert_allclose(late.by_place(), early.by_place(), rtol=1e-9)
+    for belief in (late, early):
+        belief.look(Pose(heading_deg=120.0), _room(), 6)  # from the same place: what it hid then it hides now
+    np.testing.assert_allclose(late.by_place(), early.by_place(), rtol=1e-9)
+
+
+def test_a_search_in_vain_makes_it_likelier_beyond():
+    at_once, searched = _belief(), _belief()
+    free = OccupancyGrid()
+    free.evidence[:] = -1.0
+    for x_mm in range(-6000, 6001, 1500):
+        for y_mm in range(-6000, 6001, 1500):
+            for heading_deg in range(0, 360, 40):
+                searched.look(Pose(x_mm, y_mm, heading_deg), free, 3)
+    at_once.extend(LARGE_MM)
+    searched.extend(LARGE_MM)
+    assert _within(searched, BEYOND, 800.0) > 3.0 * _within(at_once, BEYOND, 800.0)
+    assert searched.by_place().sum() == pytest.approx(1.0)
+
+
+def test_a_target_can_be_beyond_where_the_map_began():
+    belief, floor = _belief(), _room()
+    floor.include(BEYOND)
+    belief.extend(floor.cells.reach_mm)
+    belief.see(BEYOND, (CELLS.reach_mm - 1000.0, 0.0))
+    assert belief.held_at(BEYOND) > 0.8
+    assert belief.chance_from(CELLS.reach_mm - 1000.0, 0.0, floor) > 0.3

@@ -9,16 +9,18 @@ import pytest
 from numpy.typing import NDArray
 
 from behaviors.adaptive.candidate_generator import CandidateGenerator
-from behaviors.adaptive.grid_cells import CELLS, centre_mm
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import AdaptiveParameters, Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
 
+CELLS = Cells()
+
 PROFILE = AdaptiveParameters()
-X_MM, Y_MM = centre_mm(np.arange(CELLS))[:, None], centre_mm(np.arange(CELLS))[None, :]
+X_MM, Y_MM = CELLS.centre_mm(np.arange(CELLS.side))[:, None], CELLS.centre_mm(np.arange(CELLS.side))[None, :]
 DOOR, WINDOW = (1600.0, 0.0), (0.0, 1500.0)
 
 

@@ -9,19 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS, cell
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.visible_floor import VisibleFloor
 from behaviors.ports import Pose
 
+CELLS = Cells()
+
 ORIGIN = Pose()
-OUTSIDE_MM = CELLS * CELL_MM
+OUTSIDE_MM = GRID.most_side * CELL_MM / 2
 FARTHEST_ECHO_MM = 2550.0
 POSES = st.builds(Pose, *[st.floats(-1.5 * OUTSIDE_MM, 1.5 * OUTSIDE_MM)] * 2, st.floats(-1000.0, 1000.0))
 
 
 def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float) -> float:
-    return float(floor.evidence[cell(x_mm, y_mm)])
+    return float(floor.evidence[floor.cells.at(x_mm, y_mm)])
 
 
 def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = ORIGIN) -> tuple[float, float]:
@@ -73,7 +76,7 @@ def test_a_far_echo_comes_from_what_is_known_to_stand_on_its_arc():
     """Heard along a wall, it does not close the corridor beside it."""
     floor, range_mm = OccupancyGrid(), GRID.near_mm + 500.0
     wall = Pose(heading_deg=10.0).ahead(100.0 + range_mm)
-    floor.evidence[cell(*wall)] = GRID.explains + 0.1
+    floor.evidence[floor.cells.at(*wall)] = GRID.explains + 0.1
     _listen(floor, range_mm, times=20)
     assert _evidence_at(floor, *wall) > GRID.explains + 0.1
     assert _evidence_at(floor, 100.0 + range_mm, 0.0) == 0.0
@@ -140,7 +143,7 @@ def test_positive_is_right_in_the_map_too(heading_deg):
     _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
     place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
     marked = np.argwhere(floor.evidence > GRID.solid)
-    centre = (marked.mean(axis=0) - CELLS / 2 + 0.5) * CELL_MM
+    centre = (marked.mean(axis=0) - CELLS.side / 2 + 0.5) * CELL_MM
     assert math.dist(centre, place) < 1.5 * CELL_MM
 
 
@@ -250,6 +253,39 @@ def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
     floor.clear_footprint(far_away)
     assert not floor.evidence.any()
     assert floor.clear_between((2 * OUTSIDE_MM, 0.0), (0.0, 2 * OUTSIDE_MM))
+
+
+def test_it_grows_to_where_there_is_something_and_keeps_what_it_knows():
+    floor = OccupancyGrid()
+    floor.mark_obstacle(ORIGIN, 1000.0)
+    near = _evidence_at(floor, 1250.0, 0.0)
+    floor.save()
+    down_the_corridor = Pose(2.5 * CELLS.reach_mm, 0.0)
+    for _ in range(2):
+        floor.clear_footprint(down_the_corridor)
+        floor.mark_obstacle(down_the_corridor, 500.0)
+        assert near > GRID.solid
+        assert _evidence_at(floor, 1250.0, 0.0) == near
+        assert _evidence_at(floor, down_the_corridor.x_mm, 0.0) < 0.0
+        assert floor.blocked_after_mm((down_the_corridor.x_mm, 0.0), down_the_corridor.ahead(1500.0)) is not None
+        floor.restore()
+        assert _evidence_at(floor, 1250.0, 0.0) == near
+        assert _evidence_at(floor, down_the_corridor.x_mm, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("way", ["echo", "silence", "view"])
+def test_it_grows_to_what_is_heard_and_seen(way):
+    floor, edge = OccupancyGrid(), Pose(CELLS.reach_mm - 500.0, 0.0)
+    match way:
+        case "echo":
+            floor.add_echo(edge, 1000.0)
+        case "silence":
+            floor.add_silence(edge)
+        case _:
+            bearing_deg, near_mm, far_mm = np.linspace(-20.0, 20.0, 41), np.full(41, 300.0), np.full(41, 1500.0)
+            floor.add_view(edge, VisibleFloor(bearing_deg, near_mm, far_mm, far_mm, np.full(41, fill_value=True)))
+    assert _evidence_at(floor, CELLS.reach_mm + 200.0, 0.0) < 0.0
+    assert not floor.evidence[[0, -1], :].any(), "nothing is pushed back to the edge"
 
 
 ACTIONS = st.tuples(

@@ -10,17 +10,19 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS, cell, centre_mm
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import USUAL_ROBOT, OccupancyGrid
-from behaviors.adaptive.occupancy_grid import N as GRID
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.ports import Point, Pose
+
+CELLS = Cells()
 
 SPEED_MM_S = 200.0
 HALF_ROOM_MM = 2000.0
 START = (0.0, 0.0)
-X_MM = centre_mm(np.arange(CELLS))[:, None]
-Y_MM = centre_mm(np.arange(CELLS))[None, :]
+X_MM = CELLS.centre_mm(np.arange(CELLS.side))[:, None]
+Y_MM = CELLS.centre_mm(np.arange(CELLS.side))[None, :]
 Disc = tuple[float, float, float]
 
 
@@ -55,7 +57,7 @@ def _along(route: tuple[Point, ...], start: Point = START) -> list[Point]:
 
 def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
     """Places on the straight legs of a way that are solid."""
-    return [place for place in _along(route, start) if floor.evidence[cell(*place)] > GRID.solid]
+    return [place for place in _along(route, start) if floor.evidence[CELLS.at(*place)] > GRID.solid]
 
 
 @pytest.mark.parametrize(("evidence", "crosses"), [(0.4, True), (1.2, False)])
@@ -63,7 +65,7 @@ def test_what_one_far_echo_suspects_is_crossed_sooner_than_what_several_show(evi
     floor = _room()
     floor.evidence[(np.abs(X_MM - 600.0) < CELL_MM) & (Y_MM > -1000.0) & (Y_MM < HALF_ROOM_MM)] = evidence
     route = PathPlanner(floor, START, SPEED_MM_S).route_to((1300.0, 300.0))
-    assert any(floor.evidence[cell(*place)] > 0 for place in _along(route)) is crosses
+    assert any(floor.evidence[CELLS.at(*place)] > 0 for place in _along(route)) is crosses
 
 
 @pytest.mark.parametrize("goal", [(1200.0, 0.0), (0.0, -1200.0), (900.0, 900.0), (1200.0, -500.0), (-700.0, 1300.0)])
@@ -204,9 +206,9 @@ def test_places_can_be_reached(discs, known):
     places = routes.reachable_places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()
-    assert all(floor.evidence[cell(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
+    assert all(floor.evidence[CELLS.at(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
     if known:
-        assert all(floor.evidence[cell(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
+        assert all(floor.evidence[CELLS.at(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
 
 
 def test_unknown_floor_before_an_opening_may_be_gone_to_and_what_lies_behind_a_wall_may_not():

@@ -10,8 +10,8 @@ import pytest
 
 from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.follow_path import N as PATH
-from behaviors.adaptive.grid_cells import cell
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.perception import N, Perception
@@ -26,6 +26,8 @@ from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
+
+CELLS = Cells()
 
 SLOW_MS = 300.0
 MakePerception = Callable[..., Perception]
@@ -120,7 +122,7 @@ def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_f
     slow.add_silence(Pose())
     for heading_deg in (-3.0, 0.0, 3.0):
         fast.add_silence(Pose(heading_deg=heading_deg))
-    place = cell(600.0, 0.0)
+    place = CELLS.at(600.0, 0.0)
     assert slow.evidence[place] == pytest.approx(fast.evidence[place]) == pytest.approx(-3 * GRID.free_silent)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from behaviors.adaptive.grid_cells import cell
+from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
 from behaviors.adaptive.sonar_trust import N as SONAR
@@ -10,6 +10,8 @@ from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Pose
+
+CELLS = Cells()
 
 
 def _drive(trust, range_mm, *, begin_s=0.0, steps=40, step_mm=20.0):
@@ -86,7 +88,7 @@ def test_the_silence_of_a_dead_sonar_clears_nothing():
     world = WorldModel(Mission.model_validate(table))
     for i in range(10):
         world.perceive(0.1 * i, Pose(heading_deg=5.0 * i), None, [], Glimpse(0.1 * i, {}), sonar_works=False)
-    x, y = cell(800.0, 0.0)
+    x, y = CELLS.at(800.0, 0.0)
     assert world.floor.evidence[x, y] == 0.0
 
 

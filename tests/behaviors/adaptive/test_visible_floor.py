@@ -11,12 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.grid_cells import cell
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
 from behaviors.ports import FloorRay, Pose
 from behaviors.robot_description import CameraTable
+
+CELLS = Cells()
 
 HEIGHT_MM = 200.0
 SONAR_AHEAD_MM = 60.0
@@ -170,7 +172,7 @@ def _look(floor: OccupancyGrid, view: VisibleFloor, heard_mm: float | None = Non
 
 
 def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float = 20.0) -> float:
-    return float(floor.evidence[cell(x_mm, y_mm)])
+    return float(floor.evidence[CELLS.at(x_mm, y_mm)])
 
 
 def test_what_is_seen_to_be_free_is_free_and_what_ends_the_floor_stands_there():

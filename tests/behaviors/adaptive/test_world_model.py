@@ -10,13 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from behaviors.adaptive.grid_cells import cell
-from behaviors.adaptive.occupancy_grid import N as GRID
+from behaviors.adaptive.grid_cells import Cells
+from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.world_model import PoseHistory, WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
+
+CELLS = Cells()
 
 LAG_S = 0.15
 """How old a frame is when its sighting is known."""
@@ -223,8 +225,8 @@ def test_an_echo_belongs_to_where_the_robot_is_and_not_to_where_an_older_frame_w
         world.perceive(time_s, Pose(-back_mm), None, [], NOTHING)
         world.perceive(time_s + 0.5, Pose(-back_mm, 0.0, 21.0), None, [], NOTHING)
         world.see_floor(time_s, rays, post_mm + back_mm - 160.0)
-    assert float(world.floor.evidence[cell(700.0, 20.0)]) < -GRID.hint
-    assert not world.floor.seen[cell(post_mm, 20.0)]
+    assert float(world.floor.evidence[CELLS.at(700.0, 20.0)]) < -GRID.hint
+    assert not world.floor.seen[CELLS.at(post_mm, 20.0)]
 
 
 def test_a_corrected_heading_is_not_a_turn(world):

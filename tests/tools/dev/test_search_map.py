@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from behaviors.adaptive.grid_cells import CELL_MM, CELLS
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, Viewpoint
@@ -27,7 +27,7 @@ def test_obstacles_target_and_viewpoints_are_where_they_are(scenario):
     truth, mission = scenario.world, scenario.mission
     target = mission.mission.targets[0]
     world = WorldModel(mission)
-    middle = CELLS // 2
+    middle = Cells().side // 2
     world.floor.evidence[middle - 6 : middle + 6, middle - 6 : middle + 6] = -1.0
     world.floor.evidence[middle + 6, middle : middle + 3] = 2.0
     world.plan()
@@ -42,7 +42,7 @@ def test_obstacles_target_and_viewpoints_are_where_they_are(scenario):
     image = drawn(world, mission, evidence, truth)
 
     width, depth = truth.floor.size_mm
-    corners = [pixel(from_start(each, truth)) for each in ((0, 0), (width, 0), (width, depth), (0, depth))]
+    corners = [pixel(Cells(), from_start(each, truth)) for each in ((0, 0), (width, 0), (width, depth), (0, depth))]
     edge = np.maximum(np.min(corners, axis=0) - AROUND_PX, 0)
 
     def color(at):
@@ -50,7 +50,7 @@ def test_obstacles_target_and_viewpoints_are_where_they_are(scenario):
         return tuple(int(value) for value in image[y, x])
 
     (shown,) = (each for each in truth.pictures if each.name == target)
-    assert color(pixel(from_start(shown.at_mm, truth))) == BLUE
-    assert color(pixel((6.5 * CELL_MM, 1.2 * CELL_MM))) == OBSTACLE
-    x, y = pixel((400.0, 240.0))
+    assert color(pixel(Cells(), from_start(shown.at_mm, truth))) == BLUE
+    assert color(pixel(Cells(), (6.5 * CELL_MM, 1.2 * CELL_MM))) == OBSTACLE
+    x, y = pixel(Cells(), (400.0, 240.0))
     assert color((x + 12, y)) == VIOLET

@@ -2,8 +2,7 @@
 
 import { BELIEF, GRID } from "./connection.js";
 
-const GRID_MM = 180 * 80; // the occupancy grid's side; the start lies in its middle
-const BELIEF_MM = 35 * 400; // the belief's side
+const CELL_MM = 80, PLACE_MM = 400; // a pixel of the occupancy grid and one of the belief; the start lies in their middle
 const VIEW_MM = 700, CONE_DEG = 15;
 // the robot's numbers by common builds, until a mission says its own
 const USUAL = { sonar_forward_mm: 100, forward_mm: 0, right_mm: 0, yaw_deg: 0, hfov_deg: 60 };
@@ -93,9 +92,9 @@ export class FloorMap {
     // x forward is up, y to the right
     context.setTransform(scale, 0, 0, scale, side / 2 - ((y0 + y1) / 2) * scale, side / 2 + ((x0 + x1) / 2) * scale);
     context.imageSmoothingEnabled = false;
-    if (this.grid && this.layers.grid.checked) context.drawImage(this.grid, -GRID_MM / 2, -GRID_MM / 2, GRID_MM, GRID_MM);
+    if (this.grid && this.layers.grid.checked) paintLayer(context, this.grid, CELL_MM);
     context.imageSmoothingEnabled = true;
-    if (this.belief && this.layers.belief.checked && !this.inView) context.drawImage(this.belief, -BELIEF_MM / 2, -BELIEF_MM / 2, BELIEF_MM, BELIEF_MM);
+    if (this.belief && this.layers.belief.checked && !this.inView) paintLayer(context, this.belief, PLACE_MM);
     if (this.room && this.layers.truth?.checked) this.paintRoom(context, 2 / scale * devicePixelRatio);
     this.paintLines(context, 1 / scale * devicePixelRatio);
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
@@ -234,6 +233,11 @@ function gridColour(grey) {
 }
 
 // the square lets the places stand out from the plain that the target is in with little chance
+function paintLayer(context, image, pixelMm) {
+  const side = image.width * pixelMm;
+  context.drawImage(image, -side / 2, -side / 2, side, side);
+}
+
 function beliefColour(grey) {
   return [230, 120, 0, 150 * (grey / 255) ** 2];
 }

@@ -1,0 +1,95 @@
+"""The numbers of the occupancy grid: its model of the sonar, of the camera's view of the floor, and of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class GridNumbers:
+    """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
+
+    Attributes:
+        arc_deg: An echo's arc is marked this far to either side.
+        near_mm: An echo from nearer than this places an obstacle.
+        far_mm: An echo from farther than this places nothing; in between it is a hint.
+        silent_mm: Without an echo the floor is assumed free up to here.
+        spared_mm: A line of sight says nothing about the floor this near to the object seen.
+        margin_mm: The floor this near to an echo is not marked free.
+        hint: Evidence above which a cell may be occupied.
+        solid: Evidence above which a cell is occupied.
+        most: The most evidence a cell can have; that of free cells is negative.
+        free_echo: An echo from beyond a cell lowers its evidence by this.
+        passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
+            one: the beam is wide, and the edges of a door would close it.
+        explains: A cell with more evidence than this explains a farther echo from its place, give or take a cell.
+        free_silent: Silence lowers it by this.
+        freest: The least evidence that echoes leave.
+        freest_silent: The least evidence that silence leaves.
+        glancing_deg: A surface that gave an echo may deflect a beam that differs by more than this from that one.
+        hit_near: A near echo raises the evidence of its arc by this.
+        hit_far: A farther one raises it by this.
+        arc_cells: Half the width of an echo's arc, in cells.
+        repeated_mm: An echo repeats the last one when the robot moved less than this.
+        repeated_deg: And turned less than this.
+        repeated_range_mm: And the range differs by less than this.
+        known: A cell with less evidence, either way, is unknown to a line of sight.
+        behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
+        unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
+        fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
+        appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
+            it appeared there and may leave, too.
+        appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
+        block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
+            clear it.
+        block: Evidence of such an obstacle: a few echoes clear it.
+        free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
+        hit_seen: The end of the floor in a frame raises that of its cell by this.
+        seen_margin_mm: The floor this near to where it ends is not marked free.
+        same_share: The end of the floor and an echo within this share of its distance are of one thing.
+        grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
+            the map said.
+        grows_cells: The grid grows by so many cells to each side, 3.6 m.
+        most_side: And no larger than this, 28.8 m to each side: an update takes the longer the larger it is.
+    """
+
+    arc_deg: float = 11.0
+    near_mm: float = 700.0
+    far_mm: float = 1800.0
+    silent_mm: float = 1200.0
+    spared_mm: float = 300.0
+    margin_mm: float = 100.0
+    hint: float = 0.3
+    solid: float = 1.5
+    most: float = 3.0
+    free_echo: float = 0.35
+    passed: float = 0.3
+    explains: float = 0.8
+    free_silent: float = 0.1
+    freest: float = -2.0
+    freest_silent: float = -0.5
+    glancing_deg: float = 50.0
+    hit_near: float = 1.0
+    hit_far: float = 0.5
+    arc_cells: float = 0.75
+    repeated_mm: float = 25.0
+    repeated_deg: float = 2.0
+    repeated_range_mm: float = 50.0
+    known: float = 0.1
+    behind: float = 0.1
+    unknown_hides_mm: float = 2500.0
+    fades_s: float = 240.0
+    appeared_fades_s: float = 45.0
+    appeared_cells: tuple[float, ...] = (0.5, 1.5)
+    block_radius_mm: float = 250.0
+    block: float = 2.2
+    free_seen: float = 0.5
+    hit_seen: float = 0.8
+    seen_margin_mm: float = 60.0
+    same_share: float = 0.25
+    grazed_mm: float = 100.0
+    grows_cells: int = 45
+    most_side: int = 720
+
+
+N = GridNumbers()
