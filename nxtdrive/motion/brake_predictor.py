@@ -33,11 +33,16 @@ class BrakePredictor:
     Args:
         stall_s: A wheel that has not moved for this time is stalled.
         weights: One weight per wheel in their mean; equal by default.
+        creep_deg_s: Speed of the last stretch of this motion: `CREEP_DEG_S`, or that of the whole motion if it is
+            slower.
     """
 
-    def __init__(self, stall_s: float = STALL_S, weights: Sequence[float] = ()) -> None:
+    def __init__(
+        self, stall_s: float = STALL_S, weights: Sequence[float] = (), creep_deg_s: float = CREEP_DEG_S
+    ) -> None:
         self._stall_s = stall_s
         self._weights = weights
+        self._creep_deg_s = creep_deg_s
         self.rest = self.done = self.speed = 0.0
         self._notes: deque[tuple[float, float]] = deque()
         self._wheels: list[StallDetector] = []
@@ -69,8 +74,9 @@ class BrakePredictor:
     def brake_at(self, delay_s: float) -> float:
         """Predict when to send the brake command, on the link's clock.
 
-        A moving wheel reaches the goal after `rest` / `speed`. A motion too short to measure a speed is predicted from
-        its first command, which starts the regulator's period.
+        A moving wheel reaches the goal after `rest` / `speed`. If its speed is too low to be measured, that of its
+        command counts. A motion too short to measure a speed is predicted from its first command, which starts the
+        regulator's period.
 
         Args:
             delay_s: Round trip of the link; half of it passes before the brake acts.
@@ -80,7 +86,9 @@ class BrakePredictor:
             return 0.0
         if self.speed >= SEEN_DEG_S:
             return self._now + rest / self.speed - BRAKING_S - delay_s / 2
-        return self._began + delay_s / 2 + START_S + self._first * self._direction / CREEP_DEG_S - BRAKING_S
+        if self.done and self._creep_deg_s < CREEP_DEG_S:
+            return self._now + rest / self._creep_deg_s - BRAKING_S - delay_s / 2
+        return self._began + delay_s / 2 + START_S + self._first * self._direction / self._creep_deg_s - BRAKING_S
 
     def stalled(self) -> StopReason | None:
         """Return STALLED if any wheel has not moved for `stall_s`."""

@@ -16,7 +16,7 @@ FASTEST_WHEEL_DEG_S = 0.75 * FULL_SPEED_DEG_S
 
 @dataclass(frozen=True, slots=True)
 class DriveSettings:
-    """How fast the rover moves.
+    """How fast the rover moves; in `straight`, `turn` and `curve` the faster wheel turns at 10 deg/s or more.
 
     Attributes:
         speed_mm_s: Highest speed of `straight` and `curve`, above 0; at most that of wheels at `FASTEST_WHEEL_DEG_S`,

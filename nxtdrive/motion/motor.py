@@ -12,7 +12,7 @@ from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.link.protocol import MotorLink
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
-from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, coasting, held, sample
+from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, braked, coasting, held, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel
 from nxtdrive.motion.stall import STALL_S
 from nxtdrive.motion.velocity_move import VelocityMove
@@ -28,8 +28,6 @@ FASTEST_DEG_S = 900.0
 """Highest speed that can be regulated: with a fresh battery a free motor turns at about 1000 deg/s."""
 ANGLE_RANGE_DEG = 1_000_000.0
 """A longer motion, of more than a quarter of an hour, is a mistake in the unit."""
-SLOWEST_DEG_S = 10.0
-"""Lowest speed, and the resolution of speeds."""
 
 
 class Then(StrEnum):

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 FULL_SPEED_DEG_S = 100 / 0.101
 """Regulated speed at 100 %: 100 counts of one degree per regulation period of 101 ms. Source: docs/firmware.md 9.6."""
+SLOWEST_DEG_S = 10.0
+"""Lowest regulated speed, and the resolution of speeds: one percent."""
 
 _COMMAND = struct.Struct("<IhBBbbBBBBBBb")
 """TachoLimit, spare, Flags, Mode, Speed, ActualSpeed, P, I, D, RunState, RegMode, Overloaded, SyncTurn."""

@@ -72,12 +72,20 @@ class Pace:
     speed_deg_s: float
     acceleration_deg_s2: float
 
+    @property
+    def creep_deg_s(self) -> float:
+        """Speed of the last stretch."""
+        return min(CREEP_DEG_S, self.speed_deg_s)
+
     def at(self, done_deg: float, left_deg: float) -> float:
         """Return the speed after `done_deg`, with `left_deg` left until the creep begins."""
-        creep = min(CREEP_DEG_S, self.speed_deg_s)
-        up = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, done_deg))
-        down = math.sqrt(creep**2 + 2 * self.acceleration_deg_s2 * max(0.0, left_deg))
-        return min(self.speed_deg_s, up, down)
+        return min(self.speed_deg_s, self._after(done_deg), self._after(left_deg))
+
+    def _after(self, angle_deg: float) -> float:
+        """Return the speed that creeping wheels reach by `angle_deg`."""
+        if angle_deg <= 0:  # the product below is not a number for an unlimited acceleration
+            return self.creep_deg_s
+        return math.sqrt(self.creep_deg_s**2 + 2 * self.acceleration_deg_s2 * angle_deg)
 
     def duration_s(self, angle_deg: float) -> float:
         """Return the longest time a motion of `angle_deg` should take."""
@@ -169,7 +177,8 @@ class PositionMove:
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns None, or the reason to end earlier."""
         link = self._link
-        progress = BrakePredictor(self._stall_s, [abs(wheel.ratio) for wheel in self._wheels])
+        weights = [abs(wheel.ratio) for wheel in self._wheels]
+        progress = BrakePredictor(self._stall_s, weights, self._pace.creep_deg_s)
         deadline = link.now() + self._pace.duration_s(abs(angle_deg))
         near = driven = False
         while True:

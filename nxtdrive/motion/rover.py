@@ -20,7 +20,7 @@ from nxtdrive.motion.drive_settings import FASTEST_WHEEL_DEG_S, DriveSettings, c
 from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
-from nxtdrive.motion.outputs import Sample, sample
+from nxtdrive.motion.outputs import SLOWEST_DEG_S, Sample, sample
 from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
 from nxtdrive.motion.stall import WATCH_S, StallDetector
 from nxtdrive.motion.wheel_geometry import WheelGeometry
@@ -31,13 +31,10 @@ __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
 ROUND_TRIPS = 1.5
 """A reading of the wheels that is no older than this many round trips is as good as a new one."""
-
 REST_S = 0.03
 """Wheels whose counts have not changed for this time stand."""
 TRIPS = 9
 """Round trips between two calls of `drive`: reading sonar, bumper and wheels, and the safety stop, take 8."""
-SLOWEST_PACE_DEG_S = 1.0
-"""Speed of a motion of length 0."""
 STANDING_SHARE = 0.02
 """A wheel that would turn less than this share of the other is not driven."""
 TURN_RANGE_DEG = 3600.0
@@ -317,12 +314,11 @@ class Rover:
         wheels_deg = self._wheels.wheels_deg(distance_mm, angle_deg)
         longest_deg = max(map(abs, wheels_deg))
         # of the limits along the path and of the turn, the stricter one counts
-        parts = [(abs(distance_mm), speed_mm_s, limits.acceleration_mm_s2)]
-        parts += [(abs(angle_deg), limits.turn_deg_s, limits.turn_acceleration_deg_s2)]
-        speed_s = max(amount / speed for amount, speed, _ in parts) or 1.0
-        change_s2 = max(amount / acceleration for amount, _, acceleration in parts) or 1.0
+        driven_mm, turned_deg = abs(distance_mm), abs(angle_deg)
+        speed_s = max(driven_mm / speed_mm_s, turned_deg / limits.turn_deg_s) or 1.0
+        change_s2 = max(driven_mm / limits.acceleration_mm_s2, turned_deg / limits.turn_acceleration_deg_s2)
         speed_deg_s = min(FASTEST_WHEEL_DEG_S, longest_deg / speed_s)
-        pace = Pace(speed_deg_s or SLOWEST_PACE_DEG_S, longest_deg / change_s2 or SLOWEST_PACE_DEG_S)
+        pace = Pace(max(SLOWEST_DEG_S, speed_deg_s), longest_deg / change_s2 if change_s2 else math.inf)
         wheels = [
             Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
             for port, sign, each_deg in zip(self._ports, self._wheels.signs, wheels_deg, strict=True)
@@ -341,6 +337,10 @@ class Rover:
             brake_all(self._leases)
             return MotionResult(objection, 0.0, 0.0)
         self._driving = False
+        for lease, port in zip(self._leases, self._ports, strict=True):
+            if port not in [wheel.port for wheel in wheels]:  # it may still turn under its last lease
+                self._link.mark_driven(port)
+                lease.brake()
         guard = self._guard if guarded else unguarded
         note = self._note if len(wheels) == len(self._ports) else self._note_all
         move = PositionMove(self._link, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)

@@ -1,11 +1,13 @@
 """A single motor: leases, positions, stalls."""
 
+import math
+
 import pytest
 
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
-from nxtdrive.motion.motor import Then
+from nxtdrive.motion.motor import MotorSettings, Then
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 FIRMWARES = pytest.mark.parametrize("firmware", ["1.29", "1.05"])
@@ -69,6 +71,22 @@ def test_an_angle_is_reached_and_held(lab, latency_ms, speed_deg_s, angle_deg):
     assert motor.run_angle(speed_deg_s, angle_deg) is StopReason.DONE
     room.brick.sleep(1)
     assert motor.angle == pytest.approx(angle_deg, abs=3)
+
+
+@pytest.mark.parametrize("latency_ms", [2, 45])
+@pytest.mark.parametrize(("speed_deg_s", "angle_deg"), [(10, 90), (14, 60), (20, -90), (35, 120)])
+def test_an_angle_is_reached_slowly_and_in_one_go(lab, latency_ms, speed_deg_s, angle_deg):
+    room = lab(latency_ms=latency_ms)
+    motor, begun_s = room.brick.motor("A"), room.brick.now()
+    assert motor.run_angle(speed_deg_s, angle_deg) is StopReason.DONE
+    assert room.brick.now() - begun_s == pytest.approx(abs(angle_deg) / speed_deg_s, rel=0.6, abs=1)
+    assert motor.angle == pytest.approx(angle_deg, abs=3)
+
+
+def test_without_a_limit_of_acceleration_an_angle_is_as_exact(lab):
+    motor = lab().brick.motor("A", settings=MotorSettings(acceleration_deg_s2=math.inf))
+    assert motor.run_angle(900, 360) is StopReason.DONE
+    assert motor.angle == pytest.approx(360, abs=3)
 
 
 def test_signs_of_speed_and_angle_multiply(lab):

@@ -62,6 +62,46 @@ def test_straights_are_exact(lab, latency_ms, distance_mm, seed):
 
 
 @LINKS
+@pytest.mark.parametrize(("distance_mm", "speed_mm_s"), [(40, 5), (-60, 9), (15, 1)])
+def test_a_slow_straight_is_as_exact(lab, latency_ms, distance_mm, speed_mm_s):
+    rover = Rover(lab(latency_ms=latency_ms).brick.link)
+    motion = rover.straight(distance_mm, speed_mm_s)
+    assert motion.done
+    assert motion.distance_mm == pytest.approx(distance_mm, abs=3)
+
+
+def test_a_slow_turn_is_as_exact(lab):
+    motion = Rover(lab().brick.link, settings=DriveSettings(turn_deg_s=3)).turn(30)
+    assert motion.done
+    assert motion.turned_deg == pytest.approx(30, abs=TURN_TOLERANCE_DEG)
+
+
+def test_without_limits_of_acceleration_a_straight_takes_hardly_longer_than_at_full_speed(lab):
+    room = lab()
+    settings = DriveSettings(acceleration_mm_s2=math.inf, turn_acceleration_deg_s2=math.inf)
+    rover, begun_s = Rover(room.brick.link, settings=settings), room.brick.now()
+    motion = rover.straight(400)
+    assert motion.done
+    assert motion.distance_mm == pytest.approx(400, abs=STRAIGHT_TOLERANCE_MM)
+    assert room.brick.now() - begun_s < 400 / settings.speed_mm_s + 1
+
+
+@LINKS
+@pytest.mark.parametrize("angle_deg", [90, -90])
+def test_a_curve_around_one_wheel_stops_that_wheel_first(lab, latency_ms, angle_deg):
+    room = lab(latency_ms=latency_ms)
+    rover = Rover(room.brick.link, safety=UNGUARDED)
+    for _ in range(10):
+        rover.drive(200, 0)
+        room.brick.sleep(0.1)
+    motion = rover.curve(112 / 2, angle_deg)
+    settle(room)
+    assert motion.done
+    assert motion.turned_deg == pytest.approx(angle_deg, abs=5)
+    assert motion.distance_mm == pytest.approx(math.radians(90) * 112 / 2, abs=15)
+
+
+@LINKS
 def test_the_pose_follows_the_robot_around_a_square(lab, latency_ms):
     room = lab(latency_ms=latency_ms)
     rover = Rover(room.brick.link)
