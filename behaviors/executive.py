@@ -25,7 +25,7 @@ from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
-from behaviors.recoveries import Choice
+from behaviors.recoveries import Choice, checked_choice
 from behaviors.return_types import WrongReturn, checked, place
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
@@ -257,7 +257,7 @@ class Executive:
         self._profile.learn(self._failure)
         basis = Evidence(self._queue.target, self._failure.reason, self._seen_since_search, self._researches)
         evidence = as_recorded(checked(self._profile.evidence, Evidence, basis))
-        choice = checked(self._profile.select, Choice, evidence)
+        choice = checked_choice(self._profile.select, evidence, self._queue.names)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 

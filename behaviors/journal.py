@@ -10,6 +10,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from numbers import Integral, Real
 from typing import Protocol, Self
 
 from input_files.json_text import parse_object
@@ -107,9 +108,9 @@ def plain(value: object) -> Value:
         return value
     if isinstance(value, str):
         return str(value)
-    if isinstance(value, int):
+    if isinstance(value, Integral):  # also numpy's
         return int(value)
-    if isinstance(value, float):
+    if isinstance(value, Real):
         return round(float(value), 3)
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}

@@ -8,7 +8,7 @@ robot and no clock, so it can be tested with plain values and rerun on a journal
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Protocol, Self, runtime_checkable
@@ -16,6 +16,8 @@ from typing import Any, Protocol, Self, runtime_checkable
 from behaviors.evidence import Evidence
 from behaviors.mission import ThesisParameters
 from behaviors.ports import Point
+from behaviors.return_types import WrongReturn, checked, place
+from input_files.mistakes import excerpt
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,7 @@ class Choice:
         proposed: The policy's own choice, if that person chose something else.
 
     Raises:
-        TypeError: `kind` is not one of the recoveries, a number is none, or `route` no places.
+        TypeError: `kind` is not one of the recoveries, a number is none, a text is none, or `route` no places.
         ValueError: A number is not finite, or the time negative.
     """
 
@@ -90,6 +92,9 @@ class Choice:
                 raise ValueError(f"{name} must be finite, not {value}")
         if self.wait_s < 0:
             raise ValueError(f"wait_s must be 0 or more, not {self.wait_s}")
+        for name, text in (("why", self.why), ("instead", self.instead)):
+            if not isinstance(text, str):
+                raise TypeError(f"{name} must be text, not {text!r}")
         if not isinstance(self.route, tuple | list) or not all(map(_is_point, self.route)):
             raise TypeError(f"route must be places (x_mm, y_mm), not {self.route!r}")
 
@@ -106,7 +111,11 @@ class Choice:
 
 
 def _is_point(value: object) -> bool:
-    return isinstance(value, tuple | list) and len(value) == 2 and all(isinstance(each, Real) for each in value)
+    return (
+        isinstance(value, tuple | list)
+        and len(value) == 2
+        and all(isinstance(each, Real) and math.isfinite(each) for each in value)
+    )
 
 
 def place_words(place: Point) -> str:
@@ -204,6 +213,24 @@ class RecoveryPolicy(Protocol):
     def select(self, evidence: Evidence) -> Choice:
         """Choose for this evidence; must not depend on anything else."""
         ...
+
+
+def checked_choice(select: Callable[..., object], evidence: Evidence, targets: Collection[str]) -> Choice:
+    """Call a method that chooses a recovery and return its choice.
+
+    Args:
+        select: A bound method of a profile or of a policy.
+        evidence: Its argument.
+        targets: Those of the mission.
+
+    Raises:
+        WrongReturn: It returned something else, or chose a target that the mission does not have.
+    """
+    choice = checked(select, Choice, evidence)
+    if choice.instead and choice.instead not in targets:
+        known = ", ".join(map(repr, targets))
+        raise WrongReturn(f"{place(select)} chose the target {excerpt(choice.instead)}; this mission has {known}.")
+    return choice
 
 
 @dataclass(frozen=True, slots=True)

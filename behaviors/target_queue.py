@@ -48,6 +48,11 @@ class TargetQueue:
         self._begin(self.targets[0])
 
     @property
+    def names(self) -> list[str]:
+        """Names of all targets, each once."""
+        return list(dict.fromkeys(progress.target for progress in self.targets))
+
+    @property
     def target(self) -> str:
         """Name of the target being pursued."""
         return self.current.target

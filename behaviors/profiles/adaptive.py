@@ -20,7 +20,7 @@ from behaviors.evidence import Evidence, Viewpoint
 from behaviors.failures import Failure
 from behaviors.mission import Mission
 from behaviors.ports import Point
-from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy
+from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy, checked_choice
 from behaviors.return_types import checked
 from behaviors.skills import Skill, SkillContext, ThesisMoveSkill
 from behaviors.target_queue import TargetQueue
@@ -168,7 +168,7 @@ class AdaptiveProfile:
         if evidence.blocker and evidence.detour is None:
             self._eyes_only_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
-        choice = checked(self._policy.select, Choice, evidence)
+        choice = checked_choice(self._policy.select, evidence, self._queue.names)
         destination = choice.route[-1] if choice.route else None
         if choice.kind is not WAIT:
             self._destined = next((each for each in evidence.viewpoints if each.route == choice.route), None)

@@ -8,7 +8,7 @@ from typing import Protocol
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy, checked_choice
 from behaviors.return_types import checked
 from behaviors.skills import (
     Skill,
@@ -122,4 +122,4 @@ class ThesisProfile:
 
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy."""
-        return checked(self._policy.select, Choice, evidence)
+        return checked_choice(self._policy.select, evidence, self._queue.names)

@@ -61,6 +61,23 @@ def _error(seed=100):
             POLICY.format("Choice(WAIT, 'x', route=(1, 2))", ()),
             "{file}:9: TypeError: route must be places (x_mm, y_mm)",
         ),
+        (
+            POLICY.format("Choice(WAIT, 'x', route=((0, float('nan')),))", ()),
+            "{file}:9: TypeError: route must be places (x_mm, y_mm)",
+        ),
+        (POLICY.format("Choice(WAIT, 5)", ()), "{file}:9: TypeError: why must be text, not 5"),
+        (
+            POLICY.format("Choice(CHANGE_TARGET, 'x', instead=3)", ()),
+            "{file}:9: TypeError: instead must be text, not 3",
+        ),
+        (
+            POLICY.format("Choice(CHANGE_TARGET, 'x', instead='nobody')", ()),
+            "select() of mistaken:Policy ({file}:9) chose the target 'nobody'; this mission has 'rilakkuma', 'lena'.",
+        ),
+        (
+            "def select(self, evidence): return Choice(CHANGE_TARGET, 'x', instead='nobody')",
+            "select() of mistaken:Mistaken ({file}:5) chose the target 'nobody'; this mission has",
+        ),
         ("def skill(self, state, choice): return {}[state]", "({file}:5) has no skill for 'search'."),
         ("def select(self, evidence): pass", "select() of mistaken:Mistaken ({file}:5) returned NoneType"),
         ("def skill(self, state, choice): pass", "skill() of mistaken:Mistaken ({file}:5) returned NoneType, not a Sk"),

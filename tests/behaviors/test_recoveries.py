@@ -1,12 +1,25 @@
 """The thesis's rule."""
 
+import json
+
+import numpy as np
 import pytest
 
 from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, evidence_from
-from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, recovery_in
+from behaviors.journal import plain
+from behaviors.recoveries import (
+    CHANGE_TARGET,
+    MOVE_TO,
+    RECOVERIES,
+    WAIT,
+    Choice,
+    ThesisPolicy,
+    choice_from,
+    recovery_in,
+)
 
 
 def _evidence(*, seen_since_search: bool, researches: int) -> Evidence:
@@ -56,3 +69,9 @@ def test_every_recovery_has_one_transition_into_each_of_its_states(recovery):
 )
 def test_a_place_is_named_by_the_distances_that_count(place, words):
     assert Choice(MOVE_TO, "", route=(place,)).words() == f"look from {words}"
+
+
+def test_a_choice_with_numbers_of_numpy_can_be_written_into_the_journal():
+    choice = Choice(MOVE_TO, "", wait_s=np.float32(1.5), turn_deg=np.int64(-30), route=((np.float64(1), np.int32(2)),))
+    record = plain(choice.record())
+    assert choice_from(json.loads(json.dumps(record))) == choice
