@@ -17,7 +17,6 @@ from firmware_protocol.errors import (
     BrickNotFound,
     LinkBusy,
     LinkLost,
-    LinkTimeout,
     NXTError,
     PermissionDenied,
 )
@@ -71,7 +70,11 @@ class SerialTransport(StreamTransport):
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:
-            raise LinkTimeout(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None
+            # it may have taken a part of this one, whose rest would be taken from the next
+            with contextlib.suppress(OSError):
+                self._port.reset_output_buffer()  # closing waits until it is sent
+            self.close()
+            raise LinkLost(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None
         except (OSError, serial.SerialException, TypeError) as error:
             raise self._lost(error) from error
 
@@ -84,9 +87,9 @@ class SerialTransport(StreamTransport):
 
 
 def _cannot_open(device: str, error: Exception) -> NXTError:
-    # On Windows pyserial packs the reason into the text and leaves errno empty.
+    # On Windows pyserial packs the reason into the text, in the user's language, and leaves errno empty.
     number, text = getattr(error, "errno", None), str(error)
-    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "Access is denied" in text:
+    if number in (errno.EAGAIN, errno.EBUSY, errno.EWOULDBLOCK) or "PermissionError" in text:
         return LinkBusy(
             f"{device} is in use.",
             remedy="Close the other program that has it open: another nxtdrive, a terminal, ModemManager.",

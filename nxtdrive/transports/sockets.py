@@ -6,9 +6,13 @@ import contextlib
 import socket
 
 from firmware_protocol.errors import LinkLost, LinkTimeout
+from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
 CHUNK = 4096
+LEAST_WAIT_S = 0.001
+"""A timeout of 0 would mean not to wait at all, and raises another error."""
+_CLOCK = WallClock()
 
 
 class Connection:
@@ -25,23 +29,33 @@ class Connection:
         self._socket.settimeout(max(timeout_s, 0.0))
         try:
             data = self._socket.recv(CHUNK)
-        except (TimeoutError, BlockingIOError):
-            return b""
         except OSError as error:
+            if _is_silence(error):
+                return b""
             raise self._lost(error) from error
         if not data:
             raise self._lost("the other end closed the connection")
         return data
 
     def write(self, data: bytes) -> None:
-        """Write all of `data` within `SEND_TIMEOUT_S`."""
-        self._socket.settimeout(SEND_TIMEOUT_S)
+        """Write all of `data` within `SEND_TIMEOUT_S`; of data that is taken in part the rest would join what follows.
+
+        Raises:
+            LinkTimeout: Nothing of it was taken.
+            LinkLost: Only a part was taken, and the connection is closed; or it was lost before.
+        """
+        left, deadline = memoryview(data), _CLOCK.now() + SEND_TIMEOUT_S
         try:
-            self._socket.sendall(data)
-        except TimeoutError:
-            raise LinkTimeout(f"{self._address} takes no more telegrams.", remedy="Is the brick still on?") from None
+            while left:
+                self._socket.settimeout(max(deadline - _CLOCK.now(), LEAST_WAIT_S))
+                left = left[self._socket.send(left) :]
         except OSError as error:
-            raise self._lost(error) from error
+            if not _is_silence(error):
+                raise self._lost(error) from error
+            if len(left) < len(data):
+                self.close()
+                raise self._lost("it took only part of a telegram") from None
+            raise LinkTimeout(f"{self._address} takes no more telegrams.", remedy="Is the brick still on?") from None
 
     def close(self) -> None:
         """Close the connection; never raises."""
@@ -51,6 +65,11 @@ class Connection:
 
     def _lost(self, reason: object) -> LinkLost:
         return LinkLost(f"the link to {self._address} is lost: {reason}.", remedy=self._remedy)
+
+
+def _is_silence(error: OSError) -> bool:
+    """Whether our own wait has ended; a connection that the system has given up raises a TimeoutError with a number."""
+    return isinstance(error, BlockingIOError) or (isinstance(error, TimeoutError) and error.errno is None)
 
 
 class SocketTransport(StreamTransport):

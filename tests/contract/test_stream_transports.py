@@ -24,13 +24,15 @@ from firmware_protocol.errors import (
     PermissionDenied,
     RemoteProtocolError,
 )
-from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT
+from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader
 from firmware_protocol.system import IOMapRead
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.bluetooth import BluetoothTransport
 from nxtdrive.transports.nxt_server import NxtServerTransport
+from nxtdrive.transports.sockets import SocketTransport
 
 PATIENCE_S = 10.0
+TELEGRAM = bytes(100)
 
 
 @pytest.fixture
@@ -70,6 +72,10 @@ def test_a_port_must_be_named():
             LinkBusy,
         ),
         (
+            serial.SerialException("could not open port 'COM5': PermissionError(13, 'Zugriff verweigert', None, 5)"),
+            LinkBusy,
+        ),
+        (
             serial.SerialException("could not open port 'COM5': FileNotFoundError(2, 'cannot find', None, 2)"),
             BrickNotFound,
         ),
@@ -95,6 +101,79 @@ def test_the_port_does_not_become_the_controlling_terminal(terminal):
         [sys.executable, "-c", code, terminal], capture_output=True, text=True, start_new_session=True, check=True
     )
     assert done.stdout.strip() == "none"
+
+
+def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker):
+    """The rest of it would be taken from the next one."""
+    port = mocker.patch("serial.Serial").return_value
+    port.write.side_effect = serial.SerialTimeoutException("Write timeout")
+    transport = open_transport("serial://COM5")
+    with pytest.raises(LinkLost, match="takes no more telegrams"):
+        transport.send(b"\x00\x0b")
+    port.close.assert_called_once()
+    with pytest.raises(LinkLost, match="is closed"):
+        transport.send(b"\x00\x0b")
+
+
+class Choking:
+    """A socket that takes so many bytes, and then none."""
+
+    def __init__(self, inner, left):
+        self.inner, self.left = inner, left
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
+
+    def send(self, data):
+        if not self.left:
+            raise TimeoutError("timed out")
+        taken = self.inner.send(data[: self.left])
+        self.left -= taken
+        return taken
+
+
+@pytest.fixture
+def connected():
+    """A socket transport, and the peer's end."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        yield SocketTransport("tcp://peer", ours), theirs
+
+
+def test_a_telegram_of_which_only_a_part_was_taken_is_followed_by_no_other(connected):
+    transport, peer = connected
+    transport._connection._socket = choking = Choking(transport._connection._socket, 150)
+    transport.send(TELEGRAM)
+    with pytest.raises(LinkLost, match="only part of a telegram"):
+        transport.send(TELEGRAM)
+    choking.left = 1000
+    with pytest.raises(LinkLost):
+        transport.send(TELEGRAM)
+    frames = FrameReader()
+    frames.feed(peer.recv(1000))
+    assert [frames.next(), frames.next()] == [TELEGRAM, None]
+
+
+def test_a_telegram_of_which_nothing_was_taken_may_be_sent_again(connected):
+    transport, _ = connected
+    choking = transport._connection._socket = Choking(transport._connection._socket, 102)
+    transport.send(TELEGRAM)
+    with pytest.raises(LinkTimeout, match="takes no more telegrams"):
+        transport.send(TELEGRAM)
+    choking.left = 102
+    transport.send(TELEGRAM)
+
+
+@pytest.mark.parametrize(
+    "use", [lambda transport: transport.receive(0.0), lambda transport: transport.send(b"\x00\x0b")]
+)
+def test_a_connection_that_the_system_gave_up_is_lost_and_not_silent(use, mocker):
+    """Python raises a TimeoutError for ETIMEDOUT as well, the end of a radio link of which nothing was heard."""
+    dead = mocker.Mock(
+        **{f"{name}.side_effect": TimeoutError(errno.ETIMEDOUT, "timed out") for name in ("recv", "send")}
+    )
+    with pytest.raises(LinkLost, match="timed out"):
+        use(SocketTransport("bt://00:16:53:0A:1B:2C", dead))
 
 
 def test_a_missing_server_means_no_brick():
@@ -156,8 +235,9 @@ def test_on_windows_python_s_own_bluetooth_is_used(on_windows):
     transport = open_transport("bt://00:16:53:0a:1b:2c")
     on_windows.assert_called_once_with(32, socket.SOCK_STREAM, 3)
     on_windows.return_value.connect.assert_called_once_with(("00:16:53:0A:1B:2C", 1))
+    on_windows.return_value.send.side_effect = len
     transport.send(b"\x00\x0b")
-    on_windows.return_value.sendall.assert_called_once_with(b"\x02\x00\x00\x0b")
+    on_windows.return_value.send.assert_called_once_with(b"\x02\x00\x00\x0b")
 
 
 @pytest.mark.parametrize(
