@@ -64,7 +64,7 @@ def open_camera(
         return LiveCamera(
             f"camera {number}",
             "Is it plugged in, and does no other program use it? Cameras are numbered 0, 1, 2...",
-            lambda: _open_webcam(number),
+            lambda: _open_webcam(source),
             clock,
             open_timeout_s,
         )
@@ -134,8 +134,16 @@ def _webcam_number(source: str) -> int | None:
     return number
 
 
-def _open_webcam(number: int) -> cv2.VideoCapture:
-    """Open without timeouts: OpenCV's webcam backends reject them; the camera's thread limits the wait instead."""
+def _open_webcam(source: str) -> cv2.VideoCapture:
+    """Open without timeouts: OpenCV's webcam backends reject them; the camera's thread limits the wait instead.
+
+    A name such as one in ``/dev/v4l/by-id`` is looked up each time: a webcam that comes back may have another number.
+
+    Raises:
+        CameraError: The name leads to no webcam while it is pulled out.
+    """
+    if (number := _webcam_number(source)) is None:
+        raise CameraError(f"there is no camera {source}.")
     capture = cv2.VideoCapture(number)
     capture.set(cv2.CAP_PROP_FRAME_WIDTH, WEBCAM_SIZE[0])
     capture.set(cv2.CAP_PROP_FRAME_HEIGHT, WEBCAM_SIZE[1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 MOST_MEMORY = 4_000_000_000
@@ -23,7 +24,10 @@ def run_trial(program: Path, *words: str, limit_s: float) -> subprocess.Complete
 
 
 def limit_this_process() -> None:
-    """Limit the calling process to `MOST_MEMORY`, without core dumps; no effect on Windows."""
+    """Limit the calling process to `MOST_MEMORY`, without core dumps; no effect on Windows.
+
+    macOS refuses a limit below what a process has mapped, hundreds of gigabytes on Apple's processors.
+    """
     try:
         import resource
     except ImportError:
@@ -31,4 +35,5 @@ def limit_this_process() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
     most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    with suppress(ValueError):
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))

@@ -36,3 +36,17 @@ def test_a_copy_of_a_cascade_works(tmp_path, astronaut):
     found = mine.detector.detect(astronaut)
     assert found
     assert found == theirs.detector.detect(astronaut)
+
+
+def test_where_the_system_refuses_a_limit_of_memory_a_cascade_is_tried_without(tmp_path, monkeypatch):
+    """As macOS does on Apple's processors."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import resource\n"
+        "def setrlimit(what, limits):\n"
+        "    if what == resource.RLIMIT_AS:\n"
+        "        raise ValueError('current limit exceeds maximum limit')\n"
+        "resource.setrlimit = setrlimit\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    shutil.copy(CASCADE, tmp_path / "mine.xml")
+    make_detector({"detector": "haar", "cascade": "mine.xml"}, tmp_path)

@@ -1,11 +1,13 @@
 """Live cameras: a real MJPEG stream from a server in this process, and a webcam with OpenCV's end of it mocked."""
 
 import contextlib
+import os
 import socket
 import subprocess
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -180,6 +182,37 @@ def test_a_webcam_that_was_pulled_out_comes_back_when_plugged_in(mocker):
     assert camera.read(5.0).index == 1
     second.unplug()
     camera.close()
+
+
+@pytest.fixture
+def link():
+    """A name in /dev for a webcam, as udev makes in /dev/v4l/by-id, that stays when the webcam's number changes."""
+    if not os.path.isdir("/dev/shm"):
+        pytest.skip("needs Linux")
+    path = Path(f"/dev/shm/nxtdrive-{os.getpid()}")
+    yield path
+    path.unlink(missing_ok=True)
+
+
+def test_a_webcam_that_comes_back_with_another_number_is_found_by_its_name(mocker, link):
+    mocker.patch("nxtdrive.vision.live.REOPEN_AFTER_S", 0.01)
+    link.symlink_to("/dev/video200")
+    first, second, opened = Webcam(), Webcam(), []
+    mocker.patch(
+        "cv2.VideoCapture", side_effect=lambda number: opened.append(number) or (second if opened[1:] else first)
+    )
+    first.deliver(1)
+    camera = open_camera(str(link), clock=WallClock())
+    camera.read(2.0)
+    link.unlink()
+    first.unplug()
+    assert first.released.wait(5.0)
+    link.symlink_to("/dev/video202")
+    second.deliver(1)
+    assert camera.read(5.0).index == 1
+    second.unplug()
+    camera.close()
+    assert opened[:2] == [200, 202]
 
 
 def test_a_webcam_whose_driver_fails_while_it_is_opened_is_reported(mocker):
