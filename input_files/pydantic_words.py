@@ -6,14 +6,16 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from input_files.plain import is_number
+
 LONGEST_EXAMPLE = 60
 """A longer text is no readable example."""
 
 WORDS = {
-    "greater_than": "must be more than {gt:g}",
-    "greater_than_equal": "must be {ge:g} or more",
-    "less_than": "must be less than {lt:g}",
-    "less_than_equal": "must be {le:g} or less",
+    "greater_than": "must be more than {gt}",
+    "greater_than_equal": "must be {ge} or more",
+    "less_than": "must be less than {lt}",
+    "less_than_equal": "must be {le} or less",
     "finite_number": "must be a finite number",
     "float_type": "must be a number",
     "float_parsing": "must be a number",
@@ -27,7 +29,7 @@ WORDS = {
     "list_type": "must be a list in brackets, as in [1, 2]",
     "tuple_type": "must be a list in brackets, as in [1200, 800]",
     "path_type": "must be a file name in quotes",
-    "multiple_of": "must be a multiple of {multiple_of:g}",
+    "multiple_of": "must be a multiple of {multiple_of}",
     "model_type": "must be a table",
     "model_attributes_type": "must be a table",
     "dict_type": "must be a table",
@@ -61,4 +63,14 @@ def words(kind: str, context: Mapping[str, object], message: str, value: object 
     if kind == "list_type" and isinstance(value, str) and len(value) <= LONGEST_EXAMPLE:
         return f"must be a list in brackets, as in [{json.dumps(value, ensure_ascii=False)}]"
     text = WORDS.get(kind)
-    return message.removeprefix("Value error, ") if text is None else text.format(**context)
+    if text is None:
+        return message.removeprefix("Value error, ")
+    return text.format(**{name: _plain(each) for name, each in context.items()})
+
+
+def _plain(value: object) -> object:
+    """Return a limit with six digits, and a million without an exponent; anything else as it is."""
+    if not is_number(value):
+        return value
+    short = f"{value:g}"
+    return f"{value:.0f}" if "e+" in short else short

@@ -10,9 +10,13 @@ FARTHEST_MM = 1e6
 """A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
 Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
 Point = tuple[Coordinate, Coordinate]
-Length = Annotated[float, Field(gt=0, le=FARTHEST_MM)]
+LEAST = 1e-3
+"""A micrometre, or a gram: products of much smaller sizes and masses are 0."""
+LONGEST_S = 1e6
+"""Eleven days, more than any simulation runs."""
+Length = Annotated[float, Field(ge=LEAST, le=FARTHEST_MM)]
 Name = Annotated[str, Field(min_length=1)]
-Seconds = Annotated[float, Field(ge=0)]
+Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
 Percent = Annotated[float, Field(ge=0, le=100)]
 
 
@@ -21,11 +25,11 @@ def _span(value: object) -> object:
     match value:
         case bool():
             pass
-        case int() | float() if value >= 0:
+        case int() | float() if 0 <= value <= LONGEST_S:
             return value, value
-        case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest:
+        case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest <= LONGEST_S:
             return shortest, longest
-    raise ValueError(f"must be seconds, or [shortest, longest] to draw from, not {value!r}")
+    raise ValueError(f"must be seconds, or [shortest, longest] to draw from, {LONGEST_S:.0f} at most, not {value!r}")
 
 
 Duration = Annotated[tuple[float, float], BeforeValidator(_span)]

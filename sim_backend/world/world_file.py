@@ -92,7 +92,7 @@ class Slip(Table):
 
     distance_percent: Annotated[float, Field(gt=-50, lt=100)] = 0.0
     turn_percent: Annotated[float, Field(gt=-50, lt=100)] = 0.0
-    veer_deg_per_m: float = 0.0
+    veer_deg_per_m: Annotated[float, Field(ge=-3600, le=3600)] = 0.0
     jitter_percent: Annotated[float, Field(ge=0, le=100)] = 1.0
 
 

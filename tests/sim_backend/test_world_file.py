@@ -447,7 +447,7 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
         (ROOM.replace("[400, 1000]", "400"), "robot.start_mm: must be a list in brackets, as in [1200, 800], not 400"),
         (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have 2 entries, not [4, 5, 6]"),
         (ROOM.replace("[400, 1000]", "[400]"), "robot.start_mm[1]: is missing"),
-        (ROOM.replace("700", "-7"), "boxes[0].height_mm: must be more than 0, not -7"),
+        (ROOM.replace("700", "-7"), "boxes[0].height_mm: must be 0.001 or more, not -7"),
         (ROOM.replace("700", "'high'"), "boxes[0].height_mm: must be a number, not 'high'"),
         (ROOM.replace("'desk'", "7").replace('"desk"', "7"), "boxes[0].name: must be text in quotes, not 7"),
         (ROOM + "present = 'maybe'", "boxes[0].present: must be true or false, not 'maybe'"),
@@ -458,3 +458,26 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
 )
 def test_a_mistake_is_reported_in_plain_words(text, expected):
     assert mistakes_in(text) == [expected]
+
+
+EVENT = '[[events]]\nname = "a"\npicture = "lena"\npresent = false\n'
+PICTURE = '[[pictures]]\nname = "lena"\nat_mm = [2500, 1000]\nfacing_deg = 180\n'
+
+
+@pytest.mark.parametrize(
+    ("table", "where"),
+    [
+        (f"{PICTURE}{EVENT}when = {{ at_s = 1e308 }}", "events[0].when.at_s: must be 1000000 or less"),
+        (f"{PICTURE}{EVENT}when = {{ at_s = 1, delay_s = 1e307 }}", "events[0].when.delay_s: must be seconds, or"),
+        (f"{PICTURE}{EVENT}when = {{ at_s = 1, for_s = [1, 2e6] }}", "events[0].when.for_s: must be seconds, or"),
+        ("[robot.slip]\nveer_deg_per_m = 1e308", "robot.slip.veer_deg_per_m: must be 3600 or less"),
+        ("[[boxes]]\nname = 'a'\nat_mm = [2000, 900]\nsize_mm = [1e-308, 9]\nheight_mm = 9", "boxes[0].size_mm"),
+        (
+            "[[boxes]]\nname = 'a'\nat_mm = [2000, 900]\nsize_mm = [9, 9]\nheight_mm = 9\nmass_kg = 1e-300",
+            "boxes[0].mas",
+        ),
+    ],
+)
+def test_numbers_with_which_a_simulation_cannot_compute_are_mistakes(table, where):
+    (mistake,) = mistakes_in(f"{GOOD}{table}")
+    assert mistake.startswith(where)
