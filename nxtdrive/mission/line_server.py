@@ -231,8 +231,11 @@ class LineServer:
         except OSError:
             return  # the client has left already
         connection.setblocking(False)
-        # detects a client's computer that was switched off
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        try:  # detects a client's computer that was switched off
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        except OSError:  # the client has left meanwhile: macOS
+            connection.close()
+            return
         client = _Client(connection, "{}:{}".format(*address[:2]))
         if len(self._clients) == CLIENT_LIMIT:
             oldest = next(each for each in self._clients if each is not self._served)

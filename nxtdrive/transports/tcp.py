@@ -33,12 +33,12 @@ def connect(address: Address, timeout_s: float) -> socket.socket:
     host, port = _split(address)
     try:
         connection = socket.create_connection((host, port), timeout=timeout_s)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # fails on macOS if the server has left
     except (OSError, UnicodeError) as error:
         raise BrickNotFound(
             f"no brick is served at {host}:{port}: {getattr(error, 'strerror', None) or error}.",
             remedy="Start the server first, then check host and port.",
         ) from error
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return connection
 
 

@@ -149,7 +149,8 @@ class MjpegDoor:
 
     async def _answer(self, connection: socket.socket, name: str) -> None:
         """Answer the request, then stream."""
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        with contextlib.suppress(OSError):  # on macOS, if the viewer has left
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         task = cast("asyncio.Task[None]", asyncio.current_task())
         reader, writer = await asyncio.open_connection(sock=connection, limit=LINE_LIMIT)
         try:

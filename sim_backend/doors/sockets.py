@@ -206,8 +206,12 @@ class SocketDoor:
             except OSError:  # no connection, or it is gone already
                 return
             connection.setblocking(False)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+            try:
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+            except OSError:  # it is gone already: macOS
+                connection.close()
+                continue
             yield self._client(connection, f"{bracketed(peer[0])}:{peer[1]}")
 
     def _client(self, connection: socket.socket, name: str) -> SocketClient:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import select
+import socket
 import threading
 
 import pytest
@@ -401,6 +403,19 @@ def test_a_client_that_floods_is_sent_away(serve):
     assert flooded.wait(60)
     assert served.client().ask("connect") == 1
     assert served.at_rest
+
+
+def test_a_client_that_is_gone_before_it_is_accepted_does_not_end_the_server(serve, monkeypatch):
+    """On macOS a connection that its client has reset takes no options."""
+    served, refusals = serve(), iter([True])
+
+    def setsockopt(connection, *option):
+        if next(refusals, False):
+            raise OSError(errno.EINVAL, "Invalid argument")
+
+    monkeypatch.setattr(socket.socket, "setsockopt", setsockopt, raising=False)
+    assert served.client().hear() == b""
+    assert served.client().ask("connect") == 1
 
 
 def test_a_brick_that_answers_nonsense_is_a_link_that_breaks(serve):

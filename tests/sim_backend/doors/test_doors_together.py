@@ -1,6 +1,7 @@
 """Several programs at several doors: one brick, and every reply finds its way back."""
 
 import contextlib
+import errno
 import socket
 
 import pytest
@@ -9,7 +10,7 @@ from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputS
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.framing import LENGTH_SIZE, frame
 from firmware_protocol.system import IOMapRead, OpenWrite, Write
-from sim_backend.doors.sockets import is_loopback
+from sim_backend.doors.sockets import SocketDoor, StreamClient, is_loopback
 from sim_backend.doors.switchboard import CLIENT_LIMIT, WAITING_LIMIT
 from sim_backend.simulation import LinkFaults
 
@@ -244,3 +245,19 @@ def test_closing_sends_everybody_away(house):
 )
 def test_which_hosts_are_this_computer_only(host, here_only):
     assert is_loopback(host) is here_only
+
+
+def test_a_program_that_is_gone_before_it_is_accepted_does_not_end_the_server(monkeypatch):
+    """On macOS a connection that its program has reset takes no options."""
+    door, refusals = SocketDoor(StreamClient, now=lambda: 0.0), iter([True])
+
+    def setsockopt(connection, *option):
+        if next(refusals, False):
+            raise OSError(errno.EINVAL, "Invalid argument")
+
+    monkeypatch.setattr(socket.socket, "setsockopt", setsockopt, raising=False)
+    with contextlib.closing(door), socket.create_connection(("127.0.0.1", door.port)) as first:
+        with socket.create_connection(("127.0.0.1", door.port)):
+            (client,) = door.arrivals()
+            client.hang_up()
+        assert first.recv(1) == b""
