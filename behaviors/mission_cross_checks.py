@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import Any
+
+from input_files.mistakes import nearest
 
 MOTORS, SENSORS = ("left", "right"), ("ultrasonic", "touch", "compass")
 
@@ -22,8 +23,8 @@ def cross_checks(tables: Mapping[str, Any], robot_ports: Mapping[str, object]) -
     names = [name for name in wanted if isinstance(name, str)] if isinstance(wanted, list) else []
     for name in dict.fromkeys(names):
         if name not in described:
-            near = difflib.get_close_matches(name, described, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+            near = nearest(name, described)
+            hint = f"; did you mean {near!r}?" if near else ""
             yield f"mission.targets: target {name!r} has no table [target.{name}]{hint}"
 
 

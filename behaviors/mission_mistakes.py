@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from behaviors.detector_names import detector_names
-from input_files.mistakes import excerpt
+from input_files.mistakes import excerpt, nearest
 from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
@@ -74,8 +74,8 @@ def _detector_advice(target: dict[str, Any]) -> str:
             f"there is no detector {excerpt(target['detector'])}; use one of {known}, or install its package "
             "(docs/detectors.md)"
         )
-    near = difflib.get_close_matches("detector", target, n=1)
-    hint = f"; {near[0]!r} looks like it, misspelt" if near else ""
+    near = nearest("detector", target)
+    hint = f"; {near!r} looks like it, misspelt" if near else ""
     return f"the key detector is missing; it is one of {known}{hint}"
 
 

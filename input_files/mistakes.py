@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from itertools import islice
 
 SHOWN = 20
 """Mistakes that are listed; the others are counted."""
 LONGEST = 400
 LONGEST_VALUE = 80
+MOST_KNOWN = 100
+"""Among more names the nearest is not looked for: a file of thousands of wrong names would take minutes."""
 
 _MORE = re.compile(r"and (\d+) more")
 
@@ -50,6 +53,12 @@ def counted(lines: Iterable[str]) -> str:
 
 def _in_words(count: int) -> str:
     return "1 mistake" if count == 1 else f"{count} mistakes"
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """Return the known name that is most like another one; empty if none is, or there are more than 100."""
+    close = difflib.get_close_matches(name, known, n=1) if len(known) <= MOST_KNOWN else []
+    return close[0] if close else ""
 
 
 def excerpt(value: object) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import excerpt, listed
+from input_files.mistakes import MOST_KNOWN, excerpt, listed, nearest
 from input_files.plain import InputFileError
 from input_files.pydantic_words import words
 from input_files.toml_file import read_toml
@@ -103,10 +103,11 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
     return f"{path}: {message}, not {excerpt(error['input'])}"
 
 
-def hint(name: str, known: Iterable[str]) -> str:
-    """Suggest the closest known name, or list all of them."""
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+def hint(name: str, known: Collection[str]) -> str:
+    """Suggest the closest known name, or list them."""
+    near = nearest(name, known)
+    more = ["..."] if len(known) > MOST_KNOWN else []
+    return f"did you mean {near}?" if near else f"known here: {', '.join([*islice(known, MOST_KNOWN), *more])}"
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:

@@ -41,6 +41,11 @@ class Outline:
         across = abs(y * math.cos(angle) - x * math.sin(angle)) - self.size_mm[1] / 2
         return math.hypot(max(along, 0.0), max(across, 0.0))
 
+    def is_near(self, other: Outline) -> bool:
+        """Return whether the circles around both overlap; outlines that touch are near each other."""
+        reach_mm = (math.hypot(*self.size_mm) + math.hypot(*other.size_mm)) / 2
+        return math.dist(self.at_mm, other.at_mm) <= reach_mm
+
     def points(self, share: float) -> list[Point]:
         """Return its four corners, drawn in towards the middle to this share."""
         size_mm = share * self.size_mm[0], share * self.size_mm[1]
@@ -113,7 +118,7 @@ def _misplaced_picture(world: WorldFile, path: str, picture: Picture, solid: lis
     bottom_mm = picture.centre_height_mm - picture.size_mm[1] / 2
     front = [picture.at_mm, *board.points(0.5)]
     for outline in solid:
-        inside = any(outline.distance_mm(point) == 0.0 for point in front)
+        inside = outline.is_near(board) and any(outline.distance_mm(point) == 0.0 for point in front)
         if inside and outline.height_mm > bottom_mm:
             yield (
                 f"{path}: {picture.name!r} is inside {outline.what}, where it cannot be seen; put it in front, "

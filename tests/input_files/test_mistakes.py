@@ -1,0 +1,17 @@
+"""What may have been meant by a wrong name."""
+
+from input_files.mistakes import MOST_KNOWN, nearest
+from sim_backend.toml_file import hint
+
+MANY = [f"crate {number}" for number in range(MOST_KNOWN + 1)]
+
+
+def test_the_nearest_of_a_few_names_is_found():
+    assert nearest("crrate 7", ["table", "crate 7"]) == "crate 7"
+    assert nearest("crate", ["table"]) == ""
+
+
+def test_among_names_without_end_it_is_not_looked_for():
+    """A file of thousands of wrong names would take minutes, and gigabytes for lists of the right ones."""
+    assert nearest(MANY[0], MANY) == ""
+    assert hint("crate", MANY) == f"known here: {', '.join(MANY[:MOST_KNOWN])}, ..."
