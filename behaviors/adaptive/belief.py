@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM
+from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
 from behaviors.angles import wrapped_deg
@@ -27,8 +28,7 @@ class BeliefNumbers:
 
     Attributes:
         spacing_mm: Between neighbouring places.
-        reach_mm: From the start to the farthest place along each axis, as long as the map does not grow: within it.
-        edge_mm: Between the farthest place and the edge of a map that has grown.
+        edge_mm: Between the farthest place and the edge of the map.
         facings: Directions in which a picture may face.
         half_slant_deg: A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md
             section 1.2, 45 and 60 degrees aside.
@@ -42,7 +42,9 @@ class BeliefNumbers:
         blind_share: At this share it is 0.
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
-        likely_mm: Standard deviation of the prior around the start: a flat's rooms are within twice this.
+        likely_mm: Standard deviation of the prior around the floor that is known to be free.
+        free: Evidence for a cell to be known as free.
+        free_cells: A place is on free floor if the cell in its middle is free, or one that far beside it.
         slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
         turned: How likely it faces another way than was believed, against 1 for all.
         steepest_deg: A picture that is seen at all is seen no more obliquely than this.
@@ -60,7 +62,6 @@ class BeliefNumbers:
     """
 
     spacing_mm: float = 400.0
-    reach_mm: float = 6800.0
     edge_mm: float = 400.0
     facings: int = 8
     half_slant_deg: float = 52.0
@@ -74,7 +75,9 @@ class BeliefNumbers:
     blind_share: float = 1.05
     empty: float = 0.1
     unknown: float = 0.5
-    likely_mm: float = 4000.0
+    likely_mm: float = 2500.0
+    free: float = 0.2
+    free_cells: int = 2
     slant_sd_deg: float = 22.5
     turned: float = 0.05
     steepest_deg: float = half_slant_deg + 8.0
@@ -106,23 +109,27 @@ def _places(reach_mm: float) -> tuple[Array, Array]:
     return x_mm.ravel(), y_mm.ravel()
 
 
-def _prior(reach_mm: float) -> Array:
-    """Return the probability of each place and facing, (places, facings), when nothing else is known."""
-    x_mm, y_mm = _places(reach_mm)
-    prior = np.repeat(np.exp(-(x_mm**2 + y_mm**2) / (2 * N.likely_mm**2))[:, None], N.facings, axis=1)
-    return np.asarray(prior / prior.sum())
+def likely_places(floor: OccupancyGrid) -> Array:
+    """Return how likely a target is at each place when nothing is known of it, (places,), at most 1.
+
+    Targets are where there is floor to stand on: the farther from all floor that is known to be free, the less likely.
+    """
+    x_mm, y_mm = _places(floor.cells.reach_mm - N.edge_mm)
+    i, j = floor.cells.index(x_mm), floor.cells.index(y_mm)
+    free = floor.evidence < -N.free
+    steps = range(-N.free_cells, N.free_cells + 1, N.free_cells)
+    known = np.hypot(x_mm, y_mm) < N.spacing_mm / 2  # it stands there
+    for a, b in product(steps, steps):
+        known |= free[i + a, j + b]
+    away_mm = np.hypot(x_mm[:, None] - x_mm[known], y_mm[:, None] - y_mm[known]).min(axis=1)
+    return np.asarray(np.exp(-((away_mm / N.likely_mm) ** 2) / 2))
 
 
-def _prior_within(reach_mm: float) -> float:
-    """Return the probability that the target is at one of the places when nothing is known."""
-    return math.erf((reach_mm + N.spacing_mm / 2) / (N.likely_mm * math.sqrt(2.0))) ** 2
-
-
-def _framed(values: Array, cells: int, value: float) -> Array:
-    """Return values of places, (places, ...), with as many more places around them on each side."""
+def _framed(values: Array, cells: int) -> Array:
+    """Return values of places, (places, ...), with as many more places around them on each side, which have 1."""
     side, each = math.isqrt(len(values)), values.shape[1:]
     widths = [(cells, cells), (cells, cells), *[(0, 0)] * len(each)]
-    return np.pad(values.reshape(side, side, *each), widths, constant_values=value).reshape(-1, *each)
+    return np.pad(values.reshape(side, side, *each), widths, constant_values=1.0).reshape(-1, *each)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,41 +200,40 @@ class Belief:
     def __init__(self, range_mm: float, half_view_deg: float) -> None:
         self._range_mm = range_mm
         self._half_view_deg = half_view_deg
-        self.reach_mm = N.reach_mm
+        self.reach_mm = Cells().reach_mm - N.edge_mm
         self._x, self._y = _places(self.reach_mm)
-        self._prior = _prior(self.reach_mm)
-        self._mass = self._prior.copy()
-        self._within = _prior_within(self.reach_mm)
+        self._likely = likely_places(OccupancyGrid())
+        self._mass = self._prior()
+        self._untouched = 1.0 / (N.facings * float(self._likely.sum()))
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
 
-    def extend(self, map_mm: float) -> None:
-        """Consider more places, on a map that reaches this far from the start along each axis.
+    def _prior(self) -> Array:
+        """Return the belief when nothing is known of the target, (places, facings)."""
+        return np.repeat((self._likely / (N.facings * self._likely.sum()))[:, None], N.facings, axis=1)
 
-        The more was looked for in vain at the others, the likelier the target is at the new ones.
+    def follow(self, likely: Array) -> None:
+        """Update with a map that shows more floor, and may have grown: there are more places, and others are likely.
+
+        Args:
+            likely: What `likely_places` returns for it.
         """
-        reach_mm = map_mm - N.edge_mm
-        if reach_mm <= self.reach_mm:
-            return
-        before, after = _prior_within(self.reach_mm), _prior_within(reach_mm)
-        new = (1.0 - self._within) * (after - before) / (1.0 - before)
-        cells = round((reach_mm - self.reach_mm) / N.spacing_mm)
-        self.reach_mm = reach_mm
-        self._x, self._y = _places(reach_mm)
-        self._prior = _prior(reach_mm)
-        beyond = self._prior * _framed(np.zeros_like(self._mass), cells, 1.0)
-        self._mass = self._within * _framed(self._mass, cells, 0.0) + new * beyond / beyond.sum()
-        self._within += new
-        self._mass /= self._within
-        if self._stand is not None:
-            self._stand.missed = _framed(self._stand.missed, cells, 1.0)
-            self._stand.left = _framed(self._stand.left, cells, 1.0)
+        cells = (math.isqrt(len(likely)) - math.isqrt(len(self._likely))) // 2
+        held = _framed(self._mass / (self._untouched * self._likely[:, None]), cells)
+        self._mass = held * self._untouched * likely[:, None]
+        self._likely = likely
+        self._normalize()
+        if cells:
+            self.reach_mm += cells * N.spacing_mm
+            self._x, self._y = _places(self.reach_mm)
+            if self._stand is not None:
+                self._stand.missed = _framed(self._stand.missed, cells)
+                self._stand.left = _framed(self._stand.left, cells)
 
-    def _lowered(self) -> None:
-        """Normalise the belief after evidence against places: the target is the likelier beyond all of them."""
+    def _normalize(self) -> None:
         left = float(self._mass.sum())
-        self._within *= left / (self._within * left + 1.0 - self._within)
         self._mass /= left
+        self._untouched /= left
 
     def by_place(self) -> Array:
         """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
@@ -246,7 +252,7 @@ class Belief:
         left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed)[:, None]
         self._mass *= left / stand.left
         stand.left = left
-        self._lowered()
+        self._normalize()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
         """Update with a sighting at a place, from another, at the slant that its width implies."""
@@ -258,7 +264,7 @@ class Belief:
             if slant_deg is not None:
                 likely = likely * np.exp(-(((off_deg - slant_deg) / N.slant_sd_deg) ** 2) / 2)
             likely = likely * (self._facings_at(near) + N.turned)
-            self._within += N.trust * (1.0 - self._within)
+            self._untouched *= 1.0 - N.trust
             self._mass *= 1.0 - N.trust
             self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
         self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
@@ -282,7 +288,7 @@ class Belief:
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
         self._mass[self._near(place)] *= N.refuted
-        self._lowered()
+        self._normalize()
 
     def scatter(self) -> None:
         """Update with a target that has moved: places that were looked at before may hold it now."""
@@ -302,8 +308,8 @@ class Belief:
             self._stand.left = (1.0 - share) * self._stand.left + share
 
     def _return_to_prior(self, share: float) -> None:
-        self._mass = (1.0 - share) * self._mass + share * self._prior
-        self._within += share * (_prior_within(self.reach_mm) - self._within)
+        self._mass = (1.0 - share) * self._mass + share * self._prior()
+        self._untouched = (1.0 - share) * self._untouched + share / (N.facings * float(self._likely.sum()))
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that one scan from a place finds it."""

@@ -89,14 +89,20 @@ class OccupancyGrid:
             getattr(self, name)[:] = saved
         self._last = self._seen_from = None
 
-    def include(self, *places: Point, margin_mm: float = 0.0) -> None:
-        """Let the grid grow until it holds these places, mm, and a margin around them, as far as it may."""
+    def include(self, *places: Point, margin_mm: float = 0.0) -> bool:
+        """Let the grid grow until it holds these places, mm, and a margin around them, as far as it may.
+
+        Returns:
+            Whether it has grown.
+        """
+        before = self.cells
         farthest_mm = max((abs(each) for place in places for each in place), default=0.0) + margin_mm
         while farthest_mm >= self.cells.reach_mm and self.cells.side < N.most_side:
             self.cells = Cells(self.cells.side + 2 * N.grows_cells)
             for name, empty in _LAYERS.items():
                 setattr(self, name, np.pad(getattr(self, name), N.grows_cells, constant_values=empty))
                 self._saved[name] = np.pad(self._saved[name], N.grows_cells, constant_values=empty)
+        return self.cells is not before
 
     def fade(self, now_s: float) -> None:
         """Let old evidence fade."""

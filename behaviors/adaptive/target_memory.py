@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.belief import Belief
+from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.look_alikes import LookAlikes
@@ -137,7 +137,6 @@ class TargetMemory:
         if self._renewed_s is None:
             self._renewed_s = now_s
         elif now_s - self._renewed_s >= N.renew_every_s:
-            self._follow_the_map()
             for belief in self.beliefs.values():
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s
@@ -184,7 +183,8 @@ class TargetMemory:
                 self._reject(target)
 
     def flush_looks(self) -> None:
-        """Update the beliefs with all looks that are still held back; called before a decision."""
+        """Update the beliefs with the map and all looks that are still held back; called before a decision."""
+        self._follow_the_map()
         for target, unseen in self._unseen.items():
             self.beliefs[target].look(unseen.pose, self._floor, unseen.frames)
         self._unseen.clear()
@@ -271,15 +271,16 @@ class TargetMemory:
                 before.place[1] + N.settles * (place[1] - before.place[1]),
             )
         if before is None or sighting.time_s - before.time_s > N.new_look_s:
-            self._floor.include(place, margin_mm=N.inside_mm)
-            self._follow_the_map()
+            if self._floor.include(place, margin_mm=N.inside_mm):
+                self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         self.known[target] = TargetEstimate(place, here, sighting.time_s, sighting.distance_mm)
 
     def _follow_the_map(self) -> None:
-        """Let the beliefs consider all places on the map, which may have grown."""
+        """Let the beliefs consider what floor is known, and all places on a map that has grown."""
+        likely = likely_places(self._floor)
         for belief in self.beliefs.values():
-            belief.extend(self._floor.cells.reach_mm)
+            belief.follow(likely)
 
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
