@@ -60,7 +60,7 @@ class LiveMap:
         self._bytes.extend(bytes(max(0, size - self.size)))
         self.size = size
         for offset, data in presets.items():
-            self._store(offset, data)
+            self.store(offset, data)
 
     def preset(self, name: str, value: object, index: int = 0) -> None:
         """Set a variable as the firmware's boot does."""
@@ -93,11 +93,17 @@ class LiveMap:
 
     def write(self, offset: int, data: bytes) -> None:
         """Write bytes; the caller has checked the range."""
-        self._store(offset, data)
-        if self._on_write is not None and data:
+        self.store(offset, data)
+        if data:
+            self.settle()
+
+    def settle(self) -> None:
+        """Let the module see that the map was written."""
+        if self._on_write is not None:
             self._on_write()
 
-    def _store(self, offset: int, data: bytes) -> None:
+    def store(self, offset: int, data: bytes) -> None:
+        """Write bytes, of which the module hears only by `settle`; the caller has checked the range."""
         end = offset + len(data)
         self._refresh(offset, end)
         self._bytes[offset:end] = data

@@ -94,7 +94,9 @@ class ModuleHandlers:
         outbox[_ID] = struct.pack("<I", command.module_id)
         step = 1 if live.layout is COMM else max(size, 1)  # byte by byte, as its buffers may overlap
         for at in range(0, size, step):
-            live.write(command.offset + at, bytes(inbox[_WRITE_DATA + at :][:step]).ljust(step, b"\0"))
+            live.store(command.offset + at, bytes(inbox[_WRITE_DATA + at :][:step]).ljust(step, b"\0"))
+        if size and not (live.layout is COMM and self._channel.limits.streams):
+            live.settle()  # the second byte of the Bluetooth buffer is cleared after the telegram in it, not before
         module_id = int.from_bytes(outbox[_ID], "little")  # the written bytes may have overwritten it
         return reply_with(system.IOMapWritten(module_id, size))
 
