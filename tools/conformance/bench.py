@@ -214,7 +214,8 @@ class Bench:
                 self._attached[index] = False
             case "set":
                 start, data = int(arguments[0], 16), bytes.fromhex(arguments[1])
-                device.registers[start : start + len(data)] = data
+                for at, byte in enumerate(data, start):
+                    device.registers[at % len(device.registers)] = byte
             case "stucksda":
                 self.brick.low_speed.channels[index].bus.hold(data=arguments[0] == "1")
             case "stuckscl":
