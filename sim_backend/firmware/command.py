@@ -88,6 +88,7 @@ class CommandModule:
         """
         self._clock, self._loader, self._layout, self._dialect = clock, loader, layout, dialect
         self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
+        loader.on_erase = self._erase_code
         self._phase = _Phase.IDLE
         self._memory: Memory | None = None
         self._machine: Machine | None = None
@@ -302,6 +303,12 @@ class CommandModule:
         self._reset_devices()
         self.due_ms = now_ms + 1
 
+    def _erase_code(self) -> None:
+        """Take the code from a program that runs: it is read from the flash."""
+        if self._machine:
+            self._machine.erase_code()
+            self.wake()
+
     def _show_clumps(self) -> None:
         """Write the places of the program's clumps into the pool."""
         if self._machine and self._records:
@@ -353,6 +360,8 @@ class CommandModule:
         if self._machine is not None:
             self._machine.close_files()
         self._show_clumps()
+        if self._machine is not None:
+            self._machine.forget_calls()
         self._handle = self._machine = self.mailboxes = None
         if not self._dialect.keeps_offsets:
             self._written = {}

@@ -6,7 +6,7 @@ and leaks its own, and handles beyond the table can be "closed".
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 from firmware_protocol.status import Status
@@ -44,6 +44,7 @@ class Loader:
         handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
         over_usb: Numbers of the handles that were opened over USB and not closed by a telegram.
+        on_erase: Called when all files are erased.
     """
 
     def __init__(self, flash: Flash, version: Version) -> None:
@@ -57,6 +58,7 @@ class Loader:
         self.flash = flash
         self.free_flash = flash.free
         self.over_usb = set[int]()
+        self.on_erase: Callable[[], None] = lambda: None
         self._version = version
         self._addressable = [Handle() for _ in range(_ADDRESSABLE)]
         self.handles = self._addressable[:HANDLES]
@@ -297,6 +299,7 @@ class Loader:
             handle.use, handle.file = Use.FREE, None
         self.flash.erase()
         self.free_flash = self.flash.free
+        self.on_erase()
 
     @property
     def next_handle(self) -> int:

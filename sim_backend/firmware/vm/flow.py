@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
 from sim_backend.firmware.vm.arithmetic import comparison, related
-from sim_backend.firmware.vm.clump_queue import NO_CLUMP
+from sim_backend.firmware.vm.clump_queue import NO_CLUMP, ClumpQueue
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import (
     END_TURN,
@@ -19,7 +19,7 @@ from sim_backend.firmware.vm.instructions import (
     Step,
     Translation,
 )
-from sim_backend.firmware.vm.machine import Machine, Translate
+from sim_backend.firmware.vm.machine import QUEUE_CHANGED, Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
 _SIGN = 0x8000_0000
@@ -125,13 +125,43 @@ def _finish_into(machine: Machine, instruction: Instruction) -> Next:
 
 def _acquire(machine: Machine, instruction: Instruction) -> Next:
     """Acquire a mutex, or wait until it is free; its variable has the bytes owner, first and last waiting clump."""
-    mutex, data = instruction.arguments[0], machine.data
-    return Next(lambda: machine.acquire(data.entry(mutex).data, instruction.following))
+    mutex, data, following = instruction.arguments[0], machine.data, instruction.following
+    pool, base = machine.memory.pool, machine.memory.base
+
+    def run() -> int:
+        at = data.entry(mutex).data
+        owner, number = base + (at & 0xFFFF), machine.queue.first
+        if pool[owner] == NO_CLUMP:
+            pool[owner] = number
+            return following
+        machine.suspend(following)
+        _waiting(machine, at).append(number)
+        return END_TURN
+
+    return Next(run)
 
 
 def _release(machine: Machine, instruction: Instruction) -> Next:
-    mutex, data = instruction.arguments[0], machine.data
-    return Next(lambda: machine.release(data.entry(mutex).data, instruction.following))
+    """Give a mutex to the first clump that waits for it."""
+    mutex, data, following = instruction.arguments[0], machine.data, instruction.following
+    pool, base = machine.memory.pool, machine.memory.base
+
+    def run() -> int:
+        at = data.entry(mutex).data
+        waiting = _waiting(machine, at)
+        pool[base + (at & 0xFFFF)] = number = waiting.first
+        if number == NO_CLUMP:
+            return following
+        waiting.remove(number)
+        machine.queue.append(number)
+        return QUEUE_CHANGED - following
+
+    return Next(run)
+
+
+def _waiting(machine: Machine, mutex: int) -> ClumpQueue:
+    """Return the queue of a mutex, behind its owner; that of a mutex at the last offset is at the first ones."""
+    return machine.queue_at(machine.memory.pool, machine.memory.base + (mutex + 1 & 0xFFFF))
 
 
 def _call(machine: Machine, instruction: Instruction) -> Next:

@@ -30,6 +30,7 @@ NOWHERE = NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
 _JUMP_TO_ITSELF = (0x4025, 0)
+_ERASED = 0xFFFF
 
 
 class Outcome(IntEnum):
@@ -81,17 +82,14 @@ class Machine:
         self.operands.function("without_repeats", self._without_repeats)
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
-        decoder = partial(decode, checks_short_forms=dialect.checks_short_forms)
-        self._decode = partial(decoder, program.code)
-        self._compiler = Compiler(program.code, decoder, self._translate, self.operands)
-        self.spins = frozenset(at for at in range(len(program.code)) if program.code[at : at + 2] == _JUMP_TO_ITSELF)
+        self._set_code(program.code)
         self.handles = set[int]()
         self.semaphores, self.sending, self.random_state, self.random_seed = [0, 0], False, 1, 1
         self.tasks = [
             Task(i, clump.start, end_of(clump, program, past_end=dialect.runs_past_end))
             for i, clump in enumerate(program.clumps)
         ]
-        self.queue, self._sleeping = self._queue(), self._queue()
+        self.queue, self._sleeping = self.queue_at(), self.queue_at()
         for task in self.tasks:
             task.compares = dialect.records.compares is not None and compares_aggregates(task, self._decode, self.data)
             task.misses = dialect.misses_jumps and task.compares
@@ -102,6 +100,18 @@ class Machine:
         self._stopped, self.calculates, self._done_ahead = False, False, 0
         if self.runs:
             self.task = self.tasks[self.queue.first]
+
+    def _set_code(self, code: tuple[int, ...]) -> None:
+        decoder = partial(decode, checks_short_forms=self.dialect.checks_short_forms)
+        self._decode = partial(decoder, code)
+        self._compiler = Compiler(code, decoder, self._translate, self.operands)
+        self.spins = frozenset(at for at in range(len(code)) if code[at : at + 2] == _JUMP_TO_ITSELF)
+
+    def erase_code(self) -> None:
+        """Continue with erased flash for code, in which there is no instruction."""
+        self._set_code((_ERASED,) * len(self.program.code))
+        for task in self.tasks:
+            task.blocks.clear()
 
     @property
     def runs(self) -> bool:
@@ -225,7 +235,11 @@ class Machine:
         task = self.task
         if pc >= task.end:  # the first instruction after a start or a wait runs wherever it is
             return self._compiler.block(pc, pc + (pc == task.pc))
-        block = task.blocks[pc] = self._compiler.block(pc, task.end)
+        try:
+            block = task.blocks[pc] = self._compiler.block(pc, task.end)
+        except FAILURES:
+            task.pc = pc
+            raise
         return block
 
     def _check_suspended(self, task: Task) -> None:
@@ -315,6 +329,11 @@ class Machine:
         if layout.called:
             self.memory.pool[caller * layout.clump + layout.called] = called
 
+    def forget_calls(self) -> None:
+        """Note at the end of the program that no clump has called another."""
+        for task in self.tasks:
+            self.note_call(task.number, NO_CLUMP)
+
     def sleep(self, duration_ms: int, following: int) -> int:
         """Let the first clump of the queue sleep; one that sleeps no time only goes to the end."""
         number = self.queue.first
@@ -360,32 +379,8 @@ class Machine:
         if self._exists(number & 0xFF):
             self.tasks[number & 0xFF].turn, self.spins = max(instructions & 0xFF, 1), frozenset()
 
-    def acquire(self, mutex: int, following: int) -> int:
-        """Give the mutex at an offset to the first clump of the queue, or let it wait until it is free."""
-        pool, at, number = self.memory.pool, self.memory.base + (mutex & 0xFFFF), self.queue.first
-        if pool[at] == NO_CLUMP:
-            pool[at] = number
-            return following
-        self.suspend(following)
-        self._waiting(mutex).append(number)
-        return END_TURN
-
-    def release(self, mutex: int, following: int) -> int:
-        """Give the mutex at an offset to the first clump that waits for it."""
-        pool, at = self.memory.pool, self.memory.base + (mutex & 0xFFFF)
-        waiting = self._waiting(mutex)
-        pool[at] = number = waiting.first
-        if number == NO_CLUMP:
-            return following
-        waiting.remove(number)
-        self.queue.append(number)
-        return QUEUE_CHANGED - following
-
-    def _waiting(self, mutex: int) -> ClumpQueue:
-        """Return the queue of a mutex, behind its owner; that of a mutex at the last offset is at the first ones."""
-        return self._queue(self.memory.pool, self.memory.base + (mutex + 1 & 0xFFFF))
-
-    def _queue(self, ends: bytearray | None = None, at: int = 0) -> ClumpQueue:
+    def queue_at(self, ends: bytearray | None = None, at: int = 0) -> ClumpQueue:
+        """Return a queue of clumps, whose first and last one are in two bytes, new ones by default."""
         layout = self.memory.layout
         return ClumpQueue(self.memory.pool, layout.clump, layout.fire_count + 1, ends, at)
 
