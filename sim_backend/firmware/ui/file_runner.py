@@ -35,10 +35,13 @@ class FileRunner:
         programs: Programs,
         io_control: IoControl,
         sleep_timer: SleepTimer,
+        *,
+        data_log: bool,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._screen = clock, registers, keys, menu, screen
         self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
-        self._file, self._run = registers.program_name, Run.TONE
+        self._known = (*states.KNOWN, states.LOG) if data_log else states.KNOWN
+        self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._opened_ms = self._message_ends_ms = 0
 
     @property
@@ -67,15 +70,15 @@ class FileRunner:
         if self._registers.runs_file and self._run is Run.PROGRAM:
             self._registers.next_step_ms = self._clock.now_ms
 
-    def choose(self, name: bytes) -> None:
-        """Set the file to run when its turn comes."""
-        self._file, self._run = name, Run.TONE
+    def choose(self, name: bytes, *, opened: bool = True) -> None:
+        """Set the file to run when its turn comes; its page follows only if it is `opened` by the user interface."""
+        self._file, self._run, self._has_page = name, Run.TONE, opened
 
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
         registers, now_ms = self._registers, self._clock.now_ms
         registers.set(UiFlag.BUSY)
-        registers.state, registers.next_step_ms = int(UiState.OPENING), now_ms + 1
+        registers.state, registers.next_step_ms, self._has_page = int(UiState.OPENING), now_ms + 1, True
         self._io_control.stays_on = False
         self._menu.interrupt()
         self._sleep_timer.restart(now_ms - 1)  # the firmware counts this pass, too
@@ -110,7 +113,7 @@ class FileRunner:
                 self._screen.mark(marks.RUNNING.framed(registers.flags & UiFlag.ENABLE_STATUS))
             case Run.DRAWING if self._screen.drawing:
                 registers.next_step_ms = now_ms + 1
-            case Run.DRAWING if extension(self._file) in states.KNOWN:
+            case Run.DRAWING if extension(self._file) in self._known:
                 self._run, registers.next_step_ms = Run.TO_OPEN, now_ms + 1
             case Run.DRAWING:  # an unknown file leaves the user interface busy forever, as on a real brick
                 self._lose_request()
@@ -146,7 +149,10 @@ class FileRunner:
         self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
 
     def show_menu(self) -> None:
-        """Show the page of the file, with the brick on: again where it was started there, else by drawing the menus."""
+        """Show the page of the file, with the brick on: again where it was started there, else by drawing the menus.
+
+        A file that no request has begun, but a written state, has no page: the menus continue where they are.
+        """
         registers = self._registers
         registers.off_ms, registers.next_step_ms = NEVER, self._clock.now_ms + 1
         if registers.from_menu:
@@ -154,6 +160,10 @@ class FileRunner:
             self._menu.show_page()
             return
         registers.state = int(UiState.MENU)
+        if not self._has_page:
+            self._menu.go_on_from(registers.state)
+            return
+        self._has_page = False
         self._menu.show_file(unpack_name(self._file))
         self._menu.redraw()
 

@@ -203,6 +203,10 @@ class Menu:
     def interrupt(self) -> None:
         """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
         self._draw()
+        self.drop()
+
+    def drop(self) -> None:
+        """Drop the states to come and what they draw: another state was written to the map."""
         self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
 
     def _answer(self, key: int) -> None:

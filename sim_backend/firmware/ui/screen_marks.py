@@ -58,7 +58,7 @@ OPENING = Marks(update=0x8, drop=_ALL)
 RUNNING = Marks(0x4000_0000, 0x1018, drop=_ALL)
 PLAYING = Marks(0x4_0000, 0x4_0000)
 """The picture of a file that runs."""
-MESSAGE = Marks(0x4000_0200, 0x5F218, uncenter=0xFF)
+MESSAGE = Marks(0x4000_0200, 0x5F218, drop=_ALL, drop_erase=_ALL, uncenter=0xFF)
 """The end of a file."""
 CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""

@@ -53,10 +53,11 @@ STATUS_WORK = int(UiFlag.UPDATE | UiFlag.REDRAW_STATUS)
 RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
-PROGRAMS, SOUND, ON_BRICK = (".rxe", ".rtm"), ".rso", ".rpg"
-"""Files that can be started. Programs made on the brick are not simulated, only the message after them is shown."""
+PROGRAMS, SOUND, ON_BRICK, LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".log"
+"""Files that can be started. Programs made on the brick and logs are not simulated: the message after them is shown."""
 
 KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
+"""Those of all versions; 1.05 does not know logs."""
 
 STARTING: dict[int, tuple[UiState, int]] = {
     UiState.LOGO: (UiState.MELODY, 897),

@@ -74,9 +74,12 @@ class UiModule:
         self._load_settings()
         sound.volume = registers.volume
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
-        view = SensorView(inputs, modern=version.data_log)
-        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, data_log=version.data_log)
-        self._files = FileRunner(clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer)
+        data_log = version.data_log
+        view = SensorView(inputs, modern=data_log)
+        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, data_log=data_log)
+        self._files = FileRunner(
+            clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
+        )
         self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
         self._warning = BatteryWarning(clock, registers, battery, keys, screen, self.status_bar)
         self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar)
@@ -112,8 +115,12 @@ class UiModule:
         ran, before, registers.state = registers.runs_file, registers.state, state
         if before == state or not registers.is_on:
             return
+        if state not in states.MENU_STATES:
+            self._menu.drop()
         if ran and state == UiState.DRAWING:
             registers.from_menu = True
+        elif ran and state == UiState.OPENING:
+            registers.next_step_ms = self._clock.now_ms
         elif ran and state == UiState.MENU:
             self._files.show_menu()
         elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
@@ -130,7 +137,7 @@ class UiModule:
         registers, now_ms = self.registers, self._clock.now_ms
         registers.next_step_ms, registers.from_menu = now_ms + 2 * (state == UiState.RUNNING), False
         registers.starting = state == UiState.START
-        self._files.choose(registers.program_name)
+        self._files.choose(registers.program_name, opened=state == UiState.OPENING)
         if state in states.MENU_STATES:
             self._menu.go_on_from(state)
         elif state == UiState.RUNNING:
