@@ -100,7 +100,7 @@ class Hub:
         self._lock = threading.Lock()
         self._clients: set[Client] = set()
         self._latest: dict[object, str | bytes] = {}
-        self._events: deque[str] = deque(maxlen=BACKLOG)
+        self._events: deque[str] = deque()
 
     @property
     def watched(self) -> bool:
@@ -139,6 +139,8 @@ class Hub:
         """Send an event to every client, including those that connect later."""
         message = as_message(kind, values)
         with self._lock:
+            if len(self._events) >= BACKLOG:
+                del self._events[1]  # the first one says which run it is
             self._events.append(message)
             for client in self._clients:
                 client.append(message)

@@ -38,6 +38,10 @@ SURE = 2.0
 
 def doing(record: Record) -> str:
     """Return what the robot is doing, in the words of the terminal: "look elsewhere: lena"."""
+    if record.kind is Kind.END:
+        return f"ended: {record.data['ending'].replace('_', ' ')}"
+    if record.state == "finished":  # whatever target was the last one: it need not have been reached
+        return record.state
     recovery = RECOVERIES.get(record.state)
     state = recovery.label if recovery else record.state.replace("_", " ")
     return f"{state}: {record.target}" if record.target else state

@@ -267,6 +267,7 @@ class Robot:
             except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)
+                self._news.clear()  # or the next wait would not wait
         if not self._closing.is_set():
             self.controls.let_go()
         if pilot.moving:

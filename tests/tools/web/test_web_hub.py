@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 
+from nxtdrive.tools.web import hub as hub_module
 from nxtdrive.tools.web.driver_arbiter import DriverArbiter
 from nxtdrive.tools.web.hub import FRAME, Client, Hub
 
@@ -36,6 +37,26 @@ def test_only_the_latest_state_and_frame_are_sent():
     (frame,) = [message for message in messages if isinstance(message, bytes)]
     assert frame[0] == FRAME
     assert frame.endswith(b"new")
+
+
+def test_a_client_that_comes_late_in_a_long_run_still_learns_that_it_runs(monkeypatch):
+    monkeypatch.setattr(hub_module, "BACKLOG", 3)
+
+    async def late() -> list[str | bytes]:
+        hub = Hub()
+        hub.begin_run()
+        hub.publish("run", {"name": "long"})
+        for number in range(5):
+            hub.publish("line", {"text": str(number)})
+        one = Client(asyncio.get_running_loop(), "page 1")
+        hub.join(one)
+        return await one.next()
+
+    assert [json.loads(message) for message in asyncio.run(late())] == [
+        {"type": "run", "name": "long"},
+        {"type": "line", "text": "3"},
+        {"type": "line", "text": "4"},
+    ]
 
 
 def test_no_event_is_left_out_and_their_order_stays():

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from firmware_protocol.errors import LinkLost
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import read_pictures
+from nxtdrive.tools.teleop.pilot import Pilot
+from nxtdrive.tools.web import robot as robot_module
 from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.motions import ShortMotion
 from nxtdrive.tools.web.pictures import PictureFeed
@@ -73,6 +76,26 @@ def test_the_robot_stands_when_something_else_begins_to_drive(turning):
     turning.start(motion)
     assert motion.wait(LIMIT_S)
     assert headings[1] == pytest.approx(headings[0], abs=3.0)
+
+
+def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
+    tries = threading.Semaphore(0)
+
+    def step(_pilot):
+        tries.release()
+        raise LinkLost("the cable is out")
+
+    monkeypatch.setattr(Pilot, "step", step)
+    monkeypatch.setattr(robot_module, "RETRY_S", 60.0)
+    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), Hub(), tmp_path)
+    robot.open()
+    try:
+        assert tries.acquire(timeout=LIMIT_S)
+        robot.let_go()
+        assert tries.acquire(timeout=LIMIT_S)
+        assert not tries.acquire(timeout=0.2)  # it would be tried thousands of times
+    finally:
+        robot.close()
 
 
 @pytest.mark.parametrize("fps", [5, 10, 15, 20, 30])

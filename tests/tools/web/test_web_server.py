@@ -245,7 +245,8 @@ def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
 def test_what_the_robot_does_is_said_in_the_words_of_the_terminal():
     assert doing(Record(0.0, Kind.STEP, "move_to", "lena")) == "look elsewhere: lena"
     assert doing(Record(0.0, Kind.STEP, "gave_up", "lena")) == "gave up: lena"
-    assert doing(Record(0.0, Kind.END, "finished", "")) == "finished"
+    assert doing(Record(0.0, Kind.TRANSITION, "finished", "lena", {"to": "done"})) == "finished"
+    assert doing(Record(0.0, Kind.END, "finished", "lena", {"ending": "time_limit"})) == "ended: time limit"
 
 
 @pytest.mark.slow
