@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from urllib.parse import urlsplit
 
+from starlette.datastructures import MutableHeaders
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 ATTEMPTS, WAIT_S = 5, 60.0
@@ -54,7 +55,7 @@ class SameSite:
             if not self._known(host, scope) or (origin is not None and _host_of(origin) != host):
                 await _refuse(scope, receive, send, "This page is not for other web sites.", 403)
                 return
-        await self._app(scope, receive, send)
+        await self._app(scope, receive, _unframed(send))
 
     def _known(self, host: str, scope: Scope) -> bool:
         with contextlib.suppress(ValueError):
@@ -147,6 +148,17 @@ class PinGate:
             await RedirectResponse(PIN_PAGE, 303)(scope, receive, send)
         else:
             await _refuse(scope, receive, send, f"Enter the PIN first: open {PIN_PAGE} in the browser.", 401)
+
+
+def _unframed(send: Send) -> Send:
+    """Have browsers show no page within one of another site, which could lead a user to click on it unawares."""
+
+    async def send_with_policy(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message)["content-security-policy"] = "frame-ancestors 'none'"
+        await send(message)
+
+    return send_with_policy
 
 
 def _host_of(origin: str) -> str:

@@ -39,7 +39,7 @@ SURE = 2.0
 def doing(record: Record) -> str:
     """Return what the robot is doing, in the words of the terminal: "look elsewhere: lena"."""
     if record.kind is Kind.END:
-        return f"ended: {record.data['ending'].replace('_', ' ')}"
+        return f"ended: {str(record.data['ending']).replace('_', ' ')}"
     if record.state == "finished":  # whatever target was the last one: it need not have been reached
         return record.state
     recovery = RECOVERIES.get(record.state)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import re
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from pydantic import BaseModel, ValidationError
 
+from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
 from input_files.plain import InputFileError, read_text
@@ -23,6 +26,8 @@ FILES = (MAP, JOURNAL, SUMMARY)
 """Files of a run that may be downloaded, besides its pictures."""
 
 MAX_SUMMARY_BYTES = 1_000_000
+GROWS_S = 10.0
+"""A journal that was written to less than this time ago, as by `nxtdrive run` in a terminal, is of a run under way."""
 
 
 class _Target(BaseModel):
@@ -45,10 +50,12 @@ class Runs:
 
     Args:
         folder: Each folder in it with a journal is a run.
+        now: Returns the time of the file system's clock, seconds.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, now: Callable[[], float] = time.time) -> None:
         self._folder = folder
+        self._now = now
 
     def names(self) -> list[str]:
         """Return the names of the runs, the newest first."""
@@ -59,9 +66,9 @@ class Runs:
         """Return name, mission, result, duration and targets of each run, the newest first.
 
         Args:
-            running: Name of the run whose mission is under way.
+            running: Name of the run whose mission this program pursues, which may be paused.
         """
-        return [self._line(name, "running" if name == running else "unfinished") for name in self.names()]
+        return [self._line(name, is_own=name == running) for name in self.names()]
 
     def replay(self, name: str) -> dict[str, Any]:
         """Return the data for the replay of a run.
@@ -97,9 +104,15 @@ class Runs:
             raise KeyError(name)
         return path
 
-    def _line(self, name: str, unfinished: str) -> dict[str, Any]:
+    def _line(self, name: str, *, is_own: bool) -> dict[str, Any]:
         path = self._folder / name
-        return {"name": name, "map": (path / MAP).is_file(), **(_ended(path) or _unfinished(path, unfinished))}
+        ending = "running" if is_own or self._grows(path) else "unfinished"
+        return {"name": name, "map": (path / MAP).is_file(), **(_ended(path) or _unfinished(path, ending))}
+
+    def _grows(self, path: Path) -> bool:
+        """Return whether a program still writes a run."""
+        is_recent = self._now() - _changed_s(path / JOURNAL) < GROWS_S
+        return is_recent and not os.path.lexists(path / SUMMARY)
 
 
 def _changed_s(path: Path) -> float:
@@ -119,10 +132,11 @@ def _ended(path: Path) -> dict[str, Any] | None:
 
 
 def _unfinished(path: Path, ending: str) -> dict[str, Any]:
-    """Return the state of a run without a summary, by its journal: `ending`, unless it is damaged."""
+    """Return the state of a run without a summary, by its journal: `ending`, unless it has an end or is damaged."""
     try:
         run = read_run(path)
     except (ConfigError, OSError):
         return _Summary(ending="unreadable", achieved=False).model_dump()
-    last_s = run.records[-1].time_s
-    return _Summary(mission=run.name, ending=ending, achieved=False, duration_s=last_s).model_dump()
+    ending = str(run.end.data.get("ending")) if run.end else ending
+    achieved, last_s = ending == Ending.ACHIEVED, run.records[-1].time_s
+    return _Summary(mission=run.name, ending=ending, achieved=achieved, duration_s=last_s).model_dump()

@@ -22,6 +22,7 @@ JOURNAL = [
     Record(0.0, Kind.START, "idle", "lena", {"format": 2, "mission": "<b>a mission</b>", "targets": ["lena"]}),
     Record(4.5, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": None, "sighting": None}),
 ]
+WRITTEN_S = 1_600_000_000.0
 SUMMARY = {"mission": "m", "ending": "achieved", "achieved": True, "duration_s": 4.5}
 LOOK = {"target": "lena", "sighting": None, "found": [{"box": [1, 2, 3, 4], "score": 0.5}]}
 INDEX = [{"version": 1, "width": 64, "height": 48, "fps": 5}, {"t": 1.5, "file": "000001.jpg", "looks": [LOOK]}]
@@ -37,6 +38,7 @@ def _run(folder, name, summary=None, *, pictures=False):
     path = folder / name
     path.mkdir(parents=True)
     (path / "journal.jsonl").write_text("".join(f"{each.to_json()}\n" for each in JOURNAL), encoding="utf-8")
+    os.utime(path / "journal.jsonl", (WRITTEN_S, WRITTEN_S))
     if summary is not None:
         text = summary if isinstance(summary, str) else json.dumps(summary)
         (path / "summary.json").write_text(text, encoding="utf-8")
@@ -58,6 +60,13 @@ def test_the_list_has_result_length_and_targets(folder):
     (line,) = Runs(folder).listed()
     target = {"target": "lena", "outcome": "reached"}
     assert line == {"name": "x-001", "map": False, **SUMMARY, "targets": [target]}
+
+
+def test_a_run_of_another_program_is_running_while_its_journal_grows(folder):
+    _run(folder, "x-001")
+    later_s = [0.0, 9.0, 11.0]
+    lists = [Runs(folder, lambda s=s: WRITTEN_S + s).listed() for s in later_s]
+    assert [line["ending"] for (line,) in lists] == ["running", "running", "unfinished"]
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,12 @@ def test_other_web_sites_and_other_names_are_refused(tmp_path, headers):
         pass
 
 
+@pytest.mark.parametrize("path", ["/", "/missions.html", "/api/missions", "/nothing"])
+def test_no_page_is_shown_in_a_frame_of_another_site(tmp_path, path):
+    policy = _client(_server(tmp_path)).get(path).headers["content-security-policy"]
+    assert policy == "frame-ancestors 'none'"
+
+
 def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     (tmp_path / "cat.toml").write_text(QUICK, encoding="utf-8")
     (tmp_path / "room.toml").write_text("[world]\n", encoding="utf-8")
@@ -315,7 +321,7 @@ def test_runs_are_listed_and_replayed(tmp_path):
     with closing(_journal(tmp_path / "runs" / "quick-001")) as journal:
         run_mission(str(_quick(tmp_path)), nxt="sim://open", camera="geometric", observers=[journal])
     (listed,) = client.get("/api/runs").json()
-    assert (listed["name"], listed["ending"], listed["map"]) == ("quick-001", "unfinished", False)
+    assert (listed["name"], listed["ending"], listed["map"]) == ("quick-001", "achieved", False)
     replay = client.get("/api/runs/quick-001").json()
     assert [each["kind"] for each in replay["records"]][:2] == ["start", "transition"]
     assert "lena reached" in replay["lines"][-2]["text"]
