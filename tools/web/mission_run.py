@@ -149,7 +149,8 @@ class ShownMission:
         self._policy = make_policy(mission.mission.profile, mission)
         self._profile: Profile | None = None
         self._map_s = -MAP_EVERY_S
-        self._state: dict[str, Any] = {}
+        self._measured: dict[str, Any] = {}
+        self._live: Callable[[], Mapping[str, object]] = dict
 
     @property
     def profile(self) -> str:
@@ -199,20 +200,20 @@ class ShownMission:
         """Answer a question; any thread."""
         self.operator.answer(question, choice)
 
-    def pursue(self, run: MissionRun, folder: str, state: Mapping[str, object] | None = None) -> Report:
+    def pursue(self, run: MissionRun, folder: str, hand_state: Callable[[], Mapping[str, object]] = dict) -> Report:
         """Run the mission, and show it from its beginning to its result.
 
         Args:
             run: As `assemble` returned it.
             folder: Name of the run folder.
-            state: The robot's before the mission, as clients see it.
+            hand_state: Returns what clients may change meanwhile: the speed limit by hand, and whether it is stopped.
         """
         hub = self._hub
         hub.begin_run()
         self.run = folder
-        # the records have the pose, in the mission's frame
-        self._state = {key: value for key, value in (state or {}).items() if key != "pose"}
-        hub.show("status", {**self._state, "doing": "beginning a mission"})
+        link = run.robot.brick.link
+        self._live = lambda: {**hand_state(), "latency_ms": round(link.latency_s * 1000, 1)}
+        self._show_status("beginning a mission")
         settings = self._mission.model_dump(mode="json")["mission"]
         hub.publish("run", {"folder": folder, "robot": robot_shape(self._mission), **settings})
         run.observers.add("page", partial(self._publish, TrueRoom(run.robot.brick, hub)))
@@ -223,6 +224,9 @@ class ShownMission:
             self.resume()
             self.over, self.run = True, ""
             hub.publish("ended", {**run.summary(), "folder": folder})
+
+    def _show_status(self, what: str) -> None:
+        self._hub.show("status", {"doing": what, **self._measured, **self._live()})
 
     def _say(self, line: str) -> None:
         self._hub.publish("line", {"text": line})
@@ -237,8 +241,8 @@ class ShownMission:
 
     def _publish(self, true_room: TrueRoom, record: Record) -> None:
         self._hub.publish("record", {"record": record.values()})
-        self._state |= {key: record.data[key] for key in ("range_mm", "battery_mv") if key in record.data}
-        self._hub.show("status", {**self._state, "doing": doing(record)})
+        self._measured |= {key: record.data[key] for key in ("range_mm", "battery_mv") if key in record.data}
+        self._show_status(doing(record))
         if record.kind is Kind.CHOICE:
             self._hub.publish("decision", made(record, self._policy))
         true_room.show()

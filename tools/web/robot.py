@@ -303,10 +303,12 @@ class Robot:
             "touching": view.touching,
             "battery_mv": view.battery_mv,
             "latency_ms": round(view.latency_ms, 1),
-            "speed_limit": view.percent,
-            "stopped": self.controls.stopped,
+            **self._hand_state(),
         }
         self._hub.show("state", self._state)
+
+    def _hand_state(self) -> dict[str, object]:
+        return {"speed_limit": self.controls.percent, "stopped": self.controls.stopped}
 
     def _perform(self, task: Task, robot: OpenRobot) -> None:
         if self.controls.stopped or self._closing.is_set():
@@ -326,7 +328,7 @@ class Robot:
         try:
             run = task.assemble(robot)
             recording = run.record(self._runs, watch=self._pictures.watch)
-            task.pursue(run, recording.folder.path.name, self._state)
+            task.pursue(run, recording.folder.path.name, self._hand_state)
         except Exception as error:
             known = error if isinstance(error, NXTError) else raised_by_profile(error, task.profile)
             if known is None:

@@ -235,7 +235,7 @@ def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browse
     WebDriverWait(browser, WAIT_S).until(lambda _: _map(browser) != empty)
     assert "wait" in _lit(browser)
     assert _text(browser, "decision").startswith("Decision at 3.0 s")
-    browser.find_element(By.TAG_NAME, "body").send_keys("j")
+    browser.find_element(By.TAG_NAME, "body").send_keys("J")
     assert "detour" in _lit(browser)
     assert _text(browser, "clock") == "6.0 of 10.0 s"
     browser.find_element(By.ID, "back").click()

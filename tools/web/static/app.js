@@ -2,16 +2,14 @@
 
 import { showCamera } from "./camera.js";
 import { Chart } from "./chart.js";
-import { Connection } from "./connection.js";
 import { Drive } from "./drive.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines, MissionPanel } from "./mission.js";
 import "./nav.js";
+import { connect, find, notice } from "./page.js";
 
-const NOTICE_MS = 6000;
-const find = (id) => document.getElementById(id);
-const connection = new Connection();
-let me = "", stopped = false, hidesNotice = 0, drives = true, lostLink = "";
+const connection = connect("stop", find("doing"));
+let me = "", stopped = false, drives = true, lostLink = "";
 
 showCamera(connection, find("camera"));
 new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief"), truth: find("layer-truth") });
@@ -25,12 +23,8 @@ connection.on("hello", ({ you, address, ...hello }) => {
   me = you;
   drives = hello.drives;
   document.body.classList.toggle("watching", !drives);
-  notice(lostLink = "");
+  lostLink = "";
   document.title = `nxtdrive ${address}`;
-});
-connection.on("closed", () => {
-  find("doing").textContent = "no connection to nxtdrive";
-  notice("Connection to nxtdrive lost; retrying every second.");
 });
 connection.on("ended", ({ ending, duration_s }) => {
   if (drives) return;
@@ -39,8 +33,6 @@ connection.on("ended", ({ ending, duration_s }) => {
   find("stop").disabled = true;
   find("doing").textContent = `ended: ${ending.replaceAll("_", " ")} after ${(duration_s ?? 0).toFixed(1)} s`;
 });
-connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
-connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("link", ({ lost }) => {
   if (lost !== lostLink) notice(lostLink = lost); // it comes with each state, and must not hide other notices
 });
@@ -58,21 +50,15 @@ find("stop").addEventListener("click", () => connection.send({ type: stopped ? "
 find("take").addEventListener("click", () => connection.send({ type: "take_control" }));
 find("give").addEventListener("click", () => connection.send({ type: "give_control" }));
 find("speed").addEventListener("input", ({ target }) => connection.send({ type: "speed_limit", percent: Number(target.value) }));
-addEventListener("keydown", (event) => {
-  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
-    event.preventDefault();
-    connection.send({ type: "stop" });
-  }
-});
 
 function showState(state) {
   if (connection.ended) return; // it comes after the event that has ended the program's only run
   find("doing").textContent = state.doing;
   if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
   if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
+  find("bumper").textContent = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
+  find("link").textContent = "latency_ms" in state ? `${state.latency_ms.toFixed(0)} ms` : "–";
   if (!("speed_limit" in state)) return; // a page without the pad
-  find("bumper").textContent = state.touching ? "pressed" : "free";
-  find("link").textContent = `${state.latency_ms.toFixed(0)} ms`;
   find("speed").value = state.speed_limit;
   find("speed-shown").textContent = `${state.speed_limit} %`;
   showStop(state.stopped);
@@ -86,11 +72,4 @@ function showStop(is) {
 
 function metres(mm) {
   return mm === null ? "free" : `${(mm / 1000).toFixed(2)} m`;
-}
-
-function notice(text, hideAfterMs = 0) {
-  clearTimeout(hidesNotice);
-  find("notice").textContent = text;
-  find("notice").hidden = !text;
-  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
 }

@@ -1,28 +1,20 @@
 // The page of calibrations: start, progress, questions, what was found, save.
 
 import { showCamera } from "./camera.js";
-import { Connection } from "./connection.js";
 import "./nav.js";
+import { brief, connect, find } from "./page.js";
 
-const NOTICE_MS = 6000;
-const find = (id) => document.getElementById(id);
-const connection = new Connection();
-let stopped = false, question = 0, hidesNotice = 0, lacksSheet = false, running = false;
+const connection = connect("stop", find("doing"));
+let stopped = false, question = 0, lacksSheet = false, running = false;
 
 showCamera(connection, find("camera"));
 connection.on("hello", ({ address }) => {
   lacksSheet = address.startsWith("sim:") && !address.startsWith("sim://calibration");
   choose();
-  notice("");
-});
-connection.on("closed", () => {
-  find("doing").textContent = "no connection to nxtdrive";
-  notice("Connection to nxtdrive lost; retrying every second.");
+  block(false);
 });
 connection.on("run", () => block(true));
 connection.on("ended", () => block(false));
-connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
-connection.on("problem", ({ text }) => notice(text, NOTICE_MS));
 connection.on("state", showState);
 connection.on("status", showState);
 connection.on("calibration", (state) => {
@@ -45,7 +37,7 @@ for (const each of document.querySelectorAll("[name=how]")) each.addEventListene
 find("start-form").addEventListener("submit", (event) => {
   event.preventDefault();
   const what = [...document.querySelectorAll("[name=what]:checked")].map((each) => each.value);
-  if (how() === "sheet" && !what.length) return notice("Choose what to calibrate.", NOTICE_MS);
+  if (how() === "sheet" && !what.length) return brief("Choose what to calibrate.");
   find("free").checked = false; // the next one asks again
   const more = { sheet: { what, sheet_height_mm: Number(find("height").value) }, ruler: {}, color: { color: find("color").value || null } };
   connection.send({ type: "start_calibration", how: how(), ...more[how()] });
@@ -57,12 +49,6 @@ find("ask-form").addEventListener("submit", (event) => {
 find("end").addEventListener("click", () => connection.send({ type: "stop_mission" }));
 find("save").addEventListener("click", () => connection.send({ type: "save_calibration" }));
 find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
-addEventListener("keydown", (event) => {
-  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
-    event.preventDefault();
-    connection.send({ type: "stop" });
-  }
-});
 
 function showState(state) {
   stopped = state.stopped;
@@ -126,11 +112,4 @@ function element(name, text) {
   const made = document.createElement(name);
   made.textContent = text;
   return made;
-}
-
-function notice(text, hideAfterMs = 0) {
-  clearTimeout(hidesNotice);
-  find("notice").textContent = text;
-  find("notice").hidden = !text;
-  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
 }

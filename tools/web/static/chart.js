@@ -29,6 +29,7 @@ export class Chart {
     this.words = words;
     this.recoveries = recoveries;
     this.boxes.clear();
+    this.last.replaceChildren();
     this.element.replaceChildren(...regions.map((region) => this.box(region, null)), this.last);
     this.light([]);
   }

@@ -1,16 +1,15 @@
-// The page of a class: a tile for each robot, missions for those that are chosen, and the stop of all.
+// The page of a classroom: a tile for each robot, missions for those that are chosen, and the stop of all.
 
-import { Connection } from "./connection.js";
+import { choices } from "./mission.js";
+import { connect, find } from "./page.js";
 import { Results } from "./results.js";
 import { Tile } from "./tile.js";
 
 const TILE_PICTURE = 4;
-const NOTICE_MS = 8000;
 const OWN = "own";
-const find = (id) => document.getElementById(id);
-const connection = new Connection();
+const connection = connect("stop_all", find("summary"));
 const results = new Results(find);
-let tiles = [], hidesNotice = 0, ended = "";
+let tiles = [], ended = "";
 const seen = new Set();
 const inSight = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) isIntersecting ? seen.add(target.dataset.name) : seen.delete(target.dataset.name);
@@ -18,7 +17,6 @@ const inSight = new IntersectionObserver((entries) => {
 });
 
 connection.on("hello", ({ name, robots, missions, profiles }) => {
-  notice("");
   document.title = `nxtdrive: ${name}`;
   find("title").textContent = name;
   offer(missions, profiles, robots.some(({ mission }) => mission));
@@ -26,11 +24,6 @@ connection.on("hello", ({ name, robots, missions, profiles }) => {
   tellVisible();
   results.fetch();
 });
-connection.on("closed", () => {
-  find("summary").textContent = "no connection to nxtdrive";
-  notice("Connection to nxtdrive lost; retrying every second.");
-});
-connection.on("refused", ({ text }) => notice(text, NOTICE_MS));
 connection.on("robots", ({ robots }) => {
   robots.forEach((robot, number) => tiles[number].show(robot));
   choose();
@@ -58,12 +51,6 @@ find("hand-out").addEventListener("submit", (event) => {
 });
 find("end").addEventListener("click", () => connection.send({ type: "end", robots: names(chosen()) }));
 addEventListener("visibilitychange", tellVisible);
-addEventListener("keydown", (event) => {
-  if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
-    event.preventDefault();
-    connection.send({ type: "stop_all" });
-  }
-});
 
 function build(robots) {
   for (const tile of tiles) inSight.unobserve(tile.element);
@@ -75,12 +62,9 @@ function build(robots) {
 }
 
 function offer(missions, profiles, own) {
-  const before = find("mission").value, profile = find("profile").value;
   const options = [...(own ? [[OWN, "each robot's own"]] : []), ["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
-  find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  if (options.some(([value]) => value === before)) find("mission").value = before || options[0][0];
-  find("profile").replaceChildren(new Option("as the mission says", ""), ...profiles.map((name) => new Option(name, name)));
-  find("profile").value = profiles.includes(profile) ? profile : "";
+  choices(find("mission"), options);
+  choices(find("profile"), [["", "as the mission says"], ...profiles.map((name) => [name, name])]);
 }
 
 function chosen() {
@@ -108,11 +92,4 @@ function choose() {
 
 function tellVisible() {
   connection.send({ type: "visible", robots: document.hidden ? [] : [...seen] });
-}
-
-function notice(text, hideAfterMs = 0) {
-  clearTimeout(hidesNotice);
-  find("notice").textContent = text;
-  find("notice").hidden = !text;
-  if (text && hideAfterMs) hidesNotice = setTimeout(() => notice(""), hideAfterMs);
 }

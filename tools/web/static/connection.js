@@ -7,6 +7,7 @@ export class Connection {
   constructor() {
     this.listeners = new Map();
     this.ended = false;
+    this.unsent = null;
     this.open();
   }
 
@@ -17,6 +18,7 @@ export class Connection {
 
   send(message) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    else if (message.type.startsWith("stop")) this.unsent = message; // the one request that holds however late
   }
 
   // nothing more will come: do not open again
@@ -27,6 +29,10 @@ export class Connection {
   open() {
     this.socket = new WebSocket(new URL("ws", location.href.replace(/^http/, "ws")));
     this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => {
+      if (this.unsent) this.send(this.unsent);
+      this.unsent = null;
+    };
     this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
     this.socket.onclose = () => {
       if (this.ended) return;

@@ -33,6 +33,7 @@ export class Drive {
       this.tick();
     };
     this.pad.addEventListener("pointerdown", (event) => {
+      if (event.button) return; // the menu of another one would hide that it is released
       this.pad.setPointerCapture(event.pointerId);
       this.connection.send({ type: "drive", ahead: 0, aside: 0 });
       move(event);
@@ -45,6 +46,7 @@ export class Drive {
 
   listenToKeys() {
     addEventListener("keydown", (event) => {
+      if (event.key === "Meta") this.letGo(); // while it is held, macOS reports no release of other keys
       if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
       if (event.code in KEYS) {
         event.preventDefault();
@@ -83,6 +85,7 @@ export class Drive {
 }
 
 function gamepad() {
+  if (document.hidden) return [0, 0]; // what the browser has may be old
   for (const pad of navigator.getGamepads?.() ?? []) {
     if (!pad) continue;
     const ahead = beyond(-pad.axes[1]), aside = beyond(pad.axes[2] ?? 0) || beyond(pad.axes[0]);

@@ -15,6 +15,7 @@ export class FloorMap {
     this.layers = layers;
     this.clear();
     this.robot = USUAL;
+    connection.on("hello", () => this.clear());
     connection.on("run", ({ robot }) => { this.robot = robot; this.clear(); });
     connection.on("ended", () => { this.origin = this.pose; });
     connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm));

@@ -3,6 +3,7 @@
 export class Lines {
   constructor(connection, list) {
     this.list = list;
+    connection.on("hello", () => list.replaceChildren()); // what is known comes again
     connection.on("run", ({ name }) => {
       list.replaceChildren();
       if (name) this.add(`mission: ${name}`);
@@ -25,7 +26,7 @@ export class Lines {
 export class Decisions {
   constructor(connection, box) {
     this.box = box;
-    connection.on("run", () => this.clear());
+    for (const begin of ["hello", "run"]) connection.on(begin, () => this.clear());
     connection.on("decision", (decision) => this.show(decision));
     this.clear();
   }
@@ -78,8 +79,8 @@ export class MissionPanel {
     this.connection = connection;
     this.find = find;
     connection.on("hello", ({ missions, profiles }) => this.offer(missions, profiles));
-    connection.on("run", () => this.running(true));
-    connection.on("ended", () => this.running(false));
+    connection.on("run", ({ name, profile }) => this.running(`${name || "a mission"}, profile ${profile}`));
+    connection.on("ended", () => this.running(""));
     connection.on("question", (question) => this.ask(question));
     find("mission-form").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -93,13 +94,17 @@ export class MissionPanel {
 
   offer(missions, profiles) {
     const options = [["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
-    this.find("mission").replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-    this.find("profile").replaceChildren(new Option("as the mission says", ""), ...profiles.map((name) => new Option(name, name)));
-    this.running(false);
+    choices(this.find("mission"), options);
+    choices(this.find("profile"), [["", "as the mission says"], ...profiles.map((name) => [name, name])]);
+    this.running("");
+    this.pause(false);
     this.find("question").hidden = true;
   }
 
-  running(is) {
+  // what runs, in words; empty for nothing
+  running(what) {
+    const is = Boolean(what);
+    this.find("running").textContent = what;
     this.find("start").hidden = is;
     for (const id of ["mission", "profile", "confirm"]) this.find(id).disabled = is;
     this.find("end").hidden = this.find("pause").hidden = !is;
@@ -125,8 +130,15 @@ export class MissionPanel {
       return button;
     });
     this.find("question-choices").replaceChildren(...buttons);
-    buttons[0].focus();
+    box.focus(); // not a button: Space stops
   }
+}
+
+// options of a select, each a value and its text; a choice that is still among them stays
+export function choices(select, options) {
+  const value = select.length ? select.value : options[0][0];
+  select.replaceChildren(...options.map(([each, text]) => new Option(text, each)));
+  if (options.some(([each]) => each === value)) select.value = value;
 }
 
 function seconds(value) {

@@ -59,10 +59,11 @@ function show(run) {
   find("play").addEventListener("click", toggle);
   addEventListener("keydown", (event) => {
     const held = event.target.closest("button, select") ? " " : "";
-    if (event.ctrlKey || event.altKey || event.metaKey || event.key === held || !(event.key in keys)) return;
-    if (event.target.closest("select, #lines") && event.key.length > 1) return; // arrows move in them
+    const key = event.key.length > 1 ? event.key : event.key.toLowerCase(); // J with caps lock
+    if (event.ctrlKey || event.altKey || event.metaKey || key === held || !(key in keys)) return;
+    if (event.target.closest("select, #lines") && key.length > 1) return; // arrows move in them
     event.preventDefault();
-    keys[event.key]();
+    keys[key]();
   });
   player.begin();
 

@@ -1,4 +1,4 @@
-// The results of a class: a table that sorts by any column and can be copied into a spreadsheet.
+// The results of a classroom: a table that sorts by any column and can be copied into a spreadsheet.
 
 const COLUMNS = [
   ["robot", ({ robot }) => robot],

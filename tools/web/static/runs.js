@@ -3,14 +3,18 @@
 import "./nav.js";
 
 const list = document.getElementById("runs");
-const runs = await (await fetch("api/runs")).json();
+const answer = await fetch("api/runs");
 
-if (!runs.length) {
-  const notice = document.getElementById("notice");
-  notice.textContent = "There are no runs yet. Start a mission on the robot's page, or with `nxtdrive run`.";
-  notice.hidden = false;
+if (answer.ok) {
+  const runs = await answer.json();
+  list.replaceChildren(...runs.map(card));
+  if (!runs.length) notice("There are no runs yet. Start a mission on the robot's page, or with `nxtdrive run`.");
+} else notice(await answer.text());
+
+function notice(text) {
+  document.getElementById("notice").textContent = text;
+  document.getElementById("notice").hidden = false;
 }
-list.replaceChildren(...runs.map(card));
 
 function card({ name, mission, ending, achieved, duration_s, targets, map }) {
   const item = document.createElement("li"), link = document.createElement("a");

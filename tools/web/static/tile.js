@@ -1,4 +1,4 @@
-// One robot of a class: picture, state, last result, and a link to its own page.
+// One robot of a classroom: picture, state, last result, and a link to its own page.
 
 export class Tile {
   constructor({ name, colour }, connection, chosen) {

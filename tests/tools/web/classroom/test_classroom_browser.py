@@ -94,5 +94,5 @@ def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser
     browser.find_element(By.CSS_SELECTOR, ".tile .name").send_keys(Keys.ENTER)
     _until(browser, "nav", "Robot 1")
     _until(browser, "#doing", "at rest")
-    browser.find_element(By.LINK_TEXT, "class").click()
+    browser.find_element(By.LINK_TEXT, "classroom").click()
     _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")

@@ -1,0 +1,242 @@
+"""What the page does with single messages and events, in a real browser: its WebSocket is played by the test."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+import pytest
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from nxtdrive.tools.web.app import STATIC
+
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("browser")]
+
+PLAYED = """
+window.sent = [];
+window.sockets = [];
+window.WebSocket = class {
+  static OPEN = 1;
+  constructor() {
+    this.readyState = 1;
+    sockets.push(this);
+    setTimeout(() => this.onopen?.());
+  }
+  send(text) { sent.push(JSON.parse(text)); }
+};
+window.tell = (message) => sockets.at(-1).onmessage({ data: JSON.stringify(message) });
+window.cut = () => { sockets.at(-1).readyState = 3; sockets.at(-1).onclose(); };
+"""
+HELLO = {
+    "type": "hello",
+    "you": "page 1",
+    "address": "sim://",
+    "drives": True,
+    "missions": ["cat.toml", "dog.toml"],
+    "profiles": ["adaptive", "thesis"],
+    "chart": {"regions": [{"state": "search", "inner": []}], "initial": ["search"], "words": {}},
+    "recoveries": {},
+}
+STATE = {
+    "type": "state",
+    "doing": "at rest",
+    "pose": [0, 0, 0],
+    "range_mm": None,
+    "touching": False,
+    "battery_mv": 8000,
+    "latency_ms": 3,
+    "speed_limit": 60,
+    "stopped": False,
+}
+RUN = {"type": "run", "folder": "cat-001", "robot": {}, "name": "find the cat", "profile": "thesis"}
+QUESTION = {
+    "type": "question",
+    "open": True,
+    "number": 1,
+    "target": "cat",
+    "failed": "it is lost",
+    "known": [],
+    "candidates": [{"text": "wait", "why": "it may come back"}],
+}
+Tell = Callable[..., None]
+
+
+class _Handler(SimpleHTTPRequestHandler):
+    def do_GET(self) -> None:
+        if self.path == "/api/session":
+            self.send_response(204)
+            self.end_headers()
+        else:
+            super().do_GET()
+
+    def log_message(self, *_: Any) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def site() -> Iterator[str]:
+    """The files of the page, without a robot."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Handler, directory=str(STATIC)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.fixture
+def tell(browser: WebDriver, site: str) -> Tell:
+    """Opens a page whose server is the test; returns what sends it messages."""
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": PLAYED})
+    browser.get(site)
+
+    def send(*messages: dict[str, Any]) -> None:
+        for message in messages:
+            browser.execute_script("tell(arguments[0])", message)
+
+    send(HELLO, STATE)
+    return send
+
+
+def _sent(browser: WebDriver, kind: str) -> list[dict[str, Any]]:
+    return [each for each in browser.execute_script("return sent") if each["type"] == kind]
+
+
+def _press(browser: WebDriver, key: str) -> None:
+    ActionChains(browser).send_keys(key).perform()
+
+
+def _text(browser: WebDriver, element: str) -> str:
+    return browser.find_element(By.ID, element).text
+
+
+def test_space_does_not_answer_a_question_that_has_just_opened(browser, tell):
+    tell(RUN, QUESTION)
+    _press(browser, Keys.SPACE)
+    assert _sent(browser, "answer") == []
+    assert _sent(browser, "stop") == [{"type": "stop"}]
+
+
+@pytest.mark.parametrize("control", ["#pause", "#layer-grid", "label:has(#layer-grid)", "#speed"])
+def test_space_stops_after_a_click_on_any_control(browser, tell, control):
+    tell(RUN)
+    element = browser.find_element(By.CSS_SELECTOR, control)
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+    ActionChains(browser).move_to_element_with_offset(element, 10, 0).click().perform()
+    _press(browser, Keys.SPACE)
+    assert _sent(browser, "stop") == [{"type": "stop"}]
+
+
+def test_space_works_a_button_that_the_keyboard_has_reached(browser, tell):
+    tell(RUN)
+    browser.execute_script("document.getElementById('pause').focus()")
+    _press(browser, Keys.SPACE)
+    assert _sent(browser, "pause") == [{"type": "pause"}]
+    assert _sent(browser, "stop") == []
+
+
+def test_a_stop_without_a_connection_is_sent_when_there_is_one_again(browser, tell):
+    browser.execute_script("cut()")
+    browser.find_element(By.ID, "stop").click()
+    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
+    WebDriverWait(browser, 10).until(lambda page: _sent(page, "stop"))
+    assert _sent(browser, "stop") == [{"type": "stop"}]
+
+
+def test_the_command_key_lets_go_of_held_keys(browser, tell):
+    for key in ("{code: 'KeyW', key: 'w'}", "{code: 'MetaLeft', key: 'Meta', metaKey: true}"):  # macOS: no keyup of W
+        browser.execute_script(
+            f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{...{key}, bubbles: true}}))"
+        )
+    assert _sent(browser, "drive")[-1] == {"type": "drive", "ahead": 0, "aside": 0}
+
+
+def test_a_gamepad_does_not_drive_a_page_that_is_hidden(browser, tell):
+    browser.execute_script("navigator.getGamepads = () => [{ axes: [0, -1, 0, 0] }]")
+    WebDriverWait(browser, 10).until(lambda page: any(each["ahead"] for each in _sent(page, "drive")))
+    last = browser.execute_script(
+        "Object.defineProperty(document, 'hidden', { value: true });"
+        "document.dispatchEvent(new Event('visibilitychange')); return sent.at(-1)"
+    )
+    assert last == {"type": "drive", "ahead": 0, "aside": 0}
+
+
+def test_only_the_main_button_of_a_mouse_drives(browser, tell):
+    ActionChains(browser).context_click(browser.find_element(By.ID, "pad")).perform()
+    assert _sent(browser, "drive") == []
+
+
+def test_the_page_says_which_mission_runs(browser, tell):
+    Select(browser.find_element(By.ID, "mission")).select_by_value("dog.toml")
+    tell(RUN)
+    assert "find the cat, profile thesis" in _text(browser, "mission-form")
+    assert not browser.find_element(By.ID, "mission").is_displayed()
+    tell({"type": "ended", "ending": "achieved", "duration_s": 3.0, "folder": "cat-001"})
+    assert "find the cat" not in _text(browser, "mission-form")
+    assert browser.find_element(By.ID, "mission").is_displayed()
+
+
+def test_another_server_does_not_inherit_what_was_shown_of_the_last_one(browser, tell):
+    tell(RUN, {"type": "line", "text": "searching for cat"}, {"type": "paused", "paused": True})
+    decision = {"target": "cat", "failed": "lost", "known": [], "choice": "wait", "why": "x", "candidates": []}
+    tell({"type": "decision", "t": 1.0, "chosen": None, "operator": False, **decision})
+    tell(
+        {"type": "record", "record": {"t": 1, "kind": "transition", "source": "idle", "to": "search", "event": "start"}}
+    )
+    tell(HELLO)
+    assert _text(browser, "lines") == ""
+    assert "None yet" in _text(browser, "decision")
+    assert "idle" not in _text(browser, "chart")
+    assert browser.find_element(By.ID, "pause").get_attribute("class") == ""
+
+
+def test_a_new_connection_keeps_the_choice_of_the_mission(browser, tell):
+    Select(browser.find_element(By.ID, "mission")).select_by_value("dog.toml")
+    Select(browser.find_element(By.ID, "profile")).select_by_value("thesis")
+    tell(HELLO)
+    assert browser.find_element(By.ID, "mission").get_property("value") == "dog.toml"
+    assert browser.find_element(By.ID, "profile").get_property("value") == "thesis"
+
+
+def test_a_mission_shows_no_bumper_of_the_time_before(browser, tell):
+    tell(
+        {**STATE, "touching": True},
+        RUN,
+        {"type": "status", "doing": "search: cat", "stopped": False, "speed_limit": 60},
+    )
+    assert _text(browser, "bumper") == "–"
+
+
+def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell):
+    browser.execute_script("const wait = setTimeout; window.setTimeout = (call) => wait(call, 50)")
+    tell({"type": "link", "lost": "the cable is out"}, {"type": "refused", "text": "not now"})
+    assert _text(browser, "notice") == "not now"
+    WebDriverWait(browser, 10).until(lambda page: _text(page, "notice") == "the cable is out")
+
+
+def test_a_swipe_over_the_map_moves_the_page(browser, tell):
+    script = "return getComputedStyle(document.getElementById('map')).touchAction"
+    assert browser.execute_script(script) == "auto"
+
+
+def test_a_calibration_can_start_after_a_mission_that_ended_with_its_server(browser, site, tell):
+    browser.get(f"{site}calibrate.html")
+    tell(HELLO, RUN)
+    assert not browser.find_element(By.ID, "start").is_enabled()
+    tell(HELLO)
+    assert browser.find_element(By.ID, "start").is_enabled()
+
+
+def test_a_list_of_runs_that_cannot_be_fetched_says_why(browser, site, tell):
+    browser.execute_cdp_cmd(
+        "Page.addScriptToEvaluateOnNewDocument",
+        {"source": "window.fetch = async () => new Response('Enter the PIN first.', { status: 401 })"},
+    )
+    browser.get(f"{site}runs.html")
+    WebDriverWait(browser, 10).until(lambda page: _text(page, "notice") == "Enter the PIN first.")

@@ -1,0 +1,48 @@
+// What the pages with a STOP have in common: its key, the notice, and the connection to the server.
+
+import { Connection } from "./connection.js";
+
+const NOTICE_MS = 8000;
+const CLICKED = "button, input[type=checkbox], input[type=radio]", CHANGED = "select, input[type=range]";
+let lasting = "", hides = 0, byPointer = false;
+
+export const find = (id) => document.getElementById(id);
+
+// stays until the next one; with a time it then gives way to the last one that stays
+export function notice(text, forMs = 0) {
+  clearTimeout(hides);
+  if (!forMs) lasting = text;
+  find("notice").textContent = text;
+  find("notice").hidden = !text;
+  if (forMs) hides = setTimeout(() => notice(lasting), forMs);
+}
+
+export const brief = (text) => notice(text, NOTICE_MS);
+
+// Args: the message that Space sends, and the element that says what the robot does
+export function connect(stop, doing) {
+  const connection = new Connection();
+  connection.on("hello", () => notice(""));
+  connection.on("closed", () => {
+    doing.textContent = "no connection to nxtdrive";
+    notice("Connection to nxtdrive lost; retrying every second. STOP takes effect when it is back.");
+  });
+  for (const type of ["refused", "problem"]) connection.on(type, ({ text }) => brief(text));
+  addEventListener("keydown", (event) => {
+    if (event.code === "Space" && !event.target.closest("input, select, textarea, button")) {
+      event.preventDefault();
+      connection.send({ type: stop });
+    }
+  });
+  return connection;
+}
+
+// A control keeps the focus after a click, and would take Space for itself, and arrows; one reached by Tab keeps it.
+function releaseFocus(controls) {
+  if (byPointer && document.activeElement.matches(controls)) document.activeElement.blur();
+}
+
+addEventListener("pointerdown", () => (byPointer = true), true);
+addEventListener("keydown", () => (byPointer = false), true);
+addEventListener("click", () => releaseFocus(CLICKED));
+addEventListener("change", () => releaseFocus(CHANGED));
