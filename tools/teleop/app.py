@@ -84,7 +84,7 @@ class Teleop(App[None]):
         Binding("enter", "release", "release"),
         Binding("plus,equals_sign", f"faster({STEP_PERCENT})", "faster", key_display="+"),
         Binding("minus", f"faster({-STEP_PERCENT})", "slower", key_display="-"),
-        Binding("x", "let_go", "halt"),
+        Binding("x,X", "let_go", "halt", key_display="x"),
         Binding("ctrl+c,ctrl+q", "leave", "quit", priority=True, show=False),
     ]
 
@@ -135,7 +135,7 @@ class Teleop(App[None]):
 
     def on_key(self, event: Key) -> None:
         """Drive in the direction of the key."""
-        direction = DIRECTIONS.get(event.key)
+        direction = DIRECTIONS.get(event.key.lower())  # W with caps lock
         if direction is not None:
             self._controls.press(direction, self._now())
 

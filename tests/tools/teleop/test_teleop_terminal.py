@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import math
 import os
 import sys
 from contextlib import suppress
@@ -79,6 +80,21 @@ def test_keys_drive_and_letting_go_stops(teleop):
 
     _play(app, play)
     assert app.failure is None
+
+
+@pytest.mark.slow
+def test_letters_drive_and_halt_with_caps_lock_as_well(teleop):
+    _, app = teleop()
+
+    async def play(pilot):
+        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="W")
+        app._controls.steer(0.0, 0.0, math.inf)
+        app._controls.steer(1.0, 0.0, math.inf)  # never old
+        await _until(pilot, lambda: "driving" in _text(app, "panel"))
+        await pilot.press("X")
+        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+
+    _play(app, play)
 
 
 @pytest.mark.slow
