@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from behaviors.robot_description import CameraTable, RobotTable
+from firmware_protocol.wording import number_of
 from nxtdrive.motion.wheel_geometry import mm_per_degree
 
 from .course import REMEDY, CalibrationRefused
@@ -168,13 +169,16 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
         CalibrationRefused: There are too few views of the sheet.
     """
     early = track if settled_s is None else track.until(settled_s)
-    _require_views(early, 1)
+    if not early.views:
+        raise CalibrationRefused("the sheet was seen in none of the frames.", remedy=REMEDY)
     guesses = [_guess(early, robot, camera, latency_s) for latency_s in LATENCIES_S]
     few = Corners(early, FEW_VIEWS)
     best = min((_fit(few, *guess) for guess in guesses), key=lambda found: found.residual)
     _, prior_sd, scales = guesses[0]
-    track = track.steady(float(best.values[NAMES.index("latency_s")]))
-    _require_views(track, FEWEST_VIEWS)
+    seen, track = len(track.views), track.steady(float(best.values[NAMES.index("latency_s")]))
+    if (steady := len(track.views)) < FEWEST_VIEWS:
+        frames = f"of {number_of(seen, 'frame')} that show the sheet, {steady} were taken in steady motion"
+        raise CalibrationRefused(f"{frames}; {FEWEST_VIEWS} are needed.", remedy=REMEDY)
     best = _fit(Corners(track, MANY_VIEWS), best.values[: len(NAMES)], prior_sd, scales)
     return Estimate(
         dict(zip(NAMES, map(float, best.values), strict=False)),
@@ -183,11 +187,6 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
         len(track.views),
         best.converged,
     )
-
-
-def _require_views(track: Track, fewest: int) -> None:
-    if (found := len(track.views)) < fewest:
-        raise CalibrationRefused(f"the sheet was seen in only {found} frames; {fewest} are needed.", remedy=REMEDY)
 
 
 def misfit_px(track: Track, believed: dict[str, float], found: dict[str, float]) -> float:

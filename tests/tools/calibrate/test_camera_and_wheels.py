@@ -75,7 +75,11 @@ def _recorded(true, noise_px=0.1, seed=1):
 
 @pytest.mark.parametrize(
     ("views", "settled_s", "said"),
-    [(0, None, "only 0 frames; 1"), (80, 0.5, "only 0 frames; 1"), (80, None, "only 0 frames; 60")],
+    [
+        (0, None, "the sheet was seen in none of the frames"),
+        (80, 0.5, "the sheet was seen in none of the frames"),
+        (80, None, "of 80 frames that show the sheet, 0 were taken in steady motion; 60 are needed"),
+    ],
 )
 def test_a_sheet_that_was_hardly_seen_in_steady_motion_is_refused(views, settled_s, said):
     """As with motors that do not report their turning."""
