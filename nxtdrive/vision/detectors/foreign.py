@@ -24,8 +24,7 @@ LEAST_TURN = 1.0
 FAR_PX = 1_000_000
 """A box or corner beyond this, in pixels, is none."""
 REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
-FAILS = "fails"
-FAILED_REMEDY = "-v shows the traceback for its author."
+FAILED_REMEDY = f"-v shows the traceback for its author. {REMEDY}"
 SIDES = {2: "wide", 3: "high"}
 """What a box is, by the place of its size."""
 
@@ -103,7 +102,7 @@ class ForeignDetector:
         """
         shown = image.view()
         shown.flags.writeable = False
-        places = _called(self._entry, FAILS, lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
+        places = _called(self._entry, "fails", lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
         try:
             found = _FOUND.validate_python(places, from_attributes=True)
         except ValidationError as error:
@@ -123,7 +122,7 @@ class DescribedForeignDetector(ForeignDetector):
         """
         described: Any = self._detector
         return _called(
-            self._entry, FAILS, lambda: {str(key): str(text) for key, text in described.description().items()}
+            self._entry, "fails", lambda: {str(key): str(text) for key, text in described.description().items()}
         )
 
 
@@ -158,8 +157,7 @@ def _called(entry: EntryPoint, what: str, work: Callable[[], T]) -> T:
         raise
     except (Exception, SystemExit) as error:
         reason = f"{what}{_place(entry, error)}: {type(error).__name__}: {error}"
-        remedy = f"{FAILED_REMEDY} {REMEDY}" if what == FAILS else REMEDY
-        raise ConfigError(f"{_name(entry)} {reason}.", remedy=remedy) from error
+        raise ConfigError(f"{_name(entry)} {reason}.", remedy=FAILED_REMEDY) from error
 
 
 def _name(entry: EntryPoint) -> str:

@@ -100,7 +100,7 @@ def test_a_built_in_detector_keeps_its_name(installed):
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
-        ('detector = "fails"\n', "odd.py:2: KeyError: 'lamp'. Ask its author"),
+        ('detector = "fails"\n', "odd.py:2: KeyError: 'lamp'. -v shows the traceback"),
         ('detector = "missing"\n', "cannot be made: AttributeError"),
         ('detector = "leaves"\n', "odd.py:14: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
