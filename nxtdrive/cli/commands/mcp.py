@@ -66,8 +66,8 @@ def run(args: argparse.Namespace) -> int:
     assistant = Assistant(robot, status_hub, Missions(folder, args.robot, usual), args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
+        stack.enter_context(closing(robot))  # also where Ctrl-C comes while it is opened
         robot.open()
-        stack.enter_context(closing(robot))
         if listener is not None:
             stack.enter_context(_page(robot, assistant, str(address), listener))
         serve(make_server(assistant), robot)

@@ -120,7 +120,7 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
         config = simulated_classroom(count, existing(args.folder), args.out)
     else:
         config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
-    classroom = Classroom(config, read_mission_file(args.mission))
+    classroom = Classroom(config, read_mission_file(args.mission, args.robot), args.robot)
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,
         closing(classroom),

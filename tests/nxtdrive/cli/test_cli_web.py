@@ -15,6 +15,7 @@ from nxtdrive.tools.web.missions import Missions
         (["--classroom", "nosuch.toml"], "nosuch.toml"),
         (["--classroom", "2", "--camera", "0"], "for one robot"),
         (["--classroom", "2", "--nxt", "usb://"], "for one robot"),
+        (["--classroom", "2", "--robot", "nosuch.toml"], "nosuch.toml"),
         (["--mission", "nosuch.toml"], "nosuch.toml"),
         (["--folder", "nosuch"], "there is no folder nosuch"),
     ],

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -33,6 +34,7 @@ class Classroom:
     Args:
         config: Their descriptions.
         built: How a robot is built when it is driven by hand.
+        robot: The robot file of all missions; by default the one that a mission names.
 
     Attributes:
         config: As given.
@@ -41,10 +43,10 @@ class Classroom:
         stations: The robots, in order.
     """
 
-    def __init__(self, config: ClassroomConfig, built: Mission) -> None:
+    def __init__(self, config: ClassroomConfig, built: Mission, robot: Path | None = None) -> None:
         self.config = config
         self.hub = Hub()
-        self.missions = Missions(config.missions)
+        self.missions = Missions(config.missions, robot)
         self.stations = [Station(entry, built, self.missions, config.runs / entry.name) for entry in config.robots]
         self._by_name = {station.entry.name: station for station in self.stations}
         self._visible: dict[Client, frozenset[str]] = {}

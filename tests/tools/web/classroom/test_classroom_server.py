@@ -76,6 +76,13 @@ def test_the_page_of_the_class_and_the_pages_of_its_robots_are_served(tmp_path):
         assert "Ada" in page.receive_json()["address"]
 
 
+def test_the_robot_file_is_that_of_all_missions(tmp_path):
+    (tmp_path / "robot.toml").write_text("[robot]\nwheel_diameter_mm = 43\n", encoding="utf-8")
+    config = ClassroomConfig("7b", (), tmp_path / "runs", tmp_path)
+    classroom = Classroom(config, read_mission_file(None), tmp_path / "robot.toml")
+    assert classroom.missions.load("").robot.wheel_diameter_mm == 43
+
+
 @pytest.mark.parametrize("path", ["/robot/Robot 9/", "/robot/Robot 9", "/robot/<b>/x"])
 def test_an_unknown_robot_is_said_with_the_way_back(tmp_path, path):
     answer = _client(_closed(tmp_path, "Ada")).get(path)
