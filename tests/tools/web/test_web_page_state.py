@@ -213,6 +213,24 @@ def test_a_mission_shows_no_bumper_of_the_time_before(browser, tell):
     assert _text(browser, "bumper") == "–"
 
 
+def test_an_old_picture_is_not_taken_for_a_new_one(browser, tell):
+    camera = browser.find_element(By.ID, "camera")
+    assert camera.get_attribute("class") == ""
+    browser.execute_script("const now = performance.now(); performance.now = () => now + 3000")
+    tell(STATE)
+    assert camera.get_attribute("class") == "stale"
+    tell({"type": "status", "doing": "search: cat"})  # the time of a simulated robot may stand still
+    assert camera.get_attribute("class") == ""
+    browser.execute_script("cut()")
+    assert camera.get_attribute("class") == "stale"
+
+
+def test_without_a_connection_no_measurement_is_shown(browser, tell):
+    assert _text(browser, "battery") == "8.0 V"
+    browser.execute_script("cut()")
+    assert {_text(browser, each) for each in ("battery", "range", "bumper", "link")} == {"–"}
+
+
 def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell):
     browser.execute_script("const wait = setTimeout; window.setTimeout = (call) => wait(call, 50)")
     tell({"type": "link", "lost": "the cable is out"}, {"type": "refused", "text": "not now"})

@@ -26,6 +26,9 @@ connection.on("hello", ({ you, address, ...hello }) => {
   lostLink = "";
   document.title = `nxtdrive ${address}`;
 });
+connection.on("closed", () => {
+  for (const each of ["battery", "range", "bumper", "link"]) find(each).textContent = "–";
+});
 connection.on("ended", ({ ending, duration_s }) => {
   if (drives) return;
   // this was the program's only run: the page stays as it is

@@ -3,11 +3,16 @@
 import { FRAME } from "./connection.js";
 
 const BOX_MS = 700;
+const STALE_MS = 2000;
 const LABEL_PX = 15;
 
 export function showCamera(connection, canvas) {
   const context = canvas.getContext("2d");
-  let seen = null;
+  const stale = (is) => canvas.classList.toggle("stale", is);
+  let seen = null, drawn = performance.now();
+  connection.on("state", () => stale(performance.now() - drawn > STALE_MS)); // while it is driven by hand
+  connection.on("status", () => stale(false)); // a mission reports itself that its camera fails
+  connection.on("closed", () => stale(true));
   connection.on("record", ({ record }) => {
     if (record.kind === "look") seen = record.sighting && { ...record.sighting, target: record.target, at: performance.now() };
   });
@@ -15,6 +20,8 @@ export function showCamera(connection, canvas) {
     if (canvas.width !== bitmap.width) [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
     context.drawImage(bitmap, 0, 0);
     bitmap.close();
+    drawn = performance.now();
+    stale(false);
     if (seen && performance.now() - seen.at < BOX_MS) drawBox(context, seen);
   });
 }
