@@ -51,7 +51,9 @@ class Parser(argparse.ArgumentParser):
         """Refuse the arguments that are left over, suggesting options."""
         options = [option for option in self._option_string_actions if option.startswith("--")]
         wrong = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
-        hint = f". Give {wrong} after `{self.prog}`" if wrong in options else _suggestion(wrong, options)
+        # without the dashes, which make short words similar
+        meant = [option for option in options if _suggestion(wrong.lstrip("-"), [option.lstrip("-")])]
+        hint = f". Give {wrong} after `{self.prog}`" if wrong in options else _suggestion(wrong, meant)
         self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401 - argparse's

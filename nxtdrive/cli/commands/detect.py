@@ -12,6 +12,7 @@ from statistics import median
 from typing import TYPE_CHECKING, get_args
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from input_files.plain import at_home
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import (
@@ -326,7 +327,8 @@ def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bo
         details |= {"detector": about} if about else {}
         write_json({**details, "looks": [asdict(look) for look in looks]}, indent=2)
     elif looks:
-        write_line(f"seen in {seen} of {len(looks)} frames, {median_ms:.1f} ms per frame (median); drawn into {path}")
+        frames = number_of(len(looks), "frame")
+        write_line(f"seen in {seen} of {frames}, {median_ms:.1f} ms per frame (median); drawn into {path}")
     return DONE
 
 
@@ -336,10 +338,11 @@ class _AnnotatedOutput:
     def __init__(self, path: Path) -> None:
         from nxtdrive.recording.video import VideoRecorder
 
-        if path.suffix not in (".png", ".webm"):
+        suffix = path.suffix.lower()
+        if suffix not in (".png", ".webm"):
             raise ConfigError(f"{path} is neither *.png nor *.webm.", remedy="Give --out one of the two endings.")
         self.path = path
-        self._recorder = VideoRecorder(path, VIDEO_FPS) if path.suffix == ".webm" else None
+        self._recorder = VideoRecorder(path, VIDEO_FPS) if suffix == ".webm" else None
         self._count = 0
         self._size: tuple[int, int] | None = None
         self._last: Image | None = None

@@ -83,6 +83,7 @@ def test_there_are_numbers_to_test():
         (["mission", "show", "--profil"], None),
         (["run", "--profile", "thessis"], "'thesis'"),
         (["info", "--colour"], None),
+        (["explain-run", "x", "--decision", "3"], None),
         (["xyzzy"], None),
     ],
 )

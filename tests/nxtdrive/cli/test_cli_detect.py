@@ -56,6 +56,12 @@ def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsy
     assert not np.array_equal(cv2.imread(str(out)), cv2.imread(str(picture)))
 
 
+@pytest.mark.parametrize("name", ["SEEN.PNG", "SEEN.WEBM"])
+def test_the_ending_of_the_result_may_be_in_capitals(picture, tmp_path, name, capsys):
+    _try(capsys, picture, "--color", "red", "--out", tmp_path / name)
+    assert [each.name for each in tmp_path.iterdir() if each != picture] == [name]
+
+
 def test_bearings_are_positive_to_the_right(folder, tmp_path, capsys):
     result = _try(capsys, folder, "--color", "red", "--out", tmp_path / "seen.webm")
     assert (result["frames"], result["seen"]) == (4, 3)
@@ -123,7 +129,7 @@ def test_a_sheet_has_the_height_at_which_nxtdrive_prints_it(kind, height_mm, tmp
 def test_the_address_of_the_simulated_brick_is_its_camera(tmp_path, capsys):
     out = str(tmp_path / "seen.webm")
     assert main(["detect", "try", "sim://", "--color", "orange", "--frames", "1", "--out", out]) == DONE
-    assert "of 1 frames" in capsys.readouterr().out
+    assert "seen in 1 of 1 frame," in capsys.readouterr().out
 
 
 def test_an_assumed_height_is_said(picture, tmp_path, capsys):
