@@ -167,6 +167,16 @@ def test_a_gamepad_does_not_drive_a_page_that_is_hidden(browser, tell):
     assert last == {"type": "drive", "ahead": 0, "aside": 0}
 
 
+@pytest.mark.parametrize("panel", ["lines", "decision"])
+def test_arrows_scroll_a_panel_that_has_the_focus_and_do_not_drive(browser, tell, panel):
+    tell(*[{"type": "line", "text": str(number)} for number in range(50)])
+    browser.execute_script("document.getElementById(arguments[0]).focus()", panel)
+    _press(browser, Keys.ARROW_DOWN)
+    assert _sent(browser, "drive") == []
+    _press(browser, "w")
+    assert _sent(browser, "drive") != []
+
+
 def test_only_the_main_button_of_a_mouse_drives(browser, tell):
     ActionChains(browser).context_click(browser.find_element(By.ID, "pad")).perform()
     assert _sent(browser, "drive") == []
@@ -249,6 +259,19 @@ def test_a_calibration_can_start_after_a_mission_that_ended_with_its_server(brow
     assert not browser.find_element(By.ID, "start").is_enabled()
     tell(HELLO)
     assert browser.find_element(By.ID, "start").is_enabled()
+
+
+def test_a_mission_that_cannot_be_saved_without_a_server_says_so(browser, site, tell):
+    answers = "window.fetch = async (url) => new Response(String(url).endsWith('missions') ? '[]' : '# a mission')"
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": answers})
+    browser.get(f"{site}missions.html")
+    WebDriverWait(browser, 10).until(lambda page: page.find_element(By.ID, "text").get_property("value"))
+    browser.execute_script("window.fetch = async () => { throw new TypeError('Failed to fetch'); }")
+    browser.find_element(By.ID, "save").click()
+    WebDriverWait(browser, 10).until(lambda page: "nxtdrive does not answer" in _text(page, "notice"))
+    browser.execute_script(
+        "document.getElementById('text').value = '# a mission'"
+    )  # or the browser asks before it leaves
 
 
 def test_a_list_of_runs_that_cannot_be_fetched_says_why(browser, site, tell):

@@ -48,6 +48,7 @@ export class Drive {
     addEventListener("keydown", (event) => {
       if (event.key === "Meta") this.letGo(); // while it is held, macOS reports no release of other keys
       if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.target.closest("#lines, #decision") && event.key.startsWith("Arrow")) return; // they scroll there
       if (event.code in KEYS) {
         event.preventDefault();
         if (!event.repeat) this.held.add(event.code);

@@ -1,11 +1,11 @@
 // The editor of missions: opens, checks while one types, saves.
 
 import "./nav.js";
+import { ask, find, notice } from "./page.js";
 import { Photograph } from "./photograph.js";
 
 const CHECK_AFTER_MS = 300;
 const NEW = "new.toml";
-const find = (id) => document.getElementById(id);
 let opened = { name: "", version: "", text: "" }, checks = 0, waiting = 0;
 
 new Photograph(find, {
@@ -32,13 +32,15 @@ await list();
 await open(new URLSearchParams(location.search).get("mission") ?? "");
 
 async function list() {
-  const names = await (await fetch("api/missions")).json();
+  const answer = await ask("api/missions");
+  if (!answer.ok) return notice(await answer.text());
+  const names = await answer.json();
   find("file").replaceChildren(new Option("a new mission", ""), ...names.map((name) => new Option(name, name)));
 }
 
 async function open(name) {
   notice("");
-  const answer = await fetch(name ? `api/missions/${encodeURIComponent(name)}` : "api/template");
+  const answer = await ask(name ? `api/missions/${encodeURIComponent(name)}` : "api/template");
   if (!answer.ok) return notice(await answer.text());
   opened = name ? { name, ...(await answer.json()) } : { name, version: "", text: await answer.text() };
   find("file").value = name;
@@ -52,7 +54,7 @@ async function save() {
   const name = find("name").value, text = find("text").value;
   const version = name === opened.name ? opened.version : "";
   const body = JSON.stringify({ text, version });
-  const answer = await fetch(`api/missions/${encodeURIComponent(name)}`, { method: "PUT", body });
+  const answer = await ask(`api/missions/${encodeURIComponent(name)}`, { method: "PUT", body });
   if (!answer.ok) return notice(await answer.text());
   opened = { name, text, ...(await answer.json()) };
   notice("");
@@ -79,7 +81,7 @@ function changed() {
 // an answer that comes after that to a later text is dropped
 async function check() {
   const number = ++checks;
-  const answer = await fetch("api/check", { method: "POST", body: JSON.stringify({ text: find("text").value }) });
+  const answer = await ask("api/check", { method: "POST", body: JSON.stringify({ text: find("text").value }) });
   if (number !== checks) return;
   if (!answer.ok) return notice(await answer.text());
   const { mistakes, warnings } = await answer.json();
@@ -106,9 +108,4 @@ function item(text) {
   const made = document.createElement("li");
   made.textContent = text;
   return made;
-}
-
-function notice(text) {
-  find("notice").textContent = text;
-  find("notice").hidden = !text;
 }

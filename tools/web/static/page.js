@@ -1,4 +1,4 @@
-// What the pages with a STOP have in common: its key, the notice, and the connection to the server.
+// What pages have in common: the notice, and those with a STOP its key and the connection to the server.
 
 import { Connection } from "./connection.js";
 
@@ -15,6 +15,11 @@ export function notice(text, forMs = 0) {
   find("notice").textContent = text;
   find("notice").hidden = !text;
   if (forMs) hides = setTimeout(() => notice(lasting), forMs);
+}
+
+// what the server answers; without a server an answer that says so
+export function ask(url, options) {
+  return fetch(url, options).catch(() => new Response("nxtdrive does not answer. Does it still run?", { status: 503 }));
 }
 
 export const brief = (text) => notice(text, NOTICE_MS);

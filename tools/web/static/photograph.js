@@ -1,5 +1,7 @@
 // A target by photograph: takes the camera's picture, lets one draw a box on it, and has the server add the target.
 
+import { ask } from "./page.js";
+
 export class Photograph {
   constructor(find, editor) {
     this.find = find;
@@ -54,7 +56,7 @@ export class Photograph {
   }
 
   async take() {
-    const answer = await fetch("api/pictures", { method: "POST" });
+    const answer = await ask("api/pictures", { method: "POST" });
     if (!answer.ok) return this.editor.notice(await answer.text());
     this.picture = { number: Number(answer.headers.get("x-picture")), bitmap: await createImageBitmap(await answer.blob()) };
     this.box = [0, 0, 0, 0];
@@ -67,7 +69,7 @@ export class Photograph {
       text: this.editor.text(), name: this.find("target-name").value.trim(), height_mm: Number(this.find("target-height").value),
       picture: this.picture.number, box: this.box,
     };
-    const answer = await fetch("api/targets", { method: "POST", body: JSON.stringify(target) });
+    const answer = await ask("api/targets", { method: "POST", body: JSON.stringify(target) });
     if (!answer.ok) return this.editor.notice(await answer.text());
     this.editor.notice("");
     this.editor.show((await answer.json()).text);

@@ -1,20 +1,15 @@
 // The list of runs.
 
 import "./nav.js";
+import { ask, find, notice } from "./page.js";
 
-const list = document.getElementById("runs");
-const answer = await fetch("api/runs");
+const answer = await ask("api/runs");
 
 if (answer.ok) {
   const runs = await answer.json();
-  list.replaceChildren(...runs.map(card));
+  find("runs").replaceChildren(...runs.map(card));
   if (!runs.length) notice("There are no runs yet. Start a mission on the robot's page, or with `nxtdrive run`.");
 } else notice(await answer.text());
-
-function notice(text) {
-  document.getElementById("notice").textContent = text;
-  document.getElementById("notice").hidden = false;
-}
 
 function card({ name, mission, ending, achieved, duration_s, targets, map }) {
   const item = document.createElement("li"), link = document.createElement("a");
