@@ -23,6 +23,13 @@ SESSION = "/api/session"
 OPEN_PATHS = frozenset({PIN_PAGE, "/pin.js", "/style.css", SESSION})
 """What a browser may fetch without a session."""
 MAX_PIN_BYTES = 64
+POLICIES = {
+    # a page within one of another site could be clicked on unawares
+    "content-security-policy": "frame-ancestors 'none'",
+    # a script of the last version could meet one of this version
+    "cache-control": "no-cache",
+}
+"""Headers of all answers."""
 
 
 def own_names() -> frozenset[str]:
@@ -32,7 +39,7 @@ def own_names() -> frozenset[str]:
 
 
 class SameSite:
-    """Refuses requests that other web sites make through the user's browser.
+    """Refuses requests that other web sites make through the user's browser, and adds `POLICIES` to all answers.
 
     The host must be this server by an address or a name of its own, which also refuses names that were rebound to this
     computer; the origin, which browsers send with every WebSocket, must be the same host.
@@ -55,7 +62,7 @@ class SameSite:
             if not self._known(host, scope) or (origin is not None and _host_of(origin) != host):
                 await _refuse(scope, receive, send, "This page is not for other web sites.", 403)
                 return
-        await self._app(scope, receive, _unframed(send))
+        await self._app(scope, receive, _with_policies(send))
 
     def _known(self, host: str, scope: Scope) -> bool:
         with contextlib.suppress(ValueError):
@@ -150,15 +157,13 @@ class PinGate:
             await _refuse(scope, receive, send, f"Enter the PIN first: open {PIN_PAGE} in the browser.", 401)
 
 
-def _unframed(send: Send) -> Send:
-    """Have browsers show no page within one of another site, which could lead a user to click on it unawares."""
-
-    async def send_with_policy(message: Message) -> None:
+def _with_policies(send: Send) -> Send:
+    async def send_with_policies(message: Message) -> None:
         if message["type"] == "http.response.start":
-            MutableHeaders(scope=message)["content-security-policy"] = "frame-ancestors 'none'"
+            MutableHeaders(scope=message).update(POLICIES)
         await send(message)
 
-    return send_with_policy
+    return send_with_policies
 
 
 def _host_of(origin: str) -> str:

@@ -107,6 +107,11 @@ def test_no_page_is_shown_in_a_frame_of_another_site(tmp_path, path):
     assert policy == "frame-ancestors 'none'"
 
 
+@pytest.mark.parametrize("path", ["/", "/app.js", "/api/runs"])
+def test_browsers_ask_again_for_what_another_version_may_have_changed(tmp_path, path):
+    assert _client(_server(tmp_path)).get(path).headers["cache-control"] == "no-cache"
+
+
 def test_a_page_is_greeted_with_what_it_draws(tmp_path):
     (tmp_path / "cat.toml").write_text(QUICK, encoding="utf-8")
     (tmp_path / "room.toml").write_text("[world]\n", encoding="utf-8")
