@@ -142,8 +142,10 @@ def test_space_works_a_button_that_the_keyboard_has_reached(browser, tell):
 
 
 def test_a_stop_without_a_connection_is_sent_when_there_is_one_again(browser, tell):
+    tell(RUN)
     browser.execute_script("cut()")
     browser.find_element(By.ID, "stop").click()
+    browser.execute_script("document.getElementById('end').click()")  # this ends less than the stop
     WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
     WebDriverWait(browser, 10).until(lambda page: _sent(page, "stop"))
     assert _sent(browser, "stop") == [{"type": "stop"}]

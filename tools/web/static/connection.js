@@ -1,6 +1,7 @@
 // The WebSocket: opens again by itself, and hands each message to the listener of its type.
 
 const RETRY_MS = 1000;
+const STOPS = ["stop", "stop_all"]; // requests that hold however late they arrive
 export const FRAME = 1, GRID = 2, BELIEF = 3;
 
 export class Connection {
@@ -18,7 +19,7 @@ export class Connection {
 
   send(message) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
-    else if (message.type.startsWith("stop")) this.unsent = message; // the one request that holds however late
+    else if (STOPS.includes(message.type)) this.unsent = message;
   }
 
   // nothing more will come: do not open again
