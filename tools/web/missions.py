@@ -17,6 +17,10 @@ from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.output_file import draft
 
 NAME = re.compile(r"\w[\w .-]*\.toml")
+DEVICES = frozenset(
+    {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
+)
+"""Names that no file and no folder can have on Windows, whatever follows a dot."""
 
 
 class Conflict(ValueError):
@@ -106,7 +110,7 @@ class Missions:
             ValueError: The name is not that of a mission file, or the file is larger than a mission's.
             OSError: It cannot be written.
         """
-        if not NAME.fullmatch(name):
+        if not NAME.fullmatch(name) or is_device(name):
             raise ValueError(f"{name!r} is not a valid mission file name. Use letters and digits, and end it in .toml.")
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
@@ -115,6 +119,11 @@ class Missions:
                 raise Conflict(f"{name} {reason}. Nothing was saved: open it again, or choose another name.")
             file.replace(path)
         return _version(content)
+
+
+def is_device(name: str) -> bool:
+    """Return whether Windows takes the name of a file or folder for that of a device."""
+    return name.partition(".")[0].casefold() in DEVICES
 
 
 def _version(content: bytes) -> str:

@@ -19,6 +19,8 @@ from input_files.toml_file import parse_toml
 from nxtdrive.vision.detection import Box, Image, overlap
 from nxtdrive.vision.detectors.picture import PictureDetector
 
+from .missions import is_device
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -97,7 +99,7 @@ class Photographs:
 
     def _write(self, name: str, png: bytes) -> str:
         """Write a new file that is called as the target is, with a number if there is one already."""
-        stem = name.replace(" ", "-")
+        stem = f"{name}-target" if is_device(name) else name.replace(" ", "-")
         for number in count(1):
             path = self._folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
             try:

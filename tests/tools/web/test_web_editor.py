@@ -80,7 +80,19 @@ def test_a_file_that_is_not_what_it_was_is_not_written(client, tmp_path, there, 
 
 
 @pytest.mark.parametrize(
-    "name", ["cat.txt", ".toml", ".hidden.toml", "..toml", "a%2Fb.toml", "..%2Fsecret.toml", "a%5Cb.toml", "a%00.toml"]
+    "name",
+    [
+        "con.toml",
+        "LPT1.old.toml",
+        "cat.txt",
+        ".toml",
+        ".hidden.toml",
+        "..toml",
+        "a%2Fb.toml",
+        "..%2Fsecret.toml",
+        "a%5Cb.toml",
+        "a%00.toml",
+    ],
 )
 def test_only_mission_files_of_the_folder_are_written(client, tmp_path, name):
     before = _files(tmp_path.parent)

@@ -74,6 +74,10 @@ def test_no_picture_is_overwritten(tmp_path, frame):
     assert [photographs.add(_target())["file"] for _ in range(3)] == ["lena.png", "lena-2.png", "lena-3.png"]
 
 
+def test_no_picture_is_called_as_a_device_of_windows(tmp_path, frame):
+    assert _photographs(tmp_path, frame).add(_target(name="Con"))["file"] == "Con-target.png"
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [

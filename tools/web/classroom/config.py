@@ -20,7 +20,7 @@ from nxtdrive.transports.address import Address
 from sim_backend.toml_file import Problem, check, mistakes, read_tables
 from sim_backend.world.loading import load_world
 
-from ..missions import Missions
+from ..missions import Missions, is_device
 
 MOST = 30
 """Most robots of a classroom."""
@@ -29,10 +29,6 @@ COLOURS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8
 """Colours of robots for which none is given, in order."""
 NAME = r"^\w(?:[\w -]{0,38}\w)?$"
 """A robot's name is also a folder's, on every system."""
-RESERVED = frozenset(
-    {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
-)
-"""Names that no folder can have on Windows."""
 
 
 class _Table(BaseModel):
@@ -251,7 +247,7 @@ def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[s
 
 def _wrong_robots(robots: list[RobotTable]) -> Iterator[str]:
     """Yield what is wrong with robots whose tables are valid by themselves."""
-    for name in sorted({table.name for table in robots if table.name.casefold() in RESERVED}):
+    for name in sorted({table.name for table in robots if is_device(table.name)}):
         yield f"robot {name!r}: Windows has no folder of this name; choose another one"
     for key, values in _unique_values(robots):
         for value, times in Counter(values).items():
