@@ -237,6 +237,12 @@ def test_an_old_picture_is_not_taken_for_a_new_one(browser, tell):
     assert camera.get_attribute("class") == "stale"
 
 
+def test_a_sonar_without_an_echo_does_not_promise_a_free_way(browser, tell):
+    assert _text(browser, "range") == "no echo"
+    tell({**STATE, "range_mm": 420})
+    assert _text(browser, "range") == "0.42 m"
+
+
 def test_without_a_connection_no_measurement_is_shown(browser, tell):
     assert _text(browser, "battery") == "8.0 V"
     browser.execute_script("cut()")

@@ -74,5 +74,5 @@ function showStop(is) {
 }
 
 function metres(mm) {
-  return mm === null ? "free" : `${(mm / 1000).toFixed(2)} m`;
+  return mm === null ? "no echo" : `${(mm / 1000).toFixed(2)} m`;
 }
