@@ -17,6 +17,8 @@ from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from nxtdrive.tools.web.app import STATIC
 
+from .conftest import resize
+
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("browser")]
 
 PLAYED = """
@@ -65,6 +67,18 @@ QUESTION = {
     "known": [],
     "candidates": [{"text": "wait", "why": "it may come back"}],
 }
+INK_OF_NUMBERS = """
+const done = arguments[0], map = document.getElementById("map");
+requestAnimationFrame(() => requestAnimationFrame(() => {
+  const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i] === 0x8a && data[i + 1] === 0x10 && data[i + 2] === 0x15) count++;
+  }
+  done(count);
+}));
+"""
+"""Counts the map's pixels in the colour of the numbers of decisions."""
 Tell = Callable[..., None]
 
 
@@ -227,7 +241,6 @@ def test_a_mission_shows_no_bumper_of_the_time_before(browser, tell):
 
 def test_an_old_picture_is_not_taken_for_a_new_one(browser, tell):
     camera = browser.find_element(By.ID, "camera")
-    assert camera.get_attribute("class") == ""
     browser.execute_script("const now = performance.now(); performance.now = () => now + 3000")
     tell(STATE)
     assert camera.get_attribute("class") == "stale"
@@ -255,6 +268,16 @@ def test_why_the_brick_is_lost_is_shown_again_after_another_notice(browser, tell
     assert _text(browser, "notice") == "not now"
     browser.execute_script("later.forEach((call) => call())")
     assert _text(browser, "notice") == "the cable is out"
+
+
+def test_the_number_of_a_decision_is_readable_where_the_robot_stands(browser, tell):
+    resize(browser, 1600, 1000)
+    shape = {"sonar_forward_mm": 100, "forward_mm": 0, "right_mm": 0, "yaw_deg": 0, "hfov_deg": 60}
+    choice = {"t": 1, "kind": "choice", "state": "select", "target": "cat", "choice": "wait", "pose": [0, 0, 90]}
+    tell({**RUN, "robot": shape}, {"type": "record", "record": choice})
+    here = browser.execute_async_script(INK_OF_NUMBERS)
+    tell({"type": "record", "record": {**choice, "kind": "step", "pose": [-500, 0, 90]}})
+    assert here > 0.7 * browser.execute_async_script(INK_OF_NUMBERS) > 0
 
 
 def test_a_swipe_over_the_map_moves_the_page(browser, tell):

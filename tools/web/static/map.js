@@ -138,7 +138,6 @@ export class FloorMap {
       disc(context, at, 45, "#1b9a4a");
       label(context, name, at, 14 * pixel, "#0d5c2a");
     }
-    for (const [at, numbers] of gathered(this.marks, 18 * pixel)) label(context, numbers, at, 13 * pixel, "#8a1015");
     context.save();
     context.translate(y, -x);
     context.rotate((heading * Math.PI) / 180);
@@ -149,6 +148,7 @@ export class FloorMap {
     context.lineTo(-80, 90);
     context.fill();
     context.restore();
+    for (const [at, numbers] of gathered(this.marks, 18 * pixel)) label(context, numbers, at, 13 * pixel, "#8a1015");
   }
 
   paintScale(context, wide, side) {
