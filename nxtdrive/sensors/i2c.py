@@ -11,7 +11,7 @@ from firmware_protocol.enums import SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending
 from firmware_protocol.status import Status
 from nxtdrive.link.protocol import SensorLink
-from nxtdrive.ports import SensorPort, in_range
+from nxtdrive.ports import SensorPort, in_range, of_type
 from nxtdrive.sensors.port import STEP_S, Sensor, SensorTimeout
 
 ADDRESS = 0x02
@@ -64,7 +64,9 @@ class I2CSensor(Sensor):
         return self._transact(bytes((self.address, register)), size)
 
     def write(self, register: int, *values: int) -> None:
-        """Write bytes, starting at `register`; errors as for `read`."""
+        """Write bytes, 0..255, starting at `register`; errors as for `read`."""
+        for value in values:
+            in_range("values", of_type("values", value, int), 0, 255)
         self._transact(bytes((self.address, register, *values)), 0)
 
     def ask(self, register: int) -> None:

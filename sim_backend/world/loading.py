@@ -72,7 +72,7 @@ def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> 
     yield from _wrong_places(world)
     yield from misplaced(world)
     yield from _missing_images(world, folder)
-    yield from _missing_textures(world)
+    yield from _missing_textures(world, folder)
 
 
 def _find(path: Path) -> Path:
@@ -181,10 +181,10 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
             yield f"pictures[{index}].file: there is no file {folder / picture.file}"
 
 
-def _missing_textures(world: WorldFile) -> Iterator[str]:
+def _missing_textures(world: WorldFile, folder: Path) -> Iterator[str]:
     known = [*TEXTURES, *sorted(path.stem for path in PICTURES.glob("*.png"))]
     for path, name in _textures(world):
-        if name not in known and not _is_image_file(name):
+        if name not in known and not _is_image_file(folder / name):
             yield f"{path}: there is no texture {name!r}; {hint(name, known)}"
 
 
@@ -198,15 +198,15 @@ def _textures(world: WorldFile) -> Iterator[tuple[str, str]]:
             yield f"{table}[{index}].texture", entry.texture
 
 
-def _is_image_file(texture: str) -> bool:
-    return bool(Path(texture).suffix) and os.path.isfile(texture)
+def _is_image_file(texture: Path) -> bool:
+    return bool(texture.suffix) and os.path.isfile(texture)
 
 
 def _unreadable_images(world: WorldFile, folder: Path) -> Iterator[str]:
     """Yield mistakes in image files that exist."""
     from input_files.picture import read_picture
 
-    files = [(path, Path(name)) for path, name in _textures(world) if _is_image_file(name)]
+    files = [(path, folder / name) for path, name in _textures(world) if _is_image_file(folder / name)]
     for index, picture in enumerate(world.pictures):
         if picture.file is not None and os.path.isfile(folder / picture.file):
             files.append((f"pictures[{index}].file", folder / picture.file))
@@ -222,4 +222,22 @@ def _with_image_paths(world: WorldFile, folder: Path) -> WorldFile:
         picture if picture.file is None else picture.model_copy(update={"file": folder / picture.file})
         for picture in world.pictures
     )
-    return world.model_copy(update={"pictures": pictures})
+    floor = world.floor.model_copy(update={"wall_texture": _texture(world.floor.wall_texture, folder)})
+    return world.model_copy(
+        update={
+            "pictures": pictures,
+            "floor": floor,
+            **{
+                table: tuple(
+                    entry.model_copy(update={"texture": _texture(entry.texture, folder)})
+                    for entry in getattr(world, table)
+                )
+                for table in ("walls", "boxes", "people")
+            },
+        }
+    )
+
+
+def _texture(name: str, folder: Path) -> str:
+    """Return the path of a texture that is an image file, the name of any other."""
+    return str(folder / name) if _is_image_file(folder / name) else name

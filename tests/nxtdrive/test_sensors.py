@@ -84,6 +84,14 @@ def test_registers_can_be_written(lab):
     assert sensor.read(0x20, 3) == bytes((1, 2, 3))
 
 
+@pytest.mark.parametrize("value", [-1, 256, 1.5])
+def test_a_value_that_is_no_byte_is_refused(lab, value):
+    room = lab()
+    room.attach(4, GenericI2CDevice())
+    with pytest.raises(LocalProtocolError, match="values"):
+        I2CSensor(room.brick.link, 4).write(0x20, 1, value)
+
+
 def test_a_sensor_that_is_not_there_is_a_bus_error_and_may_come_back(lab):
     room = lab()
     room.attach(4, None)

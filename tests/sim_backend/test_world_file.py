@@ -3,6 +3,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from behaviors.robot_description import RobotTable
 from firmware_protocol.errors import ConfigError
@@ -434,6 +435,18 @@ def test_a_room_without_size_or_robot_still_has_its_other_mistakes_reported():
 def test_a_texture_that_does_not_exist_is_named_with_the_likely_one():
     [mistake] = mistakes_in(ROOM + "texture = 'wod'")
     assert mistake == "boxes[0].texture: there is no texture 'wod'; did you mean wood?"
+
+
+def test_a_texture_can_be_an_image_beside_the_world(tmp_path, monkeypatch):
+    (tmp_path / "room").mkdir()
+    Image.new("RGB", (8, 8), "red").save(tmp_path / "room" / "bricks.png")
+    world = tmp_path / "room" / "room.toml"
+    world.write_text(ROOM.replace("[floor]", "[floor]\nwall_texture = 'bricks.png'") + "texture = 'bricks.png'")
+    monkeypatch.chdir(tmp_path)
+    loaded = load_world(world)
+    assert loaded.floor.wall_texture == loaded.boxes[0].texture == str(tmp_path / "room" / "bricks.png")
+    monkeypatch.chdir(tmp_path / "room")
+    assert load_world(world) == loaded
 
 
 def test_the_names_of_the_textures_are_those_that_can_be_drawn():
