@@ -91,13 +91,6 @@ def new_file(text: str) -> Path:
     return Path(text)
 
 
-def existing(folder: Path) -> Path:
-    """Return the folder of ``--folder``; `ConfigError` if there is none."""
-    if not os.path.isdir(folder):
-        raise ConfigError(f"there is no folder {folder}.", remedy="Name the folder of your missions with --folder.")
-    return folder
-
-
 @contextmanager
 def writing(path: Path, remedy: str = "Choose a file in a folder that exists and has room.") -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
+from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
 from nxtdrive.host.environment import require
 
@@ -17,10 +19,22 @@ def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
     add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
     parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
-    parser.add_argument("--folder", metavar="FOLDER", type=Path, default=Path(), help=f"{folder} (default: .)")
+    parser.add_argument("--folder", metavar="FOLDER", type=Path, help=f"{folder} (default: that of --mission, else .)")
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"
     )
+
+
+def missions_folder(args: argparse.Namespace) -> Path:
+    """Return the folder of the missions.
+
+    Raises:
+        ConfigError: There is no such folder.
+    """
+    folder: Path = args.folder or (args.mission.parent if args.mission else Path())
+    if not os.path.isdir(folder):
+        raise ConfigError(f"there is no folder {folder}.", remedy="Name the folder of your missions with --folder.")
+    return folder
 
 
 def add_port_argument(parser: argparse.ArgumentParser, what: str) -> None:

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS, existing
+from nxtdrive.cli.options import DEFAULT_ADDRESS
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
-from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, require_page
+from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
 from nxtdrive.host.listening import LOOPBACK, listen
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
     from nxtdrive.tools.web.runs import Runs
 
     address = in_real_time(args.nxt)
-    folder = existing(args.folder)
+    folder = missions_folder(args)
     usual = robot_file_of(folder)
     hub, missions = Hub(), Missions(folder, args.robot, usual)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
@@ -117,9 +117,9 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
             remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
     if (count := whole_number(args.classroom)) is not None:
-        config = simulated_classroom(count, existing(args.folder), args.out)
+        config = simulated_classroom(count, missions_folder(args), args.out)
     else:
-        config = read_classroom(Path(args.classroom), existing(args.folder), args.out)
+        config = read_classroom(Path(args.classroom), missions_folder(args), args.out)
     classroom = Classroom(config, read_mission_file(args.mission, args.robot), args.robot)
     with (
         closing(listen(args.port, LOOPBACK if pin is None else EVERYWHERE)) as listener,

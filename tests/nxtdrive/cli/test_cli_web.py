@@ -49,6 +49,15 @@ def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
     assert "robot.radius_mm" in capsys.readouterr().err
 
 
+def test_a_missions_folder_is_that_of_its_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.delenv("NXT_ROBOT", raising=False)
+    (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
+    mission = tmp_path / "m1.toml"
+    mission.write_text('[mission]\ntargets = ["tag"]\n[target.tag]\ndetector = "marker"\nid = 7\n', encoding="utf-8")
+    assert main(["web", "--port", "0", "--mission", str(mission)]) == 2
+    assert "robot.radius_mm" in capsys.readouterr().err
+
+
 def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):
     usual = tmp_path / "robot.toml"
     usual.write_text("[robot]\nwheel_diameter_mm = 43\n", encoding="utf-8")
