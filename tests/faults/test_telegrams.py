@@ -19,7 +19,7 @@ def test_a_sample_of_telegrams_is_harmless():
 
 
 def test_a_brick_that_fails_over_a_telegram_is_found_and_the_trial_is_reproducible(monkeypatch):
-    monkeypatch.setattr(LiveMap, "write", lambda *_: 1 / 0)
+    monkeypatch.setattr(LiveMap, "settle", lambda *_: 1 / 0)
     found = CAMPAIGN.run(1, range(CAMPAIGN.batch)).violations
     assert "ZeroDivisionError" in found[0].text
     assert CAMPAIGN.run(1, batch_of(CAMPAIGN, found[-1].number)).violations[-1] == found[-1]

@@ -108,11 +108,11 @@ def drawn(world: WorldModel, mission: Mission, evidence: Evidence, truth: WorldF
     """
     image, cells = _floor(world), world.floor.cells
     corners = _true_walls(image, cells, truth)
+    _belief(image, world, evidence.target)
     for picture in truth.pictures:
         if picture.name == evidence.target:
             at = pixel(cells, from_start(picture.at_mm, truth))
             cv2.drawMarker(image, at, BLUE, cv2.MARKER_TILTED_CROSS, 14, 2)
-    _belief(image, world, evidence.target)
     for gain in CandidateGenerator(world, mission.adaptive).gains(evidence.target):
         x, y = pixel(cells, gain.place)
         cv2.putText(image, f"{1000 * gain.chance:.0f}", (x - 8, y + 3), 0, 0.33, BLACK)
