@@ -341,16 +341,16 @@ def serving(server: Server, listener: socket.socket) -> Iterator[None]:
 
 
 def run_until_signal(http: uvicorn.Server, listener: socket.socket) -> None:
-    """Serve until a signal comes; uvicorn itself ends by SIGINT and SIGTERM alone, in a closed terminal it would break.
+    """Serve until a signal comes.
+
+    uvicorn itself ends by SIGINT and SIGTERM alone, in a closed terminal it would break; and a Ctrl-C while it begins
+    would leave a traceback.
 
     Args:
         http: The server.
         listener: A bound socket.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C.
     """
-    with handling(lambda *_: setattr(http, "should_exit", True), ("SIGHUP",)):
+    with handling(lambda *_: setattr(http, "should_exit", True), ("SIGHUP", "SIGINT")):
         http.run(sockets=[listener])
 
 

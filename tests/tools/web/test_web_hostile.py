@@ -252,6 +252,20 @@ def test_a_signal_ends_the_server_in_good_order_while_a_page_is_open(tmp_path, n
     assert capsys.readouterr().err == ""
 
 
+def test_a_ctrl_c_while_the_server_begins_ends_it(tmp_path, monkeypatch, capsys):
+    http = http_server(_server(tmp_path).app())
+    run = http.run
+
+    def interrupted(**options: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+        run(**options)
+
+    monkeypatch.setattr(http, "run", interrupted)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        run_until_signal(http, listener)
+    assert capsys.readouterr().err == ""
+
+
 def test_a_robot_can_be_closed_before_it_is_opened(tmp_path):
     """As a signal does that comes in between."""
     _server(tmp_path).robot.close()
