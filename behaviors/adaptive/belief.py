@@ -43,7 +43,6 @@ class BeliefNumbers:
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
         unknown: And where nothing is known: there may be no floor at all.
         likely_mm: Standard deviation of the prior around the floor that is known to be free.
-        free: Evidence for a cell to be known as free.
         free_cells: A place is on free floor if the cell in its middle is free, or one that far beside it.
         slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
         turned: How likely it faces another way than was believed, against 1 for all.
@@ -76,7 +75,6 @@ class BeliefNumbers:
     empty: float = 0.1
     unknown: float = 0.5
     likely_mm: float = 2500.0
-    free: float = 0.2
     free_cells: int = 2
     slant_sd_deg: float = 22.5
     turned: float = 0.05
@@ -116,7 +114,7 @@ def likely_places(floor: OccupancyGrid) -> Array:
     """
     x_mm, y_mm = _places(floor.cells.reach_mm - N.edge_mm)
     i, j = floor.cells.index(x_mm), floor.cells.index(y_mm)
-    free = floor.evidence < -N.free
+    free = floor.evidence < -GRID.free
     steps = range(-N.free_cells, N.free_cells + 1, N.free_cells)
     known = np.hypot(x_mm, y_mm) < N.spacing_mm / 2  # it stands there
     for a, b in product(steps, steps):
@@ -374,11 +372,7 @@ class Belief:
         """Return how plausible a picture is at each place, as far as the map tells, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
             half = int(N.spacing_mm / CELL_MM / 2)
-            side = floor.cells.side
-            i, j = (
-                np.clip((each / CELL_MM).astype(np.int64) + side // 2, half, side - half - 1)
-                for each in (self._x, self._y)
-            )
+            i, j = floor.cells.index(self._x), floor.cells.index(self._y)
             around = [(a, b) for a in range(-half, half + 1) for b in range(-half, half + 1)]
             patches = np.stack([floor.evidence[i + a, j + b] for a, b in around])
             free = (patches < -GRID.hint).mean(axis=0) > N.empty_share

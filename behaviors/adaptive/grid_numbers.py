@@ -34,6 +34,7 @@ class GridNumbers:
         repeated_deg: And turned less than this.
         repeated_range_mm: And the range differs by less than this.
         known: A cell with less evidence, either way, is unknown to a line of sight.
+        free: A cell with this much evidence against an obstacle is known as free.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
@@ -76,6 +77,7 @@ class GridNumbers:
     repeated_deg: float = 2.0
     repeated_range_mm: float = 50.0
     known: float = 0.1
+    free: float = 0.2
     behind: float = 0.1
     unknown_hides_mm: float = 2500.0
     fades_s: float = 240.0

@@ -33,7 +33,6 @@ class PlannerNumbers:
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
-        free: Evidence for a cell to be known as free.
         narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
             looks narrower on the map than it is.
         frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
@@ -52,7 +51,6 @@ class PlannerNumbers:
     few_places: int = 6
     few_spacing_mm: float = 400.0
     touched: float = 0.05
-    free: float = 0.2
     narrow: float = 15.0
     frontier_cells: int = 5
     rounds: int = 400
@@ -195,7 +193,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
     seen = _inflated(solid & floor.seen[window], floor.radius_mm + N.seen_clearance_mm)
-    cost[blocked & (part < -N.free) & ~seen] = N.narrow
+    cost[blocked & (part < -GRID.free) & ~seen] = N.narrow
     si, sj = i - window[0].start, j - window[1].start
     # the robot can always leave the place where it stands
     around = cost[max(0, si - 2) : si + 3, max(0, sj - 2) : sj + 3]
@@ -207,7 +205,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
 
 def _with_frontier(evidence: Grid) -> Mask:
     """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
-    known: Mask = evidence < -N.free
+    known: Mask = evidence < -GRID.free
     open_floor = known | ~_inflated(evidence > GRID.hint, math.hypot(CELL_MM, CELL_MM))
     for _ in range(N.frontier_cells):
         known = _inflated(known, CELL_MM) & open_floor
