@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.grid_cells import CELL_MM, Cells
+from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
 from behaviors.angles import wrapped_deg
@@ -119,15 +120,16 @@ def likely_places(floor: OccupancyGrid) -> Array:
     known = np.hypot(x_mm, y_mm) < N.spacing_mm / 2  # it stands there
     for a, b in product(steps, steps):
         known |= free[i + a, j + b]
-    away_mm = np.hypot(x_mm[:, None] - x_mm[known], y_mm[:, None] - y_mm[known]).min(axis=1)
-    return np.asarray(np.exp(-((away_mm / N.likely_mm) ** 2) / 2))
+    side = math.isqrt(len(known))
+    away = cv2.distanceTransform(np.uint8(~known).reshape(side, side), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.exp(-((away.ravel().astype(np.float64) * N.spacing_mm / N.likely_mm) ** 2) / 2)
 
 
-def _framed(values: Array, cells: int) -> Array:
-    """Return values of places, (places, ...), with as many more places around them on each side, which have 1."""
+def _framed(values: Array, places: int, value: float) -> Array:
+    """Return values of places, (places, ...), with this many more places on each side, which have another value."""
     side, each = math.isqrt(len(values)), values.shape[1:]
-    widths = [(cells, cells), (cells, cells), *[(0, 0)] * len(each)]
-    return np.pad(values.reshape(side, side, *each), widths, constant_values=1.0).reshape(-1, *each)
+    widths = [(places, places), (places, places), *[(0, 0)] * len(each)]
+    return np.pad(values.reshape(side, side, *each), widths, constant_values=value).reshape(-1, *each)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,25 +192,20 @@ class Belief:
     Args:
         range_mm: How far away its detector finds it in good light.
         half_view_deg: Half the angle of view that can be relied on.
+        likely: How likely it is at each place of the map while nothing is known of it, by `likely_places`.
 
     Attributes:
         reach_mm: From the start to the farthest place along each axis.
     """
 
-    def __init__(self, range_mm: float, half_view_deg: float) -> None:
+    def __init__(self, range_mm: float, half_view_deg: float, likely: Array) -> None:
         self._range_mm = range_mm
         self._half_view_deg = half_view_deg
-        self.reach_mm = Cells().reach_mm - N.edge_mm
-        self._x, self._y = _places(self.reach_mm)
-        self._likely = likely_places(OccupancyGrid())
-        self._mass = self._prior()
-        self._untouched = 1.0 / (N.facings * float(self._likely.sum()))
+        self._evidence = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
+        self._no_evidence = 1.0  # this factor where nothing was learned
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
-
-    def _prior(self) -> Array:
-        """Return the belief when nothing is known of the target, (places, facings)."""
-        return np.repeat((self._likely / (N.facings * self._likely.sum()))[:, None], N.facings, axis=1)
+        self._use(likely)
 
     def follow(self, likely: Array) -> None:
         """Update with a map that shows more floor, and may have grown: there are more places, and others are likely.
@@ -216,39 +213,45 @@ class Belief:
         Args:
             likely: What `likely_places` returns for it.
         """
-        cells = (math.isqrt(len(likely)) - math.isqrt(len(self._likely))) // 2
-        held = _framed(self._mass / (self._untouched * self._likely[:, None]), cells)
-        self._mass = held * self._untouched * likely[:, None]
-        self._likely = likely
-        self._normalize()
-        if cells:
-            self.reach_mm += cells * N.spacing_mm
-            self._x, self._y = _places(self.reach_mm)
+        places = (math.isqrt(len(likely)) - math.isqrt(len(self._likely))) // 2
+        if places:
+            self._evidence = _framed(self._evidence, places, self._no_evidence)
             if self._stand is not None:
-                self._stand.missed = _framed(self._stand.missed, cells)
-                self._stand.left = _framed(self._stand.left, cells)
+                self._stand.missed = _framed(self._stand.missed, places, 1.0)
+                self._stand.left = _framed(self._stand.left, places, 1.0)
+        self._use(likely)
+
+    def _use(self, likely: Array) -> None:
+        self._likely = likely
+        self.reach_mm = (math.isqrt(len(likely)) - 1) / 2 * N.spacing_mm
+        self._x, self._y = _places(self.reach_mm)
+        self._normalize()
 
     def _normalize(self) -> None:
-        left = float(self._mass.sum())
-        self._mass /= left
-        self._untouched /= left
+        left = float(self._mass().sum())
+        self._evidence /= left
+        self._no_evidence /= left
+
+    def _mass(self) -> Array:
+        """Return the probability of each place and facing, (places, facings)."""
+        return self._evidence * self._likely[:, None]
 
     def by_place(self) -> Array:
         """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
         side = math.isqrt(len(self._x))
-        return np.asarray(self._mass.sum(axis=1).reshape(side, side))
+        return np.asarray(self._mass().sum(axis=1).reshape(side, side))
 
     def look(self, pose: Pose, floor: OccupancyGrid, frames: int) -> None:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
         if self._stand is None or math.dist(self._stand.at, view.at) > N.stand_mm:
-            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._mass))
+            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._evidence))
         stand = self._stand
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
         stand.missed[inside] *= (1.0 - view.each[inside]) ** frames
         left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed)[:, None]
-        self._mass *= left / stand.left
+        self._evidence *= left / stand.left
         stand.left = left
         self._normalize()
 
@@ -262,9 +265,10 @@ class Belief:
             if slant_deg is not None:
                 likely = likely * np.exp(-(((off_deg - slant_deg) / N.slant_sd_deg) ** 2) / 2)
             likely = likely * (self._facings_at(near) + N.turned)
-            self._untouched *= 1.0 - N.trust
-            self._mass *= 1.0 - N.trust
-            self._mass[near] += N.trust * (likely / likely.sum())[None, :] / int(near.sum())
+            self._no_evidence *= 1.0 - N.trust
+            self._evidence *= 1.0 - N.trust
+            held = N.trust * (likely / likely.sum())[None, :] / int(near.sum())
+            self._evidence[near] += held / self._likely[near][:, None]
         self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
 
     def _near(self, place: Point) -> NDArray[np.bool_]:
@@ -273,7 +277,7 @@ class Belief:
 
     def _facings_at(self, near: NDArray[np.bool_]) -> Array:
         """Return which way it faces if it is at one of these places, as a probability for each facing."""
-        held = self._mass[near].sum(axis=0) + 1e-9
+        held = self._mass()[near].sum(axis=0) + 1e-9
         return np.asarray(held / held.sum())
 
     def faces(self, place: Point, viewpoints: Array) -> Array:
@@ -285,7 +289,7 @@ class Belief:
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
-        self._mass[self._near(place)] *= N.refuted
+        self._evidence[self._near(place)] *= N.refuted
         self._normalize()
 
     def scatter(self) -> None:
@@ -295,7 +299,7 @@ class Belief:
 
     def held_at(self, place: Point) -> float:
         """Return the probability that it is near a place."""
-        return float(self._mass[self._near(place)].sum())
+        return float(self._mass()[self._near(place)].sum())
 
     def renew(self, passed_s: float) -> None:
         """Let time pass: the belief returns to the prior."""
@@ -306,8 +310,9 @@ class Belief:
             self._stand.left = (1.0 - share) * self._stand.left + share
 
     def _return_to_prior(self, share: float) -> None:
-        self._mass = (1.0 - share) * self._mass + share * self._prior()
-        self._untouched = (1.0 - share) * self._untouched + share / (N.facings * float(self._likely.sum()))
+        prior = share / (N.facings * float(self._likely.sum()))
+        self._evidence = (1.0 - share) * self._evidence + prior
+        self._no_evidence = (1.0 - share) * self._no_evidence + prior
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that one scan from a place finds it."""
@@ -320,7 +325,7 @@ class Belief:
         """
         distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm)
         plausible = self._plausible(floor)
-        mass = self._mass.sum(axis=1) * plausible
+        mass = self._mass().sum(axis=1) * plausible
         free = _along(floor.visibility(x_mm, y_mm, N.frontier_mm, N.frontier_mm), distance, bearing_deg)
         beyond = (plausible == N.unknown) & (distance <= N.frontier_mm)
         return float((mass * free)[beyond].sum() / mass.sum())
@@ -351,12 +356,12 @@ class Belief:
     def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
         """Return the probability of finding it at each place by scanning from here, (places,)."""
         view = self._view(x_mm, y_mm, floor)
-        missed, left = np.ones(len(self._x)), np.ones_like(self._mass)
+        missed, left = np.ones(len(self._x)), np.ones_like(self._evidence)
         if self._stand is not None and math.dist(self._stand.at, view.at) <= N.stand_mm:
             missed, left = self._stand.missed, self._stand.left
         missed = missed * (1.0 - view.each) ** N.round_frames
         found = 1.0 - (1.0 - view.possible * np.minimum(N.sure, 1.0 - missed)[:, None]) / left
-        plausible = self._mass * self._plausible(floor)[:, None]
+        plausible = self._mass() * self._plausible(floor)[:, None]
         return np.asarray((plausible * np.maximum(0.0, found)).sum(axis=1) / plausible.sum())
 
     def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:

@@ -125,8 +125,9 @@ class TargetMemory:
         }
         slope = N.fills_share * 3 / 4 * math.tan(math.radians(mission.camera.hfov_deg) / 2)
         self.fills_mm = {name: target.height_mm / 2 / slope for name, target in mission.target.items()}
+        likely = likely_places(floor)
         self.beliefs = {
-            name: Belief(self.detection_range_mm[name], self.half_view_deg) for name in mission.mission.targets
+            name: Belief(self.detection_range_mm[name], self.half_view_deg, likely) for name in mission.mission.targets
         }
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None

@@ -24,7 +24,7 @@ POINTS = st.tuples(*[st.floats(-9000.0, 9000.0)] * 2)
 
 
 def _belief() -> Belief:
-    return Belief(RANGE_MM, HALF_VIEW_DEG)
+    return Belief(RANGE_MM, HALF_VIEW_DEG, likely_places(OccupancyGrid()))
 
 
 def _room() -> OccupancyGrid:
@@ -37,7 +37,10 @@ def _room() -> OccupancyGrid:
 
 def _within(belief: Belief, place: Point, radius_mm: float) -> float:
     """Probability that it is so near to a place."""
-    return float(belief._mass[np.hypot(belief._x - place[0], belief._y - place[1]) <= radius_mm].sum())
+    places = belief.by_place()
+    axis_mm = np.linspace(-belief.reach_mm, belief.reach_mm, len(places))
+    near = np.hypot(axis_mm[:, None] - place[0], axis_mm[None, :] - place[1]) <= radius_mm
+    return float(places[near].sum())
 
 
 def _ahead(belief: Belief, distance_mm: float = 1200.0) -> float:
@@ -247,7 +250,7 @@ def test_time_brings_belief_back_to_where_it_began():
     distances = []
     for passed_s in (0.0, 100.0, 1e5):
         belief.renew(passed_s)
-        distances.append(float(np.abs(belief._mass - fresh._mass).sum()))
+        distances.append(float(np.abs(belief.by_place() - fresh.by_place()).sum()))
     assert distances[0] > distances[1] > distances[2]
     assert distances[2] < 1e-9
 
@@ -272,8 +275,8 @@ def test_belief_stays_a_probability(actions, here):
                 floor.mark_obstacle(*values)
             case _:
                 getattr(belief, action)(*values)
-    assert belief._mass.min() >= 0.0
-    assert belief._mass.sum() == pytest.approx(1.0)
+    assert belief.by_place().min() >= 0.0
+    assert belief.by_place().sum() == pytest.approx(1.0)
     assert -1e-9 <= belief.chance_from(*here, floor) <= 1.0 + 1e-9
     begin_deg, end_deg = belief.arc_from(*here, floor, TURN_DEG_S)
     assert 0.0 < end_deg - begin_deg <= 360.0
