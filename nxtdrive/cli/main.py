@@ -16,7 +16,7 @@ import traceback
 from collections.abc import Container, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from firmware_protocol.errors import (
     AddressError,
@@ -35,6 +35,9 @@ from input_files.plain import InputFileError
 from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
 from nxtdrive.cli.parser import Help, Parser
 from nxtdrive.signals import SIGNALLED, SignalInterrupt, ignore_signals, signals_as_interrupt
+
+if TYPE_CHECKING:
+    from io import TextIOWrapper
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
@@ -123,6 +126,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     os.environ.setdefault(BLAS_THREADS, "1")  # more threads wait in a loop, slow on a busy machine
+    with suppress(AttributeError, OSError):  # there is none, it is not the process's, or it has been read from
+        cast("TextIOWrapper", sys.stdin).reconfigure(errors="surrogateescape")
     with signals_as_interrupt():
         code = _main(list(sys.argv[1:] if argv is None else argv))
         if argv is None:

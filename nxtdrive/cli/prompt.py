@@ -16,10 +16,7 @@ def agrees(question: str) -> bool:
     """Ask a question and return whether the answer is yes; Enter alone and Ctrl-D are no."""
     sys.stderr.write(f"{printable(question)} [y/N] ")
     sys.stderr.flush()
-    try:
-        answer = sys.stdin.readline()
-    except UnicodeDecodeError:
-        return False
+    answer = sys.stdin.readline()
     if not answer.endswith("\n"):  # Ctrl-D
         sys.stderr.write("\n")
         return False

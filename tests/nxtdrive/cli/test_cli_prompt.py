@@ -57,3 +57,17 @@ def test_a_closed_standard_input_cannot_be_asked(monkeypatch, capsys, words):
     monkeypatch.setattr("sys.stdin", None)
     assert main(words) == USAGE
     assert "Add --" in capsys.readouterr().err
+
+
+def test_a_line_that_is_not_in_utf_8_is_a_wrong_line(types, tmp_path, capsys):
+    types(b"\n\xff\n" + CTRL_D)
+    assert main(["calibrate", "wheels", "--ruler", "--robot", str(tmp_path / "robot.toml")]) == USAGE
+    assert "is not a number" in capsys.readouterr().err
+
+
+def test_a_file_on_standard_input_that_is_not_in_utf_8_holds_no_telegrams(tmp_path, monkeypatch, capsys):
+    (tmp_path / "telegrams.txt").write_bytes(b"\xff\xfe\n")
+    with open(tmp_path / "telegrams.txt", encoding="utf-8") as telegrams:
+        monkeypatch.setattr("sys.stdin", telegrams)
+        assert main(["explain", "-"]) == USAGE
+    assert "is not hexadecimal" in capsys.readouterr().err
