@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import signal
 import sys
 import traceback
 import warnings
@@ -12,6 +14,8 @@ CAN_FORK = sys.platform == "linux"
 """Windows cannot, and libraries of macOS may not be used in a copy."""
 
 _NONE = -1
+_SET_PARENT_DEATH_SIGNAL = 1
+"""Source: linux/prctl.h."""
 
 
 class _AllEnded(Exception):
@@ -21,7 +25,7 @@ class _AllEnded(Exception):
 class Forks:
     """Copies of this process that compute one number each, one copy after the other.
 
-    A context manager: a copy ends with the context, and the original leaves it when all copies have ended.
+    A context manager: a copy ends with the context, or with the original, which leaves it when all copies have ended.
 
     Attributes:
         results: Results of the copies, in order; in the original.
@@ -37,7 +41,7 @@ class Forks:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> bool:
         if self._pipe == _NONE:
             return kind is _AllEnded
-        if error is not None:
+        if isinstance(error, Exception):  # a Ctrl-C ends the original, too
             traceback.print_exception(error)
         os._exit(error is not None)
 
@@ -54,6 +58,7 @@ class Forks:
                 warnings.simplefilter("ignore", DeprecationWarning)
                 process = os.fork()
             if not process:
+                ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
                 os.close(ours)
                 self._pipe = theirs
                 return copy

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -87,14 +88,17 @@ def run(args: argparse.Namespace) -> int:
     kept = read_missions(args.out) if args.out else {}
     request = Request(args.decision, args.sample, args.futures)
     results: list[dict[str, Any]] = []
-    with open_workers(args, "Repeat the command with fewer --workers.") as workers:
+    with (
+        # before minutes of work, which could not be kept
+        ResultFile(args.out, remedy="Make room, and repeat the command.") if args.out else nullcontext() as file,
+        open_workers(args, "Repeat the command with fewer --workers.") as workers,
+    ):
         for name, source in sources.items():
             known = kept.get(key_of(request.head(name)))
             result = known or _played(name, source, request, workers)
             results.append(result)
-            if args.out and not known:
-                with ResultFile(args.out, remedy="Make room, and repeat the command.") as file:
-                    file.append(result)
+            if file and not known:
+                file.append(result)
             if not args.json:
                 _show(name, result["decisions"])
     figures = mean_figures(results)

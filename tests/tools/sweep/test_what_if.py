@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from datetime import date
 
@@ -136,6 +138,13 @@ def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
     assert out.read_text() == text
 
 
+def test_a_file_that_cannot_be_written_is_refused_before_the_mission_is_played(tmp_path, capsys):
+    assert main(["what-if", "open:100", "--out", str(tmp_path / "none" / "regret.jsonl"), "--workers", "1"]) == 2
+    said = capsys.readouterr().err
+    assert "cannot be written" in said
+    assert "repeating the mission" not in said
+
+
 def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
     assert main(["what-if", "open:" + "9" * 5000]) == 2
     assert "CLASS:SEED" in capsys.readouterr().err
@@ -195,6 +204,31 @@ def test_a_copy_that_breaks_is_an_error_of_the_original(capfd):
         half_in_the_first(forks)
     assert forks.results == [0.5]
     assert "IndexError: list index" in capfd.readouterr().err
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
+def test_a_copy_that_ctrl_c_ends_prints_no_traceback(capfd):
+    def interrupted(forks):
+        with forks:
+            forks.each(1)
+            raise KeyboardInterrupt
+
+    with pytest.raises(RuntimeError, match="without a result"):
+        interrupted(Forks())
+    assert not capfd.readouterr().err
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
+def test_a_copy_ends_with_the_original():
+    script = (
+        "import signal; from nxtdrive.tools.sweep.forks import Forks\n"
+        "with Forks() as forks: forks.each(1); print('copied', flush=True); signal.pause()"
+    )
+    original = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE)
+    assert original.stdout
+    assert original.stdout.readline() == b"copied\n"
+    original.kill()
+    assert original.communicate(timeout=60) == (b"", None)  # nobody has the pipe any more
 
 
 @pytest.mark.nightly
