@@ -248,7 +248,10 @@ def _known(what: str, names: Sequence[str], known: Any) -> list[str]:  # noqa: A
 
 def _names(text: str) -> list[str]:
     """Return the names in a list, each once: a mission that counts twice would make intervals too narrow."""
-    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise argparse.ArgumentTypeError(f"{text!r} has no name")
+    return names
 
 
 def _seeds(text: str) -> tuple[int, int]:

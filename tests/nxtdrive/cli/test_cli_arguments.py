@@ -150,6 +150,8 @@ def test_a_mistyped_name_never_leads_to_a_command_that_destroys(name, capsys):
         ["message", "write", "11", "hello"],
         ["tone", "44"],
         ["serve", "--port", "70000"],
+        ["sweep", "--classes", ""],
+        ["sweep", "--agents", " ,"],
         ["sim", "serve", "--tcp", "0", "--camera-port", "99999"],
         ["detect", "try", "sim", "--color", "red", "--hfov-deg", "200"],
         ["detect", "try", "sim", "--color", "red", "--frames", "0"],
