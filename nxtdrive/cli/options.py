@@ -100,6 +100,29 @@ def writing(path: Path, remedy: str = "Choose a file in a folder that exists and
         raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from error
 
 
+def check_not_read(out: Path, *inputs: str | Path, option: str = "--out") -> None:
+    """Refuse a file to write that is one of those to read.
+
+    Raises:
+        ConfigError: It is.
+    """
+    if os.path.exists(out) and any(os.path.exists(each) and os.path.samefile(each, out) for each in inputs):
+        raise ConfigError(f"{out} cannot be written: the command reads it.", remedy=f"Choose another {option}.")
+
+
+def check_writable(path: Path) -> None:
+    """Refuse a file that cannot be written, before minutes of work whose result goes there.
+
+    Raises:
+        ConfigError: It cannot.
+    """
+    new = not os.path.lexists(path)
+    with writing(path):
+        open(path, "ab").close()
+        if new:
+            path.unlink()
+
+
 def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_ADDRESS) -> None:
     """Add ``--nxt ADDRESS`` and ``--trace FILE``; `nxtdrive.cli.main` handles the latter."""
     parser.add_argument(

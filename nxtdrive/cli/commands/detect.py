@@ -19,6 +19,7 @@ from nxtdrive.cli.options import (
     add_action,
     add_json_argument,
     add_robot_argument,
+    check_not_read,
     marker_id,
     number,
     target_height_mm,
@@ -146,7 +147,9 @@ def _try(args: argparse.Namespace) -> int:
     name, detector, mission_hfov_deg = _target(args)
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
-    drawing = _AnnotatedOutput(args.out or Path("detected.png" if still else "detected.webm"))
+    out = args.out or Path("detected.png" if still else "detected.webm")
+    check_not_read(out, at_home(args.source), *(args.picture or ()))
+    drawing = _AnnotatedOutput(out)
     looks: list[Look] = []
     others: set[str] = set()
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import number, writing
+from nxtdrive.cli.options import check_not_read, number, writing
 from nxtdrive.cli.output import write_line
 from nxtdrive.cli.progress import with_progress
 
@@ -137,8 +137,16 @@ def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> N
 
 
 def _file(past: PastRun, file: Path, default: str) -> Path:
-    """Return the file to write: as given, or the default one in the run folder."""
-    return past.path.parent / default if file == IN_FOLDER else file
+    """Return the file to write: as given, or the default one in the run folder.
+
+    Raises:
+        ConfigError: It is one of those that make the run.
+    """
+    from nxtdrive.recording.run_folder import MAP, MISSION, SUMMARY, WHAT_IF
+
+    folder = past.path.parent
+    check_not_read(file, past.path, *(folder / name for name in (MISSION, SUMMARY, MAP, WHAT_IF)), option="file")
+    return folder / default if file == IN_FOLDER else file
 
 
 def _say(path: Path, *details: str) -> None:

@@ -8,10 +8,10 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.errors import AddressError, ConfigError
+from firmware_protocol.errors import AddressError
 from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, writing
+from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, writing
 from nxtdrive.cli.output import write_line
 from nxtdrive.signals import held
 
@@ -58,8 +58,8 @@ def record(args: argparse.Namespace) -> int:
 
     lines = read_script(args.script, allow_writes=args.allow_writes)
     out = args.out or Path(f"{args.script.stem}.jsonl")
-    if out.is_dir() or not out.absolute().parent.is_dir() or out.absolute() == args.script.absolute():
-        raise ConfigError(f"{out} cannot be written.", remedy="Choose another file: --out FILE.jsonl.")
+    check_not_read(out, args.script)
+    check_writable(out)
     address, records = Address.parse(args.nxt), list[dict[str, Any]]()
     bench = _bench(address)
     with nullcontext() if bench else closing(open_transport(address)) as transport:
@@ -93,6 +93,6 @@ def _bench(address: Address) -> BenchPartner | None:
     firmware = address.options.get("firmware", FIRMWARES[0])
     if firmware not in FIRMWARES:
         raise AddressError(
-            f"{address}: there is no simulated firmware {firmware!r}.", remedy=f"It has {' and '.join(FIRMWARES)}."
+            f"{address}: there is no simulated firmware {firmware!r}.", remedy=f"Choose from {', '.join(FIRMWARES)}."
         )
     return BenchPartner(firmware)

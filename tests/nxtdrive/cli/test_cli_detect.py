@@ -56,6 +56,17 @@ def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsy
     assert not np.array_equal(cv2.imread(str(out)), cv2.imread(str(picture)))
 
 
+@pytest.mark.parametrize("words", [["--out", "scene.png"], ["--picture", "detected.png"]])
+def test_a_drawing_never_replaces_a_picture_that_is_read(picture, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    photograph = picture if words[0] == "--out" else picture.replace(tmp_path / "detected.png")
+    before = photograph.read_bytes()
+    target = ["--color", "red"] if words[0] == "--out" else []
+    assert main(["detect", "try", photograph.name, *target, *words]) == USAGE
+    assert "the command reads it" in capsys.readouterr().err
+    assert photograph.read_bytes() == before
+
+
 @pytest.mark.parametrize("name", ["SEEN.PNG", "SEEN.WEBM"])
 def test_the_ending_of_the_result_may_be_in_capitals(picture, tmp_path, name, capsys):
     _try(capsys, picture, "--color", "red", "--out", tmp_path / name)

@@ -146,10 +146,15 @@ def test_a_script_with_a_mistake_is_refused_before_the_brick_is_opened(text, rea
 
 def test_places_that_cannot_be_written_are_refused_before_the_brick_is_opened(script, capsys, tmp_path):
     path = script("GetBatteryLevel\n")
-    for out in (tmp_path, tmp_path / "nowhere" / "x.jsonl", path):
+    (tmp_path / "link.jsonl").symlink_to(path)
+    (tmp_path / "folder").mkdir()
+    same = tmp_path / "folder" / ".." / "questions.txt"
+    for out in (tmp_path, tmp_path / "nowhere" / "x.jsonl", path, tmp_path / "link.jsonl", same):
         assert record(path, "--out", str(out), "--nxt", "tcp://127.0.0.1:1") == USAGE
         assert "cannot be written" in capsys.readouterr().err
+    assert Path(path).read_text() == "GetBatteryLevel\n"
     assert record(path, "--nxt", "sim://?firmware=9.9") == USAGE
+    assert not list(tmp_path.glob("questions.jsonl"))
     assert record(str(tmp_path / "none.txt")) == USAGE
 
 

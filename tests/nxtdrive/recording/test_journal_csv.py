@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.journal import Kind, Record
-from nxtdrive.cli.main import DONE, main
+from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.journal_csv import COLUMNS, journal_csv
 
 SIGHTING = {"bearing_deg": -3.5, "distance_mm": 900.0, "confidence": 1.0, "box": [10, 10, 20, 20]}
@@ -102,3 +102,13 @@ def test_text_that_is_not_unicode_makes_a_table_too(tmp_path):
     assert main(["export", str(tmp_path), "--csv"]) == DONE
     (row,) = _rows((tmp_path / "journal.csv").read_text(encoding="utf-8"))
     assert row["target"] == "a?"
+
+
+@pytest.mark.parametrize(("option", "name"), [("--csv", "journal.jsonl"), ("--html", "mission.json")])
+def test_an_export_never_replaces_what_makes_the_run(tmp_path, capsys, option, name):
+    for file in ("journal.jsonl", "mission.json"):
+        (tmp_path / file).write_text("".join(f"{record.to_json()}\n" for record in RECORDS), encoding="utf-8")
+    before = (tmp_path / name).read_bytes()
+    assert main(["export", str(tmp_path), option, str(tmp_path / name)]) == USAGE
+    assert "the command reads it" in capsys.readouterr().err
+    assert (tmp_path / name).read_bytes() == before
