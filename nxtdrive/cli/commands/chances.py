@@ -30,6 +30,8 @@ EXAMPLES = """\
   nxtdrive chances sweep.jsonl --out chances.json
   nxtdrive chances chances.json runs/* --out chances.json  # add to them"""
 
+REMEDY = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
@@ -38,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RUN",
         type=Path,
         nargs="+",
-        help="a run folder, a sweep's .jsonl, or counts written by --out",
+        help="a run folder or its journal.jsonl, a sweep's .jsonl, or counts written by --out",
     )
     parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
 
@@ -47,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     """Count the choices and return the exit code."""
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.recording.predictions import counts, summed
+    from nxtdrive.recording.run_folder import JOURNAL
 
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
@@ -58,13 +61,14 @@ def run(args: argparse.Namespace) -> int:
             earlier.append(kept)
             sources += origins
             continue
-        if path.suffix == ".jsonl" and path.is_file():
+        whole = path.parent if path.name == JOURNAL else path
+        if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:
             more, source = _read_sweep(path)
         else:
             (profile, more), source = _read_run(path), {}
             others |= {profile} - {"", "adaptive"}
         found += more
-        sources.append({"name": path.name, "choices": len(more), **source})
+        sources.append({"name": whole.resolve().name, "choices": len(more), **source})
     if not found and not earlier:
         raise _nothing_to_count(sorted(others))
     if found:
@@ -86,10 +90,9 @@ def _read_counts(path: Path) -> tuple[Counts, list[dict[str, Any]]]:
 
     try:
         kept = parse_object(read_text(path, MAX_BYTES))
-        return AdaptiveParameters(chances=kept["counts"]).chances or {}, [*kept["sources"]]
+        return AdaptiveParameters(chances=kept["counts"]).chances or {}, [dict(each) for each in kept["sources"]]
     except (ValueError, KeyError, TypeError) as error:
-        remedy = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
-        raise ConfigError(f"{path} has no counts.", remedy=remedy) from error
+        raise ConfigError(f"{path} has no counts.", remedy=REMEDY) from error
 
 
 def _nothing_to_count(others: Sequence[str]) -> ConfigError:
@@ -122,7 +125,10 @@ def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
     from nxtdrive.tools.sweep.result_file import read_lines
     from nxtdrive.tools.sweep.summary_file import summary_path
 
-    lines = [line for line in read_lines(path) if line["policy"] == "adaptive"]
+    try:
+        lines = [line for line in read_lines(path) if line["policy"] == "adaptive"]
+    except ConfigError as error:
+        raise ConfigError(error.args[0], remedy=REMEDY) from None
     try:
         made = parse_object(read_text(summary_path(path), MAX_BYTES))
     except ValueError:

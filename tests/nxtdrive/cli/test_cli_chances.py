@@ -44,6 +44,21 @@ def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
 
 
+def test_a_run_may_be_named_by_its_journal_or_be_the_current_folder(tmp_path, monkeypatch):
+    folder, out = _run(tmp_path / "run-1", seen=True), tmp_path / "chances.json"
+    monkeypatch.chdir(folder)
+    for name in (".", "journal.jsonl", f"{folder}/journal.jsonl"):
+        assert main(["chances", name, "--out", str(out)]) == DONE
+        assert json.loads(out.read_text())["sources"] == [{"name": "run-1", "choices": 1}]
+
+
+def test_lines_of_something_else_are_refused_with_what_to_name(tmp_path, capsys):
+    (tmp_path / "other.jsonl").write_text("{}\n")
+    assert main(["chances", str(tmp_path / "other.jsonl")]) == USAGE
+    assert "is not the file of a sweep" in (said := capsys.readouterr().err)
+    assert "Name run folders" in said
+
+
 def test_counts_of_a_sweep_say_how_it_was_made(tmp_path):
     chance = {"choice": "wait", "reason": "blocked_short", "chance": 0.5, "situation": "wait/0.5/blocked_short/0"}
     line = {"episode_index": 0, "class": "open", "seed": 1, "policy": "adaptive", "eyes": "geometric", "success": True}
@@ -71,7 +86,14 @@ def test_earlier_counts_are_added(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["{}", "nonsense", '{"sources": [], "counts": {"wait": [1]}}', '{"counts": 1, "sources": 2}']
+    "text",
+    [
+        "{}",
+        "nonsense",
+        '{"sources": [], "counts": {"wait": [1]}}',
+        '{"counts": 1, "sources": 2}',
+        '{"counts": {}, "sources": "runs"}',
+    ],
 )
 def test_a_file_without_counts_is_refused(text, tmp_path, capsys):
     (tmp_path / "other.json").write_text(text)
