@@ -56,9 +56,10 @@ def test_a_bad_line_is_named_and_a_cut_last_line_left_out(tmp_path):
     good = Trace("sim://", 64).header() + '\n{"t": 0, "to": "000b"}\n'
     path.write_text(good + '{"t": 0.1, "fr')
     assert len(read_trace(path).entries) == 1
-    path.write_text(good + '{"t": 0.1, "fr\n{"t": 0.2, "to": "000b"}\n')
-    with pytest.raises(ConfigError, match="line 3"):
-        read_trace(path)
+    for bad in ('{"t": 0.1, "fr', '{"t": 0.1, "to": ""}'):
+        path.write_text(good + bad + '\n{"t": 0.2, "to": "000b"}\n')
+        with pytest.raises(ConfigError, match="line 3"):
+            read_trace(path)
 
 
 @pytest.fixture
