@@ -216,7 +216,7 @@ def _sentence(error: Exception, args: argparse.Namespace) -> str:
         return said
     if isinstance(error, BrickNotFound) and str(getattr(args, "nxt", "")).startswith("usb:"):
         return f"{error} `nxtdrive doctor` looks for the cause."
-    if isinstance(error, AddressError) and os.environ.get("NXT", "") == getattr(args, "nxt", None):
+    if isinstance(error, AddressError) and (usual := os.environ.get("NXT")) and usual == getattr(args, "nxt", None):
         return f"{error} The address comes from $NXT."
     if isinstance(error, NXTError):
         return str(error)

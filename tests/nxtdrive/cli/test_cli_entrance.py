@@ -159,6 +159,9 @@ def test_a_wrong_address_in_the_environment_is_called_that(monkeypatch, capsys):
     assert "The address comes from $NXT." in capsys.readouterr().err
     assert main(["info", "--nxt", "warp://9"]) == USAGE
     assert "$NXT" not in capsys.readouterr().err
+    monkeypatch.delenv("NXT")
+    assert main(["info", "--nxt", ""]) == USAGE
+    assert "$NXT" not in capsys.readouterr().err
 
 
 def test_an_unknown_address_is_one_sentence(capsys):
