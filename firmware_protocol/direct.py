@@ -9,6 +9,7 @@ No ``from __future__ import annotations`` here: the declarations' annotations ar
 from typing import Annotated, Self
 
 from firmware_protocol.enums import InputPort, Property
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import Ack, Command, Reply, counted_reply, direct, reply
 from firmware_protocol.wire import (
@@ -157,8 +158,17 @@ class MessageWrite(Command[Ack]):
 
     @classmethod
     def text(cls, box: int, message: str) -> Self:
-        """Make a message of at most 58 Latin-1 characters; size and closing zero are added."""
-        data = message.encode("latin-1") + b"\0"
+        """Make a message of at most 58 Latin-1 characters; size and closing zero are added.
+
+        Raises:
+            LocalProtocolError: It is longer, or has other characters.
+        """
+        try:
+            data = message.encode("latin-1") + b"\0"
+        except (AttributeError, UnicodeEncodeError):
+            raise LocalProtocolError(f"message must be text in Latin-1 characters, not {message!r}.") from None
+        if len(data) > MESSAGE_LIMIT:
+            raise LocalProtocolError(f"message must have at most {MESSAGE_LIMIT - 1} characters, not {len(message)}.")
         return cls(box, len(data), data)
 
 

@@ -92,6 +92,9 @@ def test_a_screenshot_shows_the_display(lab):
         (lambda brick: brick.touch("1"), "'1'"),
         (lambda brick: brick.tone("a", 100), "frequency_hz"),
         (lambda brick: brick.programs.write_message("1", "hello"), "box"),
+        (lambda brick: brick.programs.write_message(1, 5), "message .* not 5"),
+        (lambda brick: brick.programs.write_message(1, "5 €"), "message .* not '5 €'"),
+        (lambda brick: brick.programs.write_message(1, "x" * 59), "message .* 58 characters, not 59"),
     ],
 )
 def test_a_wrong_argument_is_one_kind_of_error_that_names_it(lab, mistake, name):
