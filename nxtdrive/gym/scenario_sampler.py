@@ -29,14 +29,17 @@ class ScenarioSampler:
         profile: The missions' profile.
 
     Raises:
-        ConfigError: There is no such class, nothing to draw from, or a text in place of the list of classes.
+        ConfigError: There is no such class, nothing to draw from, or something else than a list to draw from.
     """
 
     def __init__(self, kinds: Sequence[str], seeds: Sequence[int], profile: str) -> None:
         if isinstance(kinds, str):
             raise ConfigError(f"kinds is a list of classes, not {kinds!r}.", remedy=f"Write kinds=[{kinds!r}].")
+        for name, values in (("kinds", kinds), ("seeds", seeds)):
+            if not isinstance(values, Sequence | np.ndarray):  # a set has no order, so draws would not be repeatable
+                raise ConfigError(f"{name} is a list, not {values!r}.", remedy=f"Write {name}=[...].")
         _check_kinds(kinds)
-        if not kinds or not seeds:
+        if len(kinds) == 0 or len(seeds) == 0:
             raise ConfigError("there is nothing to draw an episode from.", remedy="Name a class and a seed.")
         self._kinds, self._seeds, self._profile = tuple(kinds), seeds, profile
 

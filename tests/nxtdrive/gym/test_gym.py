@@ -146,8 +146,16 @@ def test_what_does_not_exist_is_refused(make):
             make().reset(options=options)
     with pytest.raises(ConfigError, match=r"kinds is a list of classes, not 'open'. Write kinds=\['open'\]"):
         make(kinds="open")
+    for drawn in ({"kinds": {"open"}}, {"kinds": []}, {"seeds": 5}, {"seeds": {5}}, {"seeds": np.arange(0)}):
+        with pytest.raises(ConfigError, match=r"is a list|nothing to draw"):
+            make(**drawn)
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(make().action_space.sample())
+
+
+def test_seeds_may_be_an_array():
+    _, info = WheelEnv(seeds=np.arange(7, 8)).reset(seed=1)
+    assert info["seed"] == 7
 
 
 @pytest.mark.parametrize(("name", "action"), [pytest.param("decisions", 0, marks=pytest.mark.slow), ("wheels", (0, 0))])
