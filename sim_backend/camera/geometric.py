@@ -256,9 +256,8 @@ class GeometricSensor:
         """Mask of the points (n, 3) inside the frame."""
         right, down, depth = in_camera_frame(points[:, 0], points[:, 1], points[:, 2], viewpoint)
         if self._optics.distortion_k1:
-            square = (right**2 + down**2) / depth**2
-            stretch = 1.0 + self._optics.distortion_k1 * square
-            right, down = (np.where(square < self._optics.farthest**2, at * stretch, np.inf) for at in (right, down))
+            stretch = self._optics.stretch((right**2 + down**2) / depth**2)
+            right, down = right * stretch, down * stretch
         half_width, half_height = self.pinhole.width / 2, self.pinhole.height / 2
         focal = self.pinhole.focal_px
         within = (np.abs(right) * focal < half_width * depth) & (np.abs(down) * focal < half_height * depth)

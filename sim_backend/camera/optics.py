@@ -35,8 +35,16 @@ class Optics:
 
     def distorted(self, x: Share, y: Share) -> tuple[Share, Share]:
         """Return where a point of the image appears, both in focal lengths from the optical axis."""
-        stretch = 1.0 + self.distortion_k1 * (x * x + y * y)
+        stretch = self.stretch(x * x + y * y)
         return x * stretch, y * stretch
+
+    def stretch(self, square: Share) -> Share:
+        """Return the factor by which the lens moves a point away from the optical axis, by its squared distance.
+
+        Beyond `farthest` it stays the same, so that points that do not appear stay outside the frame.
+        """
+        inner: Share = np.minimum(square, self.farthest**2)
+        return 1.0 + self.distortion_k1 * inner
 
     @property
     def farthest(self) -> float:

@@ -9,6 +9,7 @@ import pytest
 
 from sim_backend.camera.geometric import GeometricSensor
 from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_LAW, FloorLaw, GeometricFloor
+from sim_backend.camera.optics import Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 
@@ -52,6 +53,12 @@ def test_a_thing_on_legs_hides_only_the_floor_behind_it():
     ends = EXACT.ends([wall(1000.0, bottom_mm=100.0)], ORIGIN, CAMERA)
     assert [x for x, _ in ends] == pytest.approx([2000.0] * 24)
     assert [x for x, _ in EXACT.ends([wall(1000.0, bottom_mm=200.0)], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+
+
+@pytest.mark.parametrize("ahead_mm", range(30, 350, 5))
+def test_a_barrel_shows_no_floor_that_ends_far_below_the_frame(ahead_mm):
+    sensor = GeometricSensor(optics=Optics(distortion_k1=-0.25))
+    assert not len(sensor.floor_ends([wall(ahead_mm)], ORIGIN))
 
 
 def test_what_is_behind_the_camera_hides_nothing():
