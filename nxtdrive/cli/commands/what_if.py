@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument, number, writing
+from nxtdrive.cli.options import add_json_argument, check_writable, number, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
@@ -114,9 +114,12 @@ def run(args: argparse.Namespace) -> int:
 
 def _played(name: str, source: Source, request: Request, workers: Workers) -> dict[str, Any]:
     """Play a mission and its branches, and keep the result in its run folder."""
+    from nxtdrive.recording.run_folder import WHAT_IF
     from nxtdrive.tools.sweep.what_if import RecordedRun
     from nxtdrive.tools.sweep.what_if_result import examine, keep
 
+    if isinstance(source, RecordedRun):
+        check_writable(source.path / WHAT_IF)
     result: dict[str, Any] = examine(name, source, request, workers, lambda text: complain(text, sender=""))
     if isinstance(source, RecordedRun):
         with writing(source.path, "Make room in the run folder, or make it writable."):
