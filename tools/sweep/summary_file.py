@@ -80,7 +80,7 @@ def write_summary(path: Path, content: dict[str, Any]) -> None:
         ConfigError: It cannot be written.
     """
     try:
-        write_file(path, (json.dumps(_finite(content), indent=2) + "\n").encode())
+        write_file(path, (json.dumps(finite(content), indent=2) + "\n").encode())
     except OSError as error:
         raise ConfigError(
             f"{path} cannot be written ({error.strerror}); the results are in the sweep's own file.",
@@ -92,10 +92,10 @@ def _plain(figures: dict[str, Estimate]) -> dict[str, Any]:
     return {name: asdict(value) for name, value in figures.items()}
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
+def finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
     """Replace numbers that JSON lacks; a figure without values is null."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    return [_finite(each) for each in value] if isinstance(value, list) else value
+        return {key: finite(each) for key, each in value.items()}
+    return [finite(each) for each in value] if isinstance(value, list) else value
