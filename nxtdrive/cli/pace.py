@@ -16,11 +16,12 @@ def in_real_time(address: str) -> Address:
         AddressError: The text is not an address.
     """
     from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import with_brick
 
-    parsed = Address.parse(address)
-    options = dict(parsed.options)
-    if parsed.scheme == "sim":
-        options.setdefault("pace", "realtime")
-    elif parsed.scheme == "record" and "nxt" in options:
-        options["nxt"] = str(in_real_time(options["nxt"]))
-    return replace(parsed, options=options)
+    return with_brick(Address.parse(address), _paced)
+
+
+def _paced(brick: Address) -> Address:
+    if brick.scheme != "sim":
+        return brick
+    return replace(brick, options={**brick.options, "pace": brick.options.get("pace", "realtime")})

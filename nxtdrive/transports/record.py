@@ -6,6 +6,8 @@ The command line translates ``--trace FILE`` to such an address.
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
@@ -117,6 +119,14 @@ def recorded_address(address: str) -> str:
     """Return the address of the brick that a recording address opens; any other address unchanged."""
     parsed = Address.parse(address)
     return parsed.options.get("nxt", address) if parsed.scheme == "record" else address
+
+
+def with_brick(address: Address, change: Callable[[Address], Address]) -> Address:
+    """Return the address with its brick's changed: that is the one inside if it is a recording address."""
+    if address.scheme != "record" or "nxt" not in address.options:
+        return change(address)
+    brick = with_brick(Address.parse(address.options["nxt"]), change)
+    return replace(address, options={**address.options, "nxt": str(brick)})
 
 
 def recorded(transport: Transport) -> Transport:

@@ -97,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
+    from nxtdrive.transports.record import recorded_address
 
     path = args.robot or usual_robot() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
@@ -105,7 +106,8 @@ def run(args: argparse.Namespace) -> int:
     what = _wanted(args)
     colors = what == [COLORS]
     address = _address(args.nxt, COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM)
-    if address.scheme != "sim" and not args.yes and not colors:
+    simulated = recorded_address(str(address)).startswith("sim:")
+    if not (simulated or args.yes or colors):
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
         if args.ruler:
@@ -207,11 +209,14 @@ def _write_sheet(path: Path) -> int:
 
 
 def _address(text: str, room: str) -> Address:
-    """Return the brick's address; a simulated one without a room gets this one."""
+    """Return the brick's address; a simulated one without a room gets this one, recorded or not."""
     from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import with_brick
 
-    address = Address.parse(text)
-    return replace(address, target=room) if address.scheme == "sim" and not address.target else address
+    def into_room(brick: Address) -> Address:
+        return replace(brick, target=room) if brick.scheme == "sim" and not brick.target else brick
+
+    return with_brick(Address.parse(text), into_room)
 
 
 def _ask(question: str) -> None:

@@ -144,12 +144,14 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     from behaviors.robot_description import RobotFileError, load_robot_file
     from nxtdrive.mission.files import ROBOT_FILE, usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
+    from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import recorded_address
 
     named = None if mission is None else mission.mission.robot_file
     path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
     address = recorded_address(args.nxt)
-    options = "" if address.startswith("sim") else f" --nxt {address} --camera {args.camera or 0}"
+    simulated = Address.parse(address).scheme == "sim"
+    options = "" if simulated else f" --nxt {address} --camera {args.camera or 0}"
     if path is None and os.path.lexists(ROBOT_FILE):
         said = f"{ROBOT_FILE} is in this folder, but missions do not use it."
         return warning("calibration", said, f"Add --robot {ROBOT_FILE} to commands, or set NXT_ROBOT={ROBOT_FILE}.")

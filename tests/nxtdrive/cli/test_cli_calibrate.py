@@ -73,8 +73,9 @@ def test_a_real_robot_does_not_drive_without_being_asked(capsys):
     assert "--yes" in capsys.readouterr().err
 
 
-def test_the_directions_of_the_motors_are_found_alone(here):
-    assert main(["calibrate", "motors", "--nxt", "sim://calibration"]) == DONE
+@pytest.mark.parametrize("words", [["--nxt", "sim://calibration"], ["--trace", "talk.nxttrace"]])
+def test_the_directions_of_the_motors_are_found_alone(here, words):
+    assert main(["calibrate", "motors", *words]) == DONE
     file = load_robot_file(here / "robot.toml")
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert 0 < file.calibration.motors.measured["dead_zone_percent"] < 40

@@ -87,6 +87,11 @@ def test_a_recording_is_what_the_golden_ones_are(script):
     assert tick == {"scenario": "x", "step": 2, "control": "!tick 20", "reply": "ok"}
 
 
+def test_a_recording_that_is_traced_says_over_what_it_was(script):
+    assert record(script("GetBatteryLevel\n"), "--trace", "talk.nxttrace") == DONE
+    assert steps()[0]["about"] == "a brick over sim"
+
+
 def test_time_that_an_exchange_took_is_recorded_as_a_wait(script):
     assert record(script("GetBatteryLevel\n"), "--nxt", "sim://open?latency_ms=30") == DONE
     assert [step.get("control") or step["request"] for step in steps()] == ["0188", "000b", "!tick 29"]
