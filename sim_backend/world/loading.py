@@ -78,7 +78,8 @@ def _mistakes(world: WorldFile, folder: Path, lost: Mapping[str, list[str]]) -> 
 def _find(path: Path) -> Path:
     candidates = [path]
     if path.parent == Path():
-        candidates += WORLDS / path, WORLDS / f"{path}.toml"
+        # a file without a suffix hides no bundled world: other files are called "open" or "track", too
+        candidates = [WORLDS / f"{path}.toml", path, WORLDS / path]
     for candidate in candidates:
         if os.path.isfile(candidate):
             return candidate

@@ -79,6 +79,14 @@ def test_a_bundled_world_is_found_beside_a_folder_of_its_name(tmp_path, monkeypa
     assert load_world("open").pictures
 
 
+def test_a_file_hides_a_bundled_world_only_if_it_has_its_whole_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("open", "open.toml"):
+        Path(name).write_text("[floor]\nsize_mm = [900, 900]\n[robot]\nstart_mm = [400, 400]\n")
+    assert load_world("open").pictures
+    assert not load_world("open.toml").pictures
+
+
 @pytest.mark.parametrize("path", ["rooms/open.toml", "rooms/open", "/no/such/folder/open.toml"])
 def test_a_missing_file_is_not_replaced_by_the_bundled_world_of_its_name(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

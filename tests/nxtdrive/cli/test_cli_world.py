@@ -53,6 +53,8 @@ def test_a_room_is_overwritten_only_when_told_so(capsys):
     assert main(["world", "new", "room.toml"]) == USAGE
     assert "room.toml exists already" in capsys.readouterr().err
     assert main(["world", "new", "room.toml", "--force"]) == DONE
+    assert main(["world", "new", "room"]) == USAGE
+    assert "room is the name of a bundled world. Write room.toml." in capsys.readouterr().err
     assert Path("room.toml").read_text(encoding="utf-8") == EXAMPLE
 
 
