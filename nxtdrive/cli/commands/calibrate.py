@@ -33,8 +33,8 @@ sonar's place; the motors' directions; how a colour looks. The robot drives in
 front of a sheet of markers: print it with --sheet, hang it on a wall with its
 middle as high as the lens, and put the robot one metre in front of it, with a
 metre of free floor all round. With sim://, the default, it does so in the simulated
-room sim://calibration, with --ruler in sim://empty. Values that are too uncertain are refused, and the file
-stays as it was."""
+room sim://calibration, with --ruler in sim://empty, and learns colours in
+sim://colors. Values that are too uncertain are refused, and the file stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
   nxtdrive calibrate
