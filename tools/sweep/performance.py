@@ -104,11 +104,16 @@ def late_objects(world: WorldFile) -> frozenset[str]:
     return frozenset([*(person.name for person in world.people), *(box.name for box in world.boxes if not box.present)])
 
 
+def scenario_of(task: Task) -> Scenario:
+    """Generate the scenario of a task, whose mission describes the robot as the task does."""
+    scenario = generate_scenario(task.kind, task.seed)
+    return replace(scenario, mission=described_by(scenario.mission, task.robot))
+
+
 def evaluate(task: Task) -> Line:
     """Perform a task and return its line of JSON, even if the mission breaks."""
     try:
-        scenario = generate_scenario(task.kind, task.seed)
-        scenario = replace(scenario, mission=described_by(scenario.mission, task.robot))
+        scenario = scenario_of(task)
         trace, referee = perform(scenario, task.agent, task.eyes)
         chances = [asdict(each) for each in predictions(referee.records, task.agent, scenario.mission)]
         return {**_head(task), **judge(trace), "chances": rounded(chances)}

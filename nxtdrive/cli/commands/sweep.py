@@ -204,9 +204,9 @@ def _tell(lines: Sequence[Line], eval_s: float, args: argparse.Namespace) -> Non
 
 def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
+    from nxtdrive.mission.files import read_robot_file
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.simulated.scenario import generate_scenario
-    from nxtdrive.tools.sweep.performance import perform
+    from nxtdrive.tools.sweep.performance import Task, perform, scenario_of
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
 
@@ -218,7 +218,8 @@ def _draw_map(args: argparse.Namespace) -> int:
     _known("class", [kind], ALL_CLASSES)
     _agents([agent])
     out = args.out or Path(f"{kind}-{seed}-{agent}.png")
-    play, _ = perform(generate_scenario(kind, number), agent, args.eyes)
+    task = Task(0, kind, number, agent, args.eyes, read_robot_file(args.robot))
+    play, _ = perform(scenario_of(task), agent, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
         write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)

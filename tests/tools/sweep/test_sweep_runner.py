@@ -293,6 +293,7 @@ def test_the_command_prints_tables_and_draws_maps(tmp_path, monkeypatch, capsys)
         (["--classes", "opne"], "open"),
         (["--policies", "nobody"], "random-walk"),
         (["--map", "open:oracle"], "CLASS:SEED:AGENT"),
+        (["--map", "open:100:oracle", "--robot", "nowhere.toml"], "nowhere.toml"),
     ],
 )
 def test_usage_errors_list_the_valid_choices(words, hint, tmp_path, monkeypatch, capsys):
