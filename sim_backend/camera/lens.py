@@ -23,14 +23,12 @@ class LensEffects:
     """Strength of the webcam's imperfections.
 
     Attributes:
-        gain: Brightness factor; 1.0 keeps the scene's colours.
         softness_px: Standard deviation of the lens blur in pixels.
         noise: Standard deviation of the sensor noise in brightness levels of 255.
         shutter_s: Shutter time; a turning camera smears the frame by the turn rate times this.
         jpeg_quality: 1..100; None leaves the frame uncompressed.
     """
 
-    gain: float = 1.0
     softness_px: float = 0.6
     noise: float = 4.0
     shutter_s: float = 0.02
@@ -64,12 +62,11 @@ class Lens:
         Args:
             image: The rendered frame, (height, width, 3), left unchanged.
             turn_rate_deg_s: Turn rate during the exposure.
-            brightness: Factor on the brightness of this frame.
+            brightness: Factor on the brightness of this frame; 1.0 keeps the scene's colours.
         """
         frame = self._blur(image, turn_rate_deg_s)
-        gain = self.effects.gain * brightness
-        if gain != 1.0:
-            frame = np.asarray(cv2.convertScaleAbs(frame, alpha=gain), np.uint8)
+        if brightness != 1.0:
+            frame = np.asarray(cv2.convertScaleAbs(frame, alpha=brightness), np.uint8)
         if self.effects.noise:
             frame = self._add_noise(frame)
         if self.effects.jpeg_quality is not None:

@@ -36,9 +36,9 @@ def test_without_effects_nothing_changes():
     assert np.array_equal(Lens(PERFECT, SIZE, FOCAL_PX).expose(edge(), 120.0), edge())
 
 
-def test_gain_scales_brightness_and_saturates():
-    assert np.unique(lens(gain=1.5).expose(gray(100))).tolist() == [150]
-    assert np.unique(lens(gain=1.5).expose(gray(220))).tolist() == [255]
+def test_brightness_scales_a_frame_and_saturates():
+    assert np.unique(lens().expose(gray(100), brightness=1.5)).tolist() == [150]
+    assert np.unique(lens().expose(gray(220), brightness=1.5)).tolist() == [255]
 
 
 def test_noise_has_the_strength_asked_for_no_bias_and_differs_from_frame_to_frame():
