@@ -91,8 +91,11 @@ def new_file(text: str) -> Path:
     return Path(text)
 
 
+CHOOSE = "Choose a file in a folder that exists and has room."
+
+
 @contextmanager
-def writing(path: Path, remedy: str = "Choose a file in a folder that exists and has room.") -> Iterator[None]:
+def writing(path: Path, remedy: str = CHOOSE) -> Iterator[None]:
     """Turn an `OSError` of the block, which writes `path`, into a `ConfigError`."""
     try:
         yield
@@ -110,14 +113,14 @@ def check_not_read(out: Path, *inputs: str | Path, option: str = "--out") -> Non
         raise ConfigError(f"{out} cannot be written: the command reads it.", remedy=f"Choose another {option}.")
 
 
-def check_writable(path: Path) -> None:
+def check_writable(path: Path, remedy: str = CHOOSE) -> None:
     """Refuse a file that cannot be written, before minutes of work whose result goes there.
 
     Raises:
         ConfigError: It cannot.
     """
     new = not os.path.lexists(path)
-    with writing(path):
+    with writing(path, remedy):
         open(path, "ab").close()
         if new:
             path.unlink()

@@ -98,6 +98,7 @@ class VideoRecorder:
         with _quiet():
             self._writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*"VP80"), self._fps, (width, height))
         if not self._writer.isOpened():
+            self.abandon()  # else `close` would report another error than this one
             raise ConfigError(f"{self._path}: the video cannot be written.", remedy="Choose a file in another folder.")
 
     def _write(self, times: int) -> None:

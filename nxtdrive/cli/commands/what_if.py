@@ -36,6 +36,7 @@ EXAMPLES = """\
 
 FUTURES = 6
 NEARLY = "within 3 s of the best"
+KEEPING = "Make room in the run folder, or make it writable."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -119,10 +120,10 @@ def _played(name: str, source: Source, request: Request, workers: Workers) -> di
     from nxtdrive.tools.sweep.what_if_result import examine, keep
 
     if isinstance(source, RecordedRun):
-        check_writable(source.path / WHAT_IF)
+        check_writable(source.path / WHAT_IF, KEEPING)
     result: dict[str, Any] = examine(name, source, request, workers, lambda text: complain(text, sender=""))
     if isinstance(source, RecordedRun):
-        with writing(source.path, "Make room in the run folder, or make it writable."):
+        with writing(source.path, KEEPING):
             keep(source.path, result)
     return result
 

@@ -56,6 +56,12 @@ def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsy
     assert not np.array_equal(cv2.imread(str(out)), cv2.imread(str(picture)))
 
 
+def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, capsys):
+    out = tmp_path / "nowhere" / "seen.webm"
+    assert main(["detect", "try", str(folder), "--color", "red", "--out", str(out)]) == USAGE
+    assert f"{out}: the video cannot be written." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("words", [["--out", "scene.png"], ["--picture", "detected.png"]])
 def test_a_drawing_never_replaces_a_picture_that_is_read(picture, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
