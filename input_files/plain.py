@@ -119,6 +119,11 @@ def whole_number(text: str) -> int | None:
     return int(text) if len(text) <= MAX_DIGITS and text.isascii() and text.isdecimal() else None
 
 
+def is_utf_8(text: str | Path) -> bool:
+    """Return whether a text or path can be written in UTF-8; OpenCV crashes at one that cannot."""
+    return str(text).encode(errors="replace").decode() == str(text)
+
+
 def at_home(text: str | Path) -> Path:
     """Return a path with the user's folder in place of ``~``, which stays where no such user is known."""
     return Path(os.path.expanduser(text))

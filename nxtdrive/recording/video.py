@@ -12,6 +12,7 @@ import cv2
 
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
+from input_files.plain import is_utf_8
 from nxtdrive.recording.camera_index import CameraPictures, Picture
 from nxtdrive.vision.detection import Image
 
@@ -93,6 +94,10 @@ class VideoRecorder:
             self._begun = False
 
     def _open(self, image: Image) -> None:
+        if not is_utf_8(self._part):
+            raise ConfigError(
+                f"{self._path}: OpenCV writes only files of names in UTF-8.", remedy="Choose another one."
+            )
         height, width = image.shape[:2]
         self._begun = True  # Ctrl-C may come between the file and the writer
         with _quiet():

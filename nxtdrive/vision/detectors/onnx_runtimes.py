@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import is_utf_8
 from nxtdrive.host.environment import install_extra
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
@@ -94,6 +95,8 @@ class _OpenCv:
         self._path = path
         install = f"Install ONNX Runtime, which reads more models: {install_extra('onnx')}"
         self._remedy = 'Use runtime = "onnxruntime".' if other else install
+        if not is_utf_8(path):
+            raise ConfigError(f"{path} is not a name in UTF-8, which OpenCV needs.", remedy="Rename it.")
         try:
             self._net = cv2.dnn.readNetFromONNX(str(path))
             self._names = list(self._net.getUnconnectedOutLayersNames())

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import is_utf_8
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, quad_of
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
@@ -41,10 +42,12 @@ class QrDetector:
         text: The whole text of the code.
 
     Raises:
-        ConfigError: The text is empty or too long.
+        ConfigError: The text is empty, too long or not UTF-8.
     """
 
     def __init__(self, text: str) -> None:
+        if not is_utf_8(text):
+            raise ConfigError(f"a QR target's text is not UTF-8: {text!r}.", remedy="Give the text of the code.")
         if not 1 <= len(text) <= LONGEST:
             raise ConfigError(
                 f"a QR target needs a text of 1 to {LONGEST} characters, not of {len(text)}.",

@@ -1,14 +1,18 @@
 """``nxtdrive detect``: from a source to boxes, bearings and a file."""
 
 import json
+import os
 import re
+import sys
 
 import cv2
 import numpy as np
 import pytest
 
+from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.dev.onnx_models import constant_model, outputs_of, red_model
+from nxtdrive.vision.detectors.onnx_runtimes import load
 
 HEIGHT_PX, SIZE = 60, (320, 240)
 RED = (0, 0, 220)
@@ -257,3 +261,30 @@ def test_mission_check_tries_the_network(network, capsys):
     mission.write_text(text + 'label = "cup"\n')
     assert main(["mission", "check", str(mission)]) == DONE
     assert main(["mission", "show", str(mission)]) == DONE
+
+
+NO_UTF_8 = os.fsdecode(b"\xff")
+"""At such names OpenCV crashes the whole program."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such names")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["detect", "try", f"{NO_UTF_8}.avi", "--color", "red"],
+        ["detect", "try", f"http://{NO_UTF_8}/", "--color", "red"],
+        ["detect", "try", "scene.png", "--color", "red", "--out", f"{NO_UTF_8}.webm"],
+        ["detect", "try", "scene.png", "--qr", NO_UTF_8],
+        ["mission", "new", "--qr", NO_UTF_8],
+    ],
+)
+def test_names_that_opencv_cannot_take_are_refused(picture, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / f"{NO_UTF_8}.avi").write_bytes(b"RIFF")
+    assert main(words) == USAGE
+    assert "UTF-8" in capsys.readouterr().err
+
+
+def test_a_model_that_opencv_cannot_name_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="UTF-8"):
+        load(tmp_path / f"{NO_UTF_8}.onnx", "opencv")
