@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import is_utf_8
 from nxtdrive.host.unbuffered import write_all
 
 
@@ -70,7 +71,8 @@ def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
     import cv2
 
     try:
-        coded, data = cv2.imencode(path.suffix, image)
+        # OpenCV crashes at a suffix that is not UTF-8
+        coded, data = cv2.imencode(path.suffix, image) if is_utf_8(path.suffix) else (False, image)
     except cv2.error:
         coded = False
     if not coded:

@@ -285,6 +285,11 @@ def test_names_that_opencv_cannot_take_are_refused(picture, words, tmp_path, mon
     assert "UTF-8" in capsys.readouterr().err
 
 
+def test_no_image_format_has_a_suffix_that_is_not_in_utf_8(tmp_path, capsys):
+    assert main(["screenshot", str(tmp_path / f"screen.{NO_UTF_8}"), "--nxt", "sim://"]) == USAGE
+    assert "no image format ends in" in capsys.readouterr().err
+
+
 def test_a_model_that_opencv_cannot_name_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="UTF-8"):
         load(tmp_path / f"{NO_UTF_8}.onnx", "opencv")
