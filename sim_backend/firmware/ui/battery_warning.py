@@ -6,7 +6,6 @@ from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -17,10 +16,12 @@ from sim_backend.firmware.ui.status_bar import StatusBar
 class BatteryWarning:
     """The warning, once after each start, until a key is pressed.
 
+    It interrupts any state in which the user interface is not busy, also a file that has the screen; after it that
+    continues where it was, as if no time had passed.
+
     Attributes:
         given: Whether the battery was reported to be low, or empty, since the last start.
-        answered: Whether a button was pressed that closes the warning once it takes keys.
-        returns_to: State after the warning.
+        returns_to: State after a warning that the map shows: that before the last real one.
     """
 
     def __init__(
@@ -34,15 +35,14 @@ class BatteryWarning:
     ) -> None:
         self._clock, self._registers, self._battery, self._keys = clock, registers, battery, keys
         self._screen, self._status_bar = screen, status_bar
-        self.given = self.answered = False
-        self.returns_to = UiState.START
-        self._since_ms = 0
+        self.given = False
+        self.returns_to = int(UiState.START)
+        self._since_ms, self._next_step_ms, self._from_menu, self._interrupts = 0, NEVER, False, False
 
     @property
     def due(self) -> bool:
         """Whether the warning comes as soon as the screen is drawn."""
-        low = self._battery.low and not self.given
-        return low and self._registers.state in states.MENU_SHOWN and not self._registers.from_menu
+        return self._battery.low and not (self.given or self._registers.flags & UiFlag.BUSY)
 
     @property
     def shown(self) -> bool:
@@ -50,25 +50,47 @@ class BatteryWarning:
         return self._registers.state == UiState.LOW_BATTERY
 
     @property
-    def is_new(self) -> bool:
-        """Whether the warning is shown, but no key counts yet."""
-        return self.shown and self._clock.now_ms < self._since_ms + times.WARNING_DEAF_MS
+    def takes_keys(self) -> bool:
+        """Whether a key closes the warning: nothing of the screen is left to draw."""
+        return self.shown and not self._screen.drawing
 
     def follow(self) -> None:
         """Show the warning if it is due."""
         if not self.due or self._screen.drawing:
             return
         registers = self._registers
-        self.given, self.returns_to = True, UiState.WAITING if registers.is_on else UiState.DRAWING
+        self.given, self.returns_to, self._since_ms = True, registers.state, self._clock.now_ms
+        self._next_step_ms, self._from_menu = registers.next_step_ms, registers.from_menu
         registers.set(UiFlag.BUSY)
-        registers.state, registers.next_step_ms = int(UiState.LOW_BATTERY), NEVER
-        self._since_ms = self._clock.now_ms
+        registers.state, registers.next_step_ms, registers.from_menu = int(UiState.LOW_BATTERY), NEVER, False
+        self._interrupts = True
         self._screen.mark(marks.WARNING)
-        if registers.flags & UiFlag.ENABLE_STATUS:
-            self._status_bar.draw(everything=False)
-        else:
-            registers.set(UiFlag.REDRAW_STATUS)
+        registers.set(UiFlag.REDRAW_STATUS)
+        self._status_bar.follow()
         self._screen.pop_up()
+
+    def takes_key(self) -> bool:
+        """Return whether a key closes it now."""
+        return self.takes_keys and bool(self._keys.read())
+
+    def end(self) -> bool:
+        """Continue what a real warning has interrupted, with the next pass; return whether there was one."""
+        registers, interrupts, self._interrupts = self._registers, self._interrupts, False
+        if interrupts:
+            registers.state, registers.from_menu = self.returns_to, self._from_menu
+            registers.next_step_ms = self._next_step_ms
+            if self._next_step_ms != NEVER:
+                registers.next_step_ms += self.lasts_ms
+        return interrupts
+
+    @property
+    def lasts_ms(self) -> int:
+        """How long the last warning has been shown."""
+        return self._clock.now_ms - self._since_ms
+
+    def forget(self) -> None:
+        """Continue nothing after the warning: another state was written to the map."""
+        self._interrupts = False
 
     def allow(self) -> None:
         """Warn again, after a start."""
@@ -77,14 +99,3 @@ class BatteryWarning:
     def omit(self) -> None:
         """Give no warning in this start: the battery was shown as empty."""
         self.given = True
-
-    def press(self) -> None:
-        """Note a button that closes the warning."""
-        self.answered |= self.shown
-
-    def takes_button(self) -> bool:
-        """Return whether a button closes it: one pressed since then, or left or right when it counts again."""
-        if not self.shown or self.is_new:
-            return False
-        key = self._keys.read_button()
-        return self.answered or (key is not None and not self._keys.disabled(key))

@@ -81,7 +81,7 @@ class FileRunner:
         registers.state, registers.next_step_ms, self._has_page = int(UiState.OPENING), now_ms + 1, True
         self._io_control.stays_on = False
         self._menu.interrupt()
-        self._sleep_timer.restart(now_ms - 1)  # the firmware counts this pass, too
+        self._sleep_timer.restart(now_ms)
 
     def enter(self) -> None:
         """Give the screen to the requested file."""
@@ -138,6 +138,13 @@ class FileRunner:
                 self._open_menu()
             case _:
                 self._show_end(now_ms)
+
+    def delay(self, passed_ms: int) -> None:
+        """Let an interruption not count as time of the file: for its pictures, and the message about its end."""
+        self._opened_ms += passed_ms
+        self._message_ends_ms += passed_ms
+        if self._registers.runs_file and self._run is Run.PROGRAM:  # it may have ended
+            self._registers.next_step_ms = self._clock.now_ms + 1
 
     def takes_button(self) -> bool:
         """Return whether a button ends the message about a file's end, which reads none in its last pass."""

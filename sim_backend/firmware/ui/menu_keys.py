@@ -35,7 +35,8 @@ class MenuKeys:
         """Whether keys are for the menus."""
         registers = self._registers
         shown = registers.state in states.IN_MENU or self._menu.shows_key
-        return registers.is_on and not registers.from_menu and shown
+        hidden = registers.from_menu or registers.state == UiState.LOW_BATTERY
+        return registers.is_on and shown and not hidden
 
     @property
     def awaited(self) -> bool:

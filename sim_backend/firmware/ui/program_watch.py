@@ -14,19 +14,21 @@ from sim_backend.firmware.ui.states import Programs
 
 
 class ProgramWatch:
-    """Disables the keys while a program is active, and ends its sound.
+    """Disables the keys while a program is active, and ends its sound and its drawing.
 
     Args:
         registers: Those of the user interface.
         programs: The command module.
         sound: The sound module.
-        screen: The screen, if the end of a program switches it on.
+        screen: Draws what a program has left.
+        restores: Whether the end of a program switches the screen on.
     """
 
     def __init__(
-        self, registers: UiRegisters, programs: Programs, sound: SoundModule, screen: ScreenRefresh | None
+        self, registers: UiRegisters, programs: Programs, sound: SoundModule, screen: ScreenRefresh, *, restores: bool
     ) -> None:
         self._registers, self._programs, self._sound, self._screen = registers, programs, sound, screen
+        self._restores = restores
         self._was_active = self._had_screen = False
 
     @property
@@ -47,8 +49,9 @@ class ProgramWatch:
         elif ended:
             self._sound.end_program(registers.volume)
             registers.clear(states.RUNNING_FLAGS)
-            if self._had_screen and not registers.runs_file:
-                registers.set(UiFlag.ENABLE_STATUS)
-            if self._screen:
+            if self._had_screen:
+                registers.set(UiFlag.ENABLE_STATUS | UiFlag.REDRAW_STATUS)
+                self._screen.show_drawing()
+            if self._restores:
                 self._screen.restore()
         self._was_active = active

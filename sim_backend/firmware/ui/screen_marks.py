@@ -62,7 +62,7 @@ MESSAGE = Marks(0x4000_0200, 0x5F218, drop=_ALL, drop_erase=_ALL, uncenter=0xFF)
 """The end of a file."""
 CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
-WARNING = Marks(0x200, 0x11_F200)
+WARNING = Marks(update=0x10_0000)
 """The warning of a low battery."""
 REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
 """The parts of a message of the radio."""

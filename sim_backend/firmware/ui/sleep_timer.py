@@ -22,8 +22,8 @@ class SleepTimer:
         self.rests = False
 
     def restart(self, now_ms: int) -> None:
-        """Count from `now_ms` on."""
-        self._started_ms = now_ms
+        """Count from `now_ms` on, that pass included."""
+        self._started_ms = now_ms - 1
 
     @property
     def minutes(self) -> int:

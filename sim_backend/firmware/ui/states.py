@@ -36,9 +36,6 @@ MENU_STATES = (
     *(UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING),
     *(UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT),
 )
-MENU_SHOWN = (*IN_MENU, UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
-"""States in which the warning of a low battery can come."""
-
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
 

@@ -9,9 +9,6 @@ DEAF_MS = 251
 EMPTY_FOUND_MS = 2
 """Time from a sample without bars until the start shows an empty battery."""
 
-WARNING_DEAF_MS = 8
-"""Shortest time for which the warning is shown."""
-
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 

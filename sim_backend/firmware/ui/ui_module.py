@@ -86,7 +86,7 @@ class UiModule:
         self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
         self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
         self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen)
-        self._watch = ProgramWatch(registers, programs, sound, screen if version.end_restores_screen else None)
+        self._watch = ProgramWatch(registers, programs, sound, screen, restores=version.end_restores_screen)
         self.due_ms, self._event_ms = 0, NEVER
 
     def _load_settings(self) -> None:
@@ -108,6 +108,7 @@ class UiModule:
 
     @map_state.setter
     def map_state(self, state: int) -> None:
+        self._warning.forget()
         self._enter(state)
 
     def _enter(self, state: int) -> None:
@@ -160,7 +161,7 @@ class UiModule:
 
     def stay_awake(self) -> None:
         """Restart the sleep timer."""
-        self.sleep_timer.restart(self._clock.now_ms)
+        self.sleep_timer.restart(self._clock.now_ms + 1)  # the pass that follows the telegram
         self.wake_later()
 
     def set_sleep_minutes(self, minutes: int) -> None:
@@ -193,20 +194,17 @@ class UiModule:
     def press(self, pressed: int) -> None:
         """Handle a change of the buttons; those newly pressed are given as bits of the button module."""
         registers, runs = self.registers, self._programs.running
-        if pressed & _EXIT_MASK or (pressed and not runs):
-            self.sleep_timer.restart(self._clock.now_ms)
         kept = self._enter_keeps_program and pressed & _ENTER_MASK
         if runs and pressed & _EXIT_MASK and not kept:
             self._programs.stop()
             self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
-            if not (registers.runs_file or registers.state == UiState.OPENING or self._dialog.asks):
+            reads = registers.runs_file or self._warning.shown or self._dialog.asks
+            if not (reads or registers.state == UiState.OPENING):
                 self._keys.read_button()
             for number, key in KEYS[::-1]:
-                if pressed >> number & 1 and not self._keys.disabled(key):
-                    self._warning.press()
-                    if self._warning.shown or self._dialog.ignores_keys:
-                        self._keys.click()
+                if pressed >> number & 1 and not self._keys.disabled(key) and self._dialog.ignores_keys:
+                    self._keys.click()
         self.wake()
 
     def run(self, now_ms: int) -> None:
@@ -239,19 +237,19 @@ class UiModule:
     def _follow_keys(self, now_ms: int) -> None:
         """Follow a key of the menus, or one that ends a message or the warning of a low battery."""
         registers, warning, files = self.registers, self._warning, self._files
-        shows = warning.shown or files.shows_message
         if self._menu_keys.active:
             self._menu_keys.follow()
-        elif not (registers.is_on or registers.runs_file or shows):
+        elif not (registers.is_on or registers.runs_file or warning.shown):
             self._start_by_key(now_ms)
         elif files.takes_button():
             self._keys.click()
             files.end_message()
-        elif warning.takes_button():
-            self._take_key(now_ms)
-        elif shows and registers.button and not (warning.is_new or self._keys.held):
+        elif warning.takes_key():
+            self._close_warning(now_ms)
+        elif files.shows_message and registers.button and not self._keys.held:
             registers.button = 0  # it counts even if it is disabled
-            self._take_key(now_ms)
+            self._keys.click()
+            files.end_message()
 
     def _start_by_key(self, now_ms: int) -> None:
         """Start the brick again by enter, once it has been off for a while."""
@@ -259,20 +257,16 @@ class UiModule:
         if self._power_off.takes_keys and self._keys.read() == Key.ENTER:
             registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
-    def _take_key(self, now_ms: int) -> None:
-        """Follow a key outside of the menus; a button has clicked when it was pressed."""
+    def _close_warning(self, now_ms: int) -> None:
+        """Continue after the warning of a low battery."""
         registers, warning = self.registers, self._warning
-        if not warning.answered:
-            self._keys.click()
-        warning.answered = False
-        self.sleep_timer.restart(now_ms)
-        if self._files.shows_message:
-            self._files.end_message()
-            return
         registers.clear(UiFlag.BUSY)
-        self._enter(warning.returns_to)
+        if warning.end():
+            self._files.delay(warning.lasts_ms)
+        else:
+            self._enter(warning.returns_to)
+            registers.next_step_ms = now_ms + 1 if registers.is_on else NEVER
         self._screen.rest(now_ms)
-        registers.next_step_ms = now_ms + 1 if registers.is_on else NEVER
 
     def _step(self, now_ms: int) -> None:
         """Begin with a requested file, or take the next step of the state."""
@@ -338,7 +332,7 @@ class UiModule:
             or self._boot.finds_empty
             or self._watch.due
             or registers.button
-            or self._warning.answered
+            or (self._warning.shown and (self._screen.drawing or keys.changed))
             or (registers.flags & UiFlag.RESET_SLEEP_TIMER and not self.sleep_timer.rests)
             or ((self._menu_keys.awaited or self._power_off.takes_keys) and keys.changed)
         )
