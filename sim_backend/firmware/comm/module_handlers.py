@@ -32,8 +32,8 @@ _ID = slice(3, 7)
 _WRITE_OFFSET, _WRITE_SIZE, _WRITE_DATA = slice(6, 8), slice(8, 10), 10
 """Bytes of the receive buffer with the arguments of IOMapWrite."""
 
-_USB_REPLY_DATA = COMM.field("UsbOutBuf").offset + 9
-"""Offset in the Comm map of the data of a reply to IOMapRead over USB."""
+_REPLY_DATA = {streams: COMM.field(name).offset + 9 for streams, name in ((False, "UsbOutBuf"), (True, "BtOutBuf"))}
+"""Offset in the Comm map of the data of a reply to IOMapRead, over USB and over Bluetooth."""
 
 
 class ModuleHandlers:
@@ -77,8 +77,8 @@ class ModuleHandlers:
         """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats the written bytes."""
         self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", live.layout.module_id, offset)
         data = live.read(offset, size)
-        written = _USB_REPLY_DATA - offset
-        if live.layout is COMM and not self._channel.limits.streams and 0 < written < size:
+        written = _REPLY_DATA[self._channel.limits.streams] - offset
+        if live.layout is COMM and 0 < written < size:
             data = (data[:written] * (size // written + 1))[:size]
         return data
 

@@ -236,6 +236,8 @@ class Menu:
             self._set = partial(self._set_volume, self._place[-1])
         if menu in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.BAR, NOTHING)
+        elif places.action(menu) == places.SEND:
+            self._draw_last(marks.listed(_CONNECTIONS, 1))
         if places.action(tuple(self._place)) == places.RUN:
             self._draw_last(*_FILE_PAGE)
         self._draw_slowly()
