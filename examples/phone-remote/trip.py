@@ -1,6 +1,6 @@
 """Write down the trip of a robot that is driven from a phone; needs `pip install websockets`.
 
-    python trip.py trip.csv
+    python trip.py trip.csv [PIN]
 
 It is one more client of `nxtdrive web`: it only watches, and writes where the robot was ten times a second.
 """
@@ -44,4 +44,6 @@ async def watch(file: Path, page: str = PAGE, pin: str = "", rows: int | None = 
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("Name the file to write: python trip.py trip.csv [PIN]")
     asyncio.run(watch(Path(sys.argv[1]), pin=sys.argv[2] if len(sys.argv) > 2 else ""))

@@ -32,13 +32,20 @@ MARK_EVERY_S = 50
 ROW_INCHES, LEAST_INCHES = 0.48, 5.2
 
 
-def check_plotting() -> None:
-    """Check that plots can be drawn, before a sweep runs for hours.
+def check_plotting(path: Path) -> None:
+    """Check that a plot can be drawn into this file, before a sweep runs for hours.
 
     Raises:
-        ConfigError: matplotlib is not installed.
+        ConfigError: matplotlib is not installed, or does not know the format.
     """
     require("plot", "matplotlib", what="a plot")
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    if path.suffix[1:].lower() not in FigureCanvasBase.get_supported_filetypes():
+        raise ConfigError(
+            f"{path} cannot be drawn: its name must end in .png, .svg or .pdf.",
+            remedy="Choose another file with --plot.",
+        )
 
 
 def write_plot(lines: Sequence[Line], path: Path) -> None:
@@ -51,7 +58,7 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     Raises:
         ConfigError: matplotlib is not installed, or does not know the format.
     """
-    check_plotting()
+    check_plotting(path)
     from matplotlib.figure import Figure
 
     height = max(LEAST_INCHES, 1.6 + ROW_INCHES * len(by(lines, "class")))
@@ -63,7 +70,7 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     figure.legend(*over_time.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     try:
         figure.savefig(path)
-    except (ValueError, OSError) as error:
+    except OSError as error:
         raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Choose another file with --plot.") from None
 
 

@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot:
         from nxtdrive.tools.sweep.plots import check_plotting
 
-        check_plotting()
+        check_plotting(args.plot)
     seeds, agents = SUITES[args.suite]
     first, last = args.seeds or seeds
     classes = list({"reality": REALITY_CLASSES, "hard": HARD_CLASSES}.get(args.suite, CLASSES))
@@ -217,7 +217,7 @@ def _draw_map(args: argparse.Namespace) -> int:
         raise ConfigError(f"--map {args.map}: expected CLASS:SEED:AGENT, as in clutter:100:thesis.")
     _known("class", [kind], ALL_CLASSES)
     _agents([agent])
-    out = args.out or Path(f"{kind}-{seed}-{agent}.png")
+    out = args.out or Path(f"{kind}-{seed}-{agent}.png".replace(":", "-"))  # Windows has no colons in names
     task = Task(0, kind, number, agent, args.eyes, read_robot_file(args.robot))
     play, _ = perform(scenario_of(task), agent, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from behaviors.executive import Ending
+from firmware_protocol.errors import ConfigError
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import NAMES
 from nxtdrive.tools.sweep.performance import perform
-from nxtdrive.tools.sweep.plots import STYLES, counted, title, write_plot
+from nxtdrive.tools.sweep.plots import STYLES, check_plotting, counted, title, write_plot
 from nxtdrive.tools.sweep.summary import wilson
 from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
@@ -102,6 +103,14 @@ def test_a_plot_says_how_many_missions_on_which_seeds():
 
 def test_agents_are_told_apart_without_colour():
     assert len({(dashes, marker) for _, dashes, marker in STYLES}) == len(STYLES) == len(NAMES)
+
+
+@pytest.mark.parametrize("name", ["plot.jpgg", "plot"])
+def test_a_format_that_cannot_be_plotted_is_refused_before_the_sweep(name, tmp_path):
+    pytest.importorskip("matplotlib")
+    with pytest.raises(ConfigError, match=f"{name} cannot be drawn: its name must end in .png, .svg or .pdf"):
+        check_plotting(tmp_path / name)
+    check_plotting(tmp_path / "plot.SVG")
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
