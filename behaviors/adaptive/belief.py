@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -120,9 +119,12 @@ def likely_places(floor: OccupancyGrid) -> Array:
     known = np.hypot(x_mm, y_mm) < N.spacing_mm / 2  # it stands there
     for a, b in product(steps, steps):
         known |= free[i + a, j + b]
-    side = math.isqrt(len(known))
-    away = cv2.distanceTransform(np.uint8(~known).reshape(side, side), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.exp(-((away.ravel().astype(np.float64) * N.spacing_mm / N.likely_mm) ** 2) / 2)
+    # first along each row, then over all rows: all pairs of places would be too many
+    axis_mm = np.unique(x_mm)
+    squares = (axis_mm[:, None] - axis_mm) ** 2
+    in_row = (np.where(known, 0.0, np.inf).reshape(squares.shape)[:, None, :] + squares).min(axis=2)
+    nearest = (squares[:, :, None] + in_row).min(axis=1).ravel()
+    return np.asarray(np.exp(-nearest / N.likely_mm**2 / 2))
 
 
 def _framed(values: Array, places: int, value: float) -> Array:
