@@ -143,6 +143,7 @@ class Bench:
 
     def _sensor(self, port: str, raw: str) -> str:
         self.readings[int(port)] = int(raw)
+        self.brick.input.wake()
         return "ok"
 
     def _battery(self, raw: str) -> str:

@@ -376,7 +376,7 @@ class InputModule:
             port.await_calibration()
             return
         port.settle(passes)
-        if port.read_calibration() and port.settling:
+        if port.read_calibration():
             port.settling = _SETTLING_COLOR
 
     def _settling(self, port: InputPort) -> int | None:
