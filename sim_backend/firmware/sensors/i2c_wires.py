@@ -20,7 +20,7 @@ class Wires:
     def __init__(self) -> None:
         self.sensor = SensorEnd()
         self._clock_level = self._data_level = True
-        self._drives_clock = self._drives_data = False
+        self._drives_clock = self._drives_data = self._is_data_input = False
         self._clock_held = self._data_held = False
         self._seen_clock = self._seen_data = True
 
@@ -47,14 +47,14 @@ class Wires:
     def set_clock(self, high: bool) -> None:
         """Set the clock pin; nothing happens on the line while the pin is an input.
 
-        In a pulse the sensor sees the level of the data pin even if that is an input.
+        In a pulse the sensor sees the level of the data pin even if that is an input, unless `set_pin` made it one.
         """
         self._clock_level = high
         clock = (high or not self._drives_clock) and not self._clock_held
         if clock != self._seen_clock:
             self._seen_clock = clock
             if clock:
-                self.sensor.rise(self.data and self._data_level)
+                self.sensor.rise(self.data and (self._data_level or self._is_data_input))
             else:
                 self.sensor.fall()
             self._seen_data = self.data
@@ -68,12 +68,12 @@ class Wires:
 
     def pull_data(self) -> None:
         """Make the data pin a low output."""
-        self._drives_data = True
+        self._drives_data, self._is_data_input = True, False
         self.set_data(False)
 
     def free_data(self) -> None:
         """Make the data pin an input."""
-        self._drives_data = False
+        self._drives_data = self._is_data_input = False
         self._follow_data()
 
     def set_pin(self, pin: int, level: bool | None) -> None:
@@ -82,7 +82,7 @@ class Wires:
             self._drives_clock = level is not None
             self.set_clock(self._clock_level if level is None else level)
         else:
-            self._drives_data = level is not None
+            self._drives_data, self._is_data_input = level is not None, level is None
             self.set_data(self._data_level if level is None else level)
 
     def level(self, pin: int) -> bool:
