@@ -256,6 +256,11 @@ class Radio:
             answer_ms=5,
         )
 
+    def overwrite(self, at_ms: int, message: bytes) -> None:
+        """Leave a message that is not an answer in the receive buffer, with its length, at a time."""
+        self._settle()
+        self._changes = sorted([*self._changes, Change(at_ms, Part.MESSAGE, message)], key=itemgetter(0))
+
     def postpone(self, passes: int) -> None:
         """Delay the effects of an operation: the radio stands still for the next passes."""
         self._settle()
@@ -310,6 +315,8 @@ class Radio:
                 case _, Part.ANSWER, bytes(answer):
                     self.inbox[: len(answer)] = answer
                     self._answered += len(answer)
+                case _, Part.MESSAGE, bytes(message):
+                    self.inbox[: len(message)] = message
                 case _, Part.NAME, bytes(name):
                     self._name = name[:NAME_AT_BOOT] + self._name[NAME_AT_BOOT:]
                 case _, Part.STORED_NAME, bytes(name):

@@ -16,6 +16,8 @@ class Part(Enum):
     """What an answer of the radio changes."""
 
     ANSWER = auto()
+    MESSAGE = auto()
+    """Bytes that are no answer of the radio: they use up no places in the ring buffer beyond their own."""
     """The receive buffer, by its content."""
     NAME = auto()
     STORED_NAME = auto()

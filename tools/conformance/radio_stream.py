@@ -35,7 +35,8 @@ class RadioStream:
     def __init__(self, brick: SimBrick) -> None:
         self._brick = brick
         self.waiting = b""
-        self._taken = self._unheard = b""
+        self._taken = self._unheard = self._message = b""
+        self._message_ms = 0
         self._position = _START
         self._is_stream = self._was_full = self._at_end = False
         self._end_ms: int | None = None
@@ -72,10 +73,27 @@ class RadioStream:
 
     def pass_over(self, data: bytes) -> int:
         """Append bytes outside of stream mode, and return how many passes the recordings wait for their telegrams."""
+        self._overwrite(data)
         self._unheard += data
         self._position += len(data)
         complete, self._unheard = _split(self._unheard)
         return (1 if self._unheard else _MESSAGE_MS) if complete else 0
+
+    def _overwrite(self, data: bytes) -> None:
+        """Take the bytes as messages of the radio, one in each pass; the firmware clears the number behind the length.
+
+        A message whose new bytes cross the end of the ring takes a pass more.
+        """
+        new = self._position + self._brick.radio.answered
+        position = new - len(self._message)
+        self._message += data
+        while self._message and 0 < (size := self._message[0]) < len(self._message):
+            message, self._message = self._message[: size + 1], self._message[size + 1 :]
+            begin, position = max(new, position), position + len(message)
+            crosses = begin // _RING < (position - 1) // _RING and begin % _RING > 0
+            self._message_ms = max(self._message_ms + 1, self._brick.now_ms) + crosses
+            if size < _RING - 1:
+                self._brick.radio.overwrite(self._message_ms, bytes((size, 0)) + message[2:])
 
     def switch(self, *, stream: bool) -> None:
         """Begin or end the radio's stream mode, which drops an incomplete telegram.
@@ -85,7 +103,7 @@ class RadioStream:
         if stream == self._is_stream:
             return
         self._position += len(self.waiting)
-        self.waiting = self._taken = self._unheard = b""
+        self.waiting = self._taken = self._unheard = self._message = b""
         now_ms, self._is_stream = self._brick.now_ms, stream
         self._brick.radio.streaming = stream
         if not stream:
