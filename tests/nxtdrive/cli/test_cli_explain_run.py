@@ -12,6 +12,8 @@ import pytest
 from behaviors.journal import JOURNAL_FORMAT
 from nxtdrive.cli.main import DONE, USAGE, main
 
+ROOT = Path(__file__).parents[3]
+
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("explained runs")]
 
 MISSION = """
@@ -65,6 +67,15 @@ def test_a_decision_is_reported_with_its_failure_evidence_candidates_choice_and_
         assert part in said
     assert "per success" in said
     assert "lena reached after" in said
+
+
+@pytest.mark.nightly  # it renders 83 s of frames
+def test_the_documentation_shows_the_first_decision_of_the_built_in_mission(explained, tmp_path):
+    assert main(["run", "--profile", "adaptive", "--no-video", "--out", str(tmp_path)]) == DONE
+    (run,) = tmp_path.iterdir()
+    text = (ROOT / "docs" / "adaptive.md").read_text(encoding="utf-8")
+    shown = text[text.index("╭─ 1 ") : text.index("│ then")]
+    assert shown in explained(run)
 
 
 def test_the_same_for_programs(runs, explained):
