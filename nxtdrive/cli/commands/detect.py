@@ -148,7 +148,9 @@ def _try(args: argparse.Namespace) -> int:
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
     out = args.out or Path("detected.png" if still else "detected.webm")
-    check_not_read(out, at_home(args.source), *(args.picture or ()))
+    source = at_home(args.source)
+    in_source = _is_image(out) and out.resolve().parent == source.resolve()
+    check_not_read(out, out if in_source else source, *(args.picture or ()))
     drawing = _AnnotatedOutput(out)
     looks: list[Look] = []
     others: set[str] = set()
@@ -251,7 +253,7 @@ def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
     return args.label, spec
 
 
-def _is_image(source: str) -> bool:
+def _is_image(source: str | Path) -> bool:
     from nxtdrive.vision.sources import IMAGE_SUFFIXES
 
     path = at_home(source)

@@ -66,6 +66,14 @@ def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, capsys)
     assert f"{out}: the video cannot be written." in capsys.readouterr().err
 
 
+def test_a_drawing_never_replaces_a_picture_of_the_folder_that_is_read(folder, capsys):
+    image = min(folder.iterdir())
+    before = image.read_bytes()
+    assert main(["detect", "try", str(folder), "--color", "red", "--out", str(image)]) == USAGE
+    assert "the command reads it" in capsys.readouterr().err
+    assert image.read_bytes() == before
+
+
 @pytest.mark.parametrize("words", [["--out", "scene.png"], ["--picture", "detected.png"]])
 def test_a_drawing_never_replaces_a_picture_that_is_read(picture, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
