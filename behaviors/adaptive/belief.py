@@ -120,7 +120,7 @@ def likely_places(floor: OccupancyGrid) -> Array:
     for a, b in product(steps, steps):
         known |= free[i + a, j + b]
     # first along each row, then over all rows: all pairs of places would be too many
-    axis_mm = np.unique(x_mm)
+    axis_mm = y_mm[: math.isqrt(len(y_mm))]
     squares = (axis_mm[:, None] - axis_mm) ** 2
     in_row = (np.where(known, 0.0, np.inf).reshape(squares.shape)[:, None, :] + squares).min(axis=2)
     nearest = (squares[:, :, None] + in_row).min(axis=1).ravel()
@@ -234,9 +234,9 @@ class Belief:
         self._evidence /= left
         self._no_evidence /= left
 
-    def _mass(self) -> Array:
-        """Return the probability of each place and facing, (places, facings)."""
-        return self._evidence * self._likely[:, None]
+    def _mass(self, places: NDArray[np.bool_] | slice = slice(None)) -> Array:
+        """Return the probability of these places, or all, and each facing, (places, facings)."""
+        return self._evidence[places] * self._likely[places, None]
 
     def by_place(self) -> Array:
         """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
@@ -279,7 +279,7 @@ class Belief:
 
     def _facings_at(self, near: NDArray[np.bool_]) -> Array:
         """Return which way it faces if it is at one of these places, as a probability for each facing."""
-        held = self._mass()[near].sum(axis=0) + 1e-9
+        held = self._mass(near).sum(axis=0) + 1e-9
         return np.asarray(held / held.sum())
 
     def faces(self, place: Point, viewpoints: Array) -> Array:
@@ -301,7 +301,7 @@ class Belief:
 
     def held_at(self, place: Point) -> float:
         """Return the probability that it is near a place."""
-        return float(self._mass()[self._near(place)].sum())
+        return float(self._mass(self._near(place)).sum())
 
     def renew(self, passed_s: float) -> None:
         """Let time pass: the belief returns to the prior."""
