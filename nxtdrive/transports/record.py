@@ -121,6 +121,11 @@ def recorded_address(address: str) -> str:
     return parsed.options.get("nxt", address) if parsed.scheme == "record" else address
 
 
+def recorded_scheme(address: str) -> str:
+    """Return the scheme of the address of the brick; that of a simulated brick is ``sim``."""
+    return Address.parse(recorded_address(address)).scheme
+
+
 def with_brick(address: Address, change: Callable[[Address], Address]) -> Address:
     """Return the address with its brick's changed: that is the one inside if it is a recording address."""
     if address.scheme != "record" or "nxt" not in address.options:

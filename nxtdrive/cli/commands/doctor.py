@@ -105,11 +105,11 @@ class _Examination:
         """Yield each finding as it is made."""
         from nxtdrive.tools.doctor import computer
         from nxtdrive.transports.address import Address
-        from nxtdrive.transports.record import recorded_address
+        from nxtdrive.transports.record import recorded_scheme
 
         args = self._args
         address = Address.parse(args.nxt)
-        scheme = Address.parse(recorded_address(args.nxt)).scheme
+        scheme = recorded_scheme(args.nxt)
         simulated = scheme == "sim"
         yield from computer.examine(scheme, args.camera or (None if simulated else "0"))
         yield _calibration(args, self._mission)
@@ -144,14 +144,12 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     from behaviors.robot_description import RobotFileError, load_robot_file
     from nxtdrive.mission.files import ROBOT_FILE, usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
-    from nxtdrive.transports.address import Address
-    from nxtdrive.transports.record import recorded_address
+    from nxtdrive.transports.record import recorded_address, recorded_scheme
 
     named = None if mission is None else mission.mission.robot_file
     path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
-    address = recorded_address(args.nxt)
-    simulated = Address.parse(address).scheme == "sim"
-    options = "" if simulated else f" --nxt {address} --camera {args.camera or 0}"
+    real = f" --nxt {recorded_address(args.nxt)} --camera {args.camera or 0}"
+    options = "" if recorded_scheme(args.nxt) == "sim" else real
     if path is None and os.path.lexists(ROBOT_FILE):
         said = f"{ROBOT_FILE} is in this folder, but missions do not use it."
         return warning("calibration", said, f"Add --robot {ROBOT_FILE} to commands, or set NXT_ROBOT={ROBOT_FILE}.")
