@@ -16,9 +16,9 @@ class Part(Enum):
     """What an answer of the radio changes."""
 
     ANSWER = auto()
-    MESSAGE = auto()
-    """Bytes that are no answer of the radio: they use up no places in the ring buffer beyond their own."""
     """The receive buffer, by its content."""
+    MESSAGE = auto()
+    """The receive buffer, too, but by bytes that arrive, which do not count as answered."""
     NAME = auto()
     STORED_NAME = auto()
     ON = auto()

@@ -49,11 +49,6 @@ class BatteryWarning:
         """Whether the warning is shown."""
         return self._registers.state == UiState.LOW_BATTERY
 
-    @property
-    def takes_keys(self) -> bool:
-        """Whether a key closes the warning: nothing of the screen is left to draw."""
-        return self.shown and not self._screen.drawing
-
     def follow(self) -> None:
         """Show the warning if it is due."""
         if not self.due or self._screen.drawing:
@@ -70,8 +65,8 @@ class BatteryWarning:
         self._screen.pop_up()
 
     def takes_key(self) -> bool:
-        """Return whether a key closes it now."""
-        return self.takes_keys and bool(self._keys.read())
+        """Return whether a key closes it: it reads them when nothing of the screen is left to draw."""
+        return self.shown and not self._screen.drawing and bool(self._keys.read())
 
     def end(self) -> bool:
         """Continue what a real warning has interrupted, with the next pass; return whether there was one."""
