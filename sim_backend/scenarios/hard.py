@@ -14,6 +14,7 @@ from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
 from sim_backend.scenarios.extras import Extras, Sight
 from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
 from sim_backend.scenarios.handicaps import APART_MM
+from sim_backend.scenarios.layouts import generate_layout
 from sim_backend.scenarios.realities import REALITIES
 from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator
 from sim_backend.scenarios.rooms import ROOMS, furnished
@@ -220,5 +221,6 @@ HARD: dict[str, RoomGenerator] = {
     "sonar_silent": _sonar_silent,
     "crowd": _crowd,
     "big": _big,
+    "layouts": generate_layout,
 }
 """A function per class of the hard suite; see docs/evaluation.md."""
