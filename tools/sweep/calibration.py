@@ -16,6 +16,8 @@ from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
+TRUE_DRAWS = 200
+"""The error of true chances is the mean of this many draws of their outcomes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,15 @@ def calibration_error(lines: Sequence[Line]) -> Estimate:
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(errors, [tail, 1.0 - tail])
     return Estimate(_error(whole), float(low), float(high), len(whole))
+
+
+def error_of_true_chances(lines: Sequence[Line]) -> float:
+    """Return the mean calibration error of chances that are true, of these numbers and sizes; NaN without any."""
+    chances = pairs(lines)[:, 0]
+    if not len(chances):
+        return float("nan")
+    draws = np.random.default_rng(SEED).random((TRUE_DRAWS, len(chances)))
+    return float(np.mean([_error(np.stack([chances, draw < chances], axis=1)) for draw in draws]))
 
 
 def _error(values: NDArray[np.float64]) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.output_file import write_file
 
-from .calibration import calibration_error, pairs, reliability
+from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .cluster import installed
 from .headline import beyond, headline
 from .runner import Swept
@@ -62,6 +62,7 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
                 **aggregate(group, swept.eval_s),
                 "headline": _plain(headline(group)),
                 "calibration_error": asdict(calibration_error(group)),
+                "calibration_error_of_true_chances": error_of_true_chances(group),
                 "reliability": [asdict(each) for each in reliability(pairs(group))],
                 "classes": {kind: _plain(headline(each)) for kind, each in by(group, "class").items()},
             }

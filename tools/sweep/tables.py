@@ -17,7 +17,7 @@ from behaviors.recoveries import RECOVERIES
 from firmware_protocol.printable import printable
 
 from .agents import ALL_NAMES
-from .calibration import calibration_error, pairs, reliability
+from .calibration import calibration_error, error_of_true_chances, pairs, reliability
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
@@ -196,14 +196,14 @@ def chance_rows(lines: Sequence[Line]) -> Rows:
 
 
 def calibration_rows(lines: Sequence[Line]) -> Rows:
-    """Return each agent's expected calibration error, and by choice the mean chance and the share that succeeded."""
+    """Return each agent's calibration error, that of true chances, and by choice the mean chance and the successes."""
     rows = []
     for agent, group in _by_agent(lines).items():
         if not (error := calibration_error(group)).number:
             continue
         parts = [(name, pairs(group, name)) for name in RECOVERIES]
         predicted = [_predicted(part) for _, part in parts]
-        rows.append([agent, interval(error), *predicted])
+        rows.append([agent, interval(error), f"{error_of_true_chances(group):.3f}", *predicted])
     return rows
 
 
@@ -236,7 +236,7 @@ def print_tables(lines: Sequence[Line], console: Console) -> None:
         _print(console, "choices that fitted, by cause", *cause_rows(lines))
         _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
     if chances := calibration_rows(lines):
-        columns = ["agent", "ECE [95 %]", *RECOVERIES]
+        columns = ["agent", "ECE [95 %]", "true chances' ECE", *RECOVERIES]
         _print(console, "chances: mean predicted / succeeded", columns, chances)
         _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(lines), keys=2)
     if differences := difference_rows(lines, "thesis"):

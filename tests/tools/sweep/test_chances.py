@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from nxtdrive.recording.predictions import predictions
-from nxtdrive.tools.sweep.calibration import calibration_error, pairs, reliability
+from nxtdrive.tools.sweep.calibration import calibration_error, error_of_true_chances, pairs, reliability
 from nxtdrive.tools.sweep.tables import calibration_rows, chance_rows
 
 MISSION = Mission.model_validate(
@@ -61,6 +63,14 @@ def test_chances_that_are_true_have_no_error_and_others_what_they_are_wrong_by()
     assert calibration_error([{"policy": "thesis"}]).number == 0
 
 
+@pytest.mark.parametrize("number", [50, 200, 800])
+def test_even_true_chances_show_an_error_and_the_smaller_the_more_choices_there_are(number):
+    # of one bin: the mean distance of a share from its chance
+    expected = math.sqrt(2 / math.pi * 0.5 * 0.5 / number)
+    assert error_of_true_chances(_lines(0.5, 1.0, number)) == pytest.approx(expected, rel=0.1)
+    assert math.isnan(error_of_true_chances([{"policy": "thesis"}]))
+
+
 def test_bins_hold_every_chance_from_none_to_certainty():
     bins = reliability(np.array([[0.0, 0.0], [0.05, 1.0], [0.1, 1.0], [1.0, 1.0]]))
     assert [(each.number, each.came_true) for each in bins] == [(2, 0.5), (1, 1.0), (1, 1.0)]
@@ -69,7 +79,8 @@ def test_bins_hold_every_chance_from_none_to_certainty():
 
 def test_tables_show_the_error_and_a_bar_for_each_bin():
     lines = _lines(0.25, 0.5)
-    ((agent, error, wait, *_),) = calibration_rows(lines)
+    ((agent, error, true, wait, *_),) = calibration_rows(lines)
     assert (agent, error[:5], wait) == ("adaptive", "0.250", "0.25 / 0.50 (50)")
+    assert 0.03 < float(true) < 0.07
     ((*_, bar),) = chance_rows(lines)
     assert bar == "#####|####..........."
