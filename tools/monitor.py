@@ -205,9 +205,7 @@ def recognize(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:
         except BrickError:
             identity = None
         if identity is None:
-            mode = SetInputMode(InputPort(port - 1), before.type, before.mode)
-            brick.request(mode)
-            brick.link.restore_mode(mode)
+            brick.request(SetInputMode(InputPort(port - 1), before.type, before.mode))
         elif identity.kind in KINDS:
             found[port] = Digital(f"{identity.kind} sensor", make_sensor(identity.kind, brick.link, port))
         else:

@@ -28,7 +28,6 @@ from firmware_protocol.direct import (
     KeepAlive,
     SetInputMode,
 )
-from firmware_protocol.enums import InputPort
 from firmware_protocol.errors import LinkLost
 from firmware_protocol.system import GetBluetoothAddress, GetDeviceInfo, GetVersions, IOMapRead
 from nxtdrive.link.timers import Timers
@@ -80,7 +79,6 @@ class LinkCore:
         attempt_due: When to try to reopen a lost link; infinity if no attempt is planned.
         motors_driven: Whether motors were driven since the last loss that was reported to the program.
         interrupted: Whether motors were driven when the link was lost, and this is not reported to the program yet.
-        modes: Input ports to set again after a reconnection.
         unreported: The loss of a link that does not reconnect, until it is reported to the program.
     """
 
@@ -93,7 +91,6 @@ class LinkCore:
         self.attempt_due = math.inf
         self.motors_driven = False
         self.interrupted = False
-        self.modes: dict[InputPort, SetInputMode] = {}
         self.unreported: LinkLost | None = None
         self._pause_s = FIRST_PAUSE_S
         self._lock = threading.Lock()
@@ -156,7 +153,7 @@ class LinkCore:
                 self.attempt_due = now + self._pause_s
 
     def reopened(self, address: str) -> None:
-        """Record that the link is open again and the input ports are set."""
+        """Record that the link is open again."""
         with self._lock:
             if self.state is not LinkState.REOPENING:
                 return

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from firmware_protocol.direct import KeepAlive, SetInputMode
+from firmware_protocol.direct import KeepAlive
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
@@ -271,14 +271,6 @@ class Link:
         else:
             self.cancel_timer(PROBE)
 
-    def restore_mode(self, mode: SetInputMode) -> None:
-        """Set an input port to `mode` after a reconnection, unless it still has it."""
-        self._core.modes[mode.port] = mode
-
-    def forget_modes(self) -> None:
-        """Restore no modes after a reconnection: a program on the brick owns the input ports from now on."""
-        self._core.modes.clear()
-
     def acknowledge(self) -> None:
         """Record that a loss was reported to the program, so that it is not reported again."""
         if self._core.state is not LinkState.OPEN or self._core.interrupted:
@@ -289,7 +281,7 @@ class Link:
         self._reconnector.after_motion(lost, self.reconnect_timeout_s)
 
     def reconnect(self) -> None:
-        """Reopen the link and restore the modes of input ports; motors are not started again.
+        """Reopen the link; motors are not started again, and sensors set up their ports again when they are read.
 
         Raises:
             BrickNotFound: The brick is not back yet.

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from firmware_protocol.telegram import Command, Reply
 
 if TYPE_CHECKING:
-    from firmware_protocol.direct import SetInputMode
     from firmware_protocol.enums import OutputPort
     from nxtdrive.link.scheduler import MotionScheduler
     from nxtdrive.link.threads import Lock
@@ -52,18 +51,10 @@ class RequestLink(Protocol):
 
 
 class SensorLink(RequestLink, Protocol):
-    """Requests, locks, and modes of input ports that are restored after a reconnection."""
+    """Requests, and locks."""
 
     def lock(self) -> Lock:
         """Make a lock that may be held during a request; not reentrant."""
-        ...
-
-    def restore_mode(self, mode: SetInputMode) -> None:
-        """Set an input port to `mode` after a reconnection, unless it still has it."""
-        ...
-
-    def forget_modes(self) -> None:
-        """Restore no modes: a program on the brick owns the input ports from now on."""
         ...
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from typing import Any, Protocol, TypeVar
 
-from firmware_protocol.direct import GetInputValues
 from firmware_protocol.errors import LinkLost
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
@@ -182,7 +181,7 @@ class Reconnector:
             self.await_reconnect(closed(self._link.transport.address), timeout_s)
 
     def reopen(self) -> None:
-        """Reopen the link: same address, same brick, input ports in the same modes. The core has begun the attempt.
+        """Reopen the link: same address, same brick. The core has begun the attempt.
 
         Raises:
             NXTError: The brick is not back, or cannot be opened.
@@ -200,10 +199,6 @@ class Reconnector:
                 raise
             link.reconnecting = core.reconnecting  # probes again
             link.keep_alive()
-            for port, mode in list(core.modes.items()):
-                values = link.request(GetInputValues(port))
-                if (values.type, values.mode) != (mode.type, mode.mode):
-                    link.request(mode)
             core.reopened(transport.address)
         except BaseException as error:
             core.attempt_failed(error, link.now())

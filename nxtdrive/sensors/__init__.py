@@ -1,6 +1,7 @@
 """Sensors on the input ports.
 
-A sensor sets up its port on first use, and again after the start or end of a program has reset the port.
+A sensor sets up its port on first use, and again when the port was reset: a program was started or ended, or the brick
+was switched off.
 `docs/sensors.md` lists units, ranges and their sources.
 """
 

@@ -108,7 +108,7 @@ class I2CSensor(Sensor):
         return self._attempt(data, size)
 
     def _judge(self, error: BrickError) -> None:
-        """Have a port set up again that the start or end of a program has reset."""
+        """Have a port set up again that was reset: a program was started or stopped, or the brick switched off."""
         if error.status is Status.CHANNEL_NOT_CONFIGURED:
             self._ready = False
 
@@ -165,6 +165,7 @@ class I2CSensor(Sensor):
             if self._wait_for_rest():
                 self.link.request(LSRead(self._input))
         except BrickError as error:
+            self._judge(error)
             if error.status is not Status.BUS_ERROR:
                 raise
 

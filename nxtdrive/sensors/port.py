@@ -49,9 +49,7 @@ class Sensor:
             SensorTimeout: The values do not become valid.
         """
         link = self.link
-        mode = SetInputMode(self._input, self.type, self.mode)
-        link.request(mode)
-        link.restore_mode(mode)
+        link.request(SetInputMode(self._input, self.type, self.mode))
         asked = link.now()
         deadline = asked + SETTLING_S
         while not link.request(GetInputValues(self._input)).valid:
@@ -68,7 +66,7 @@ class Sensor:
         if not self._ready:
             self.set_up()
         values = self.link.request(GetInputValues(self._input))
-        if values.type is not self.type:  # a program was started or stopped: that resets all ports
+        if values.type is not self.type:  # a program has reset the port, or the brick was switched off
             self.set_up()
             values = self.link.request(GetInputValues(self._input))
         return values

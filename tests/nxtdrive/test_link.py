@@ -301,12 +301,13 @@ def test_a_question_outlives_the_loss_of_the_link(returning):
     assert 3.0 <= returning.simulation.time_s < 5.5, "pauses between attempts grow, to two seconds at most"
 
 
-def test_input_ports_are_set_again_if_the_brick_has_forgotten(returning):
+def test_an_input_port_that_the_brick_has_forgotten_is_set_again_when_its_sensor_is_read(returning):
     sensor = returning.brick.touch(1)
     assert not sensor.pressed
     returning.simulation.deliver(SetInputMode(InputPort.IN_1, SensorType.NONE, SensorMode.RAW).encode())
     returning.simulation.advance(1500)
     assert returning.brick.battery_v > 1
+    assert not sensor.pressed
     values = returning.brick.request(GetInputValues(InputPort.IN_1))
     assert (values.type, values.mode) == (SensorType.SWITCH, SensorMode.BOOLEAN)
 

@@ -13,6 +13,7 @@ from firmware_protocol.errors import BrickNotFound, LinkLost
 from nxtdrive.link.core import FIRST_PAUSE_S, LONGEST_PAUSE_S, Interrupted, LinkCore, LinkState
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
 from nxtdrive.tools.monitor import watch
+from sim_backend.devices import ColorSensor, TemperatureSensor, UltrasonicSensor
 from sim_backend.simulation import LinkFaults
 
 FOR_EVER_MS = 10**9
@@ -115,6 +116,33 @@ def test_an_idle_program_finds_the_link_open_again_and_its_sensors_set(away):
     transport = brick.link.transport
     assert not touch.pressed
     assert brick.link.transport is transport, "nothing was left to do"
+
+
+@pytest.mark.parametrize(
+    ("make", "read"),
+    [
+        (lambda: ColorSensor(lambda: (200, 20, 20)), lambda brick: brick.color(2).color),
+        (lambda: TemperatureSensor(lambda: 21.3125), lambda brick: brick.temperature(2).celsius),
+        (lambda: UltrasonicSensor(lambda: 50), lambda brick: brick.ultrasonic(2).distance_mm),
+    ],
+)
+@pytest.mark.parametrize("later_s", [0, 1])
+def test_a_sensor_is_set_up_again_when_its_brick_was_switched_off(away, make, read, later_s):
+    room = away(3000)
+    room.attach(2, make())
+    before = read(room.brick)
+
+    def switch_off_and_on():
+        room.simulation.brick.input.reset()
+        room.simulation.brick.low_speed.reset()
+        room.attach(2, make())
+
+    room.simulation.at(2000, switch_off_and_on)
+    room.brick.sleep(2)
+    while room.brick.link.lost:
+        room.brick.sleep(0.01)
+    room.brick.sleep(later_s)
+    assert [read(room.brick), read(room.brick)] == [before, before]
 
 
 def test_two_runs_are_the_same(away):
