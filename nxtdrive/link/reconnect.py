@@ -219,4 +219,4 @@ class Reconnector:
 def interrupted(command: Command[Any] | None = None) -> Interrupted:
     """Make the error that leaves the decision to the program: a motion or `command` was under way at the loss."""
     what = "a motion was under way" if command is None else f"{type(command).__name__} was not repeated"
-    return Interrupted(f"the link was lost and is back, but {what}.", remedy="Motors have stopped; start them again.")
+    return Interrupted(f"the link was lost and is back, but {what}.", remedy="Begin it again; motors have stopped.")

@@ -189,10 +189,11 @@ class Server:
             f"page {next(self._numbers)}",
             hello=self._hello,
             obey=lambda client, text: self._obey(client, read_message(text)),
-            left=self._disconnect,
+            left=self._give_control,
         )
 
-    def _disconnect(self, client: Client) -> None:
+    def _give_control(self, client: Client) -> None:
+        """Stop the robot for a driver that hands over or leaves; the next one's pad must return to its middle first."""
         if self._arbiter.driver == client.name and self.driven is not None:
             self.driven.let_go()
         self._arbiter.give(client.name)
@@ -242,7 +243,7 @@ class Server:
             case TakeControl():
                 self._arbiter.take(client.name)
             case GiveControl():
-                self._arbiter.give(client.name)
+                self._give_control(client)
             case StartMission():
                 return partial(self._start_mission, robot, message, robot.end_count)
             case StartCalibration() | AnswerCalibration() | SaveCalibration():

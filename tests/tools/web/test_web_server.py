@@ -207,6 +207,27 @@ def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
     assert server.robot.controls.wanted(0.0) == (0.0, 0.0)
 
 
+def test_a_driver_that_hands_over_stops_the_robot_and_a_pad_held_meanwhile_does_not_drive(tmp_path):
+    server = _server(tmp_path)
+    with _client(server) as client, client.websocket_connect("/ws") as page, client.websocket_connect("/ws") as other:
+
+        def drive(which: WebSocketTestSession, ahead: float) -> float:
+            which.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            which.send_text("no message")
+            _until(which, lambda each: each["type"] == "refused" and "drives;" not in each["text"])
+            return server.robot.controls.wanted(0.0)[0]
+
+        drive(page, 0)
+        assert drive(page, 1) > 0
+        assert drive(other, -1) > 0, "it only asks for control"
+        page.send_json({"type": "give_control"})
+        _until(other, lambda each: each["type"] == "control" and each["driver"] == "page 2")
+        assert server.robot.controls.wanted(0.0) == (0.0, 0.0)
+        assert drive(other, -1) == 0
+        drive(other, 0)
+        assert drive(other, -1) < 0
+
+
 @pytest.mark.slow
 def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path):
     with (
