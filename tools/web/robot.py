@@ -16,6 +16,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.mission.assembly import OpenRobot, open_robot
 from nxtdrive.mission.body import build_rover
 from nxtdrive.mission.camera import GEOMETRIC
+from nxtdrive.motion.sensor_health import SENSOR_ERRORS
 from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
@@ -246,6 +247,7 @@ class Robot:
                     self._perform(task, robot)
                 else:
                     self._drive_by_hand(robot.brick)
+                self.controls.let_go()  # a pad that is held meanwhile must not start the robot
 
     def _drive_by_hand(self, brick: Brick) -> None:
         """Drive as the controls demand until a task is to drive, or the robot is built in another way."""
@@ -265,11 +267,11 @@ class Robot:
                 self._show(pilot.step())
                 room.show()
             except (LinkError, BrickError, RemoteProtocolError) as error:  # the leases stop the wheels
+                if not isinstance(error, SENSOR_ERRORS):
+                    self.controls.let_go()  # as after a task
                 self._hub.show("link", {"lost": str(error)})
                 self._news.wait(RETRY_S)
                 self._news.clear()  # or the next wait would not wait
-        if not self._closing.is_set():
-            self.controls.let_go()
         if pilot.moving:
             with suppress(NXTError):  # a lost link; the leases stop the wheels
                 pilot.stop()

@@ -21,7 +21,9 @@ from nxtdrive.tools.web.motions import ShortMotion
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.vision.camera import Frame
+from sim_backend.simulation import LinkFaults, Simulation
 
 LIMIT_S = 30.0
 
@@ -78,6 +80,18 @@ def test_the_robot_stands_when_something_else_begins_to_drive(turning):
     assert headings[1] == pytest.approx(headings[0], abs=3.0)
 
 
+def test_a_stick_held_while_a_task_drives_does_not_drive_at_its_end(turning):
+    def begin(rover):
+        turning.controls.steer(0.0, 0.0, math.inf)
+        turning.controls.steer(0.0, 1.0, math.inf)
+        return rover.turn(1.0, wait=False)
+
+    for task in (ShortMotion(begin), ShortMotion()):
+        turning.start(task)
+        assert task.wait(LIMIT_S)
+    assert turning.controls.wanted(0.0) == (0.0, 0.0)
+
+
 def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
     tries = threading.Semaphore(0)
 
@@ -96,6 +110,29 @@ def test_a_lost_brick_is_tried_again_once_at_each_news(tmp_path, monkeypatch):
         assert not tries.acquire(timeout=0.2)  # it would be tried thousands of times
     finally:
         robot.close()
+
+
+def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_back(tmp_path):
+    lost = threading.Event()
+
+    class Watcher(Hub):
+        def show(self, kind: str, values: Mapping[str, Any]) -> None:
+            super().show(kind, values)
+            if kind == "link" and values["lost"]:
+                lost.set()
+
+    faults = LinkFaults(unplugged_ms=((2000, 10**9),))
+    with shared("unplugged", lambda: SimTransport(Simulation("empty"), faults=faults)) as address:
+        robot = Robot(Address.parse(address), None, read_mission_file(None), Watcher(), tmp_path)
+        robot.controls.steer(0.0, 0.0, math.inf)
+        robot.controls.steer(0.0, 1.0, math.inf)  # never old
+        robot.open()
+        try:
+            assert lost.wait(LIMIT_S)
+            robot.controls.steer(0.0, 1.0, math.inf)
+            assert robot.controls.wanted(0.0) == (0.0, 0.0)
+        finally:
+            robot.close()
 
 
 @pytest.mark.parametrize("fps", [5, 10, 15, 20, 30])
