@@ -26,7 +26,7 @@ class Spotter(Protocol):
     trouble: str
 
     def look(self, now_s: float) -> None:
-        """Look if it is time to; called between two steps of driving."""
+        """Look if it is time to; called between two steps of driving. Raises whatever a detector raises."""
         ...
 
     def close(self) -> None:
@@ -60,12 +60,15 @@ class ThreadSpotter:
         self._eyes, self.target = eyes, target
         self.sighting: Sighting | None = None
         self.trouble = ""
+        self._defect: Exception | None = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._go_on, name="teleop eyes", daemon=True)
         self._thread.start()
 
     def look(self, now_s: float) -> None:
-        """Do nothing: the thread looks."""
+        """Raise what has ended the thread, which looks by itself: what it saw last is old then."""
+        if self._defect is not None:
+            raise self._defect
 
     def close(self) -> None:
         """Wait for the current look to end; the camera has a timeout of its own."""
@@ -73,8 +76,11 @@ class ThreadSpotter:
         self._thread.join()
 
     def _go_on(self) -> None:
-        while not self._closed.is_set():
-            self.sighting, self.trouble = _look(self._eyes, self.target)
+        try:
+            while not self._closed.is_set():
+                self.sighting, self.trouble = _look(self._eyes, self.target)
+        except Exception as defect:  # noqa: BLE001 - of a detector; the driving thread raises it
+            self._defect = defect
 
 
 def _look(eyes: Eyes, target: str) -> tuple[Sighting | None, str]:

@@ -1,5 +1,7 @@
 """Controls, map and the control loop, without a terminal."""
 
+from contextlib import closing
+
 import pytest
 
 from behaviors.ports import Pose, Sighting
@@ -189,7 +191,7 @@ class Seer:
 
     def look(self, target):
         seen = self.looks.pop(0) if len(self.looks) > 1 else self.looks[0]
-        if isinstance(seen, CameraError):
+        if isinstance(seen, Exception):
             raise seen
         return seen
 
@@ -204,6 +206,16 @@ def test_the_camera_line_says_where_the_target_is(room, controls):
     lines = list(dict.fromkeys(pilot.step().eyes for _ in range(20)))
     assert lines == ["lena: not in sight", "lena: 0.90 m, 12° left", "The camera is gone."]
     assert "T" in "".join(pilot.map.draw(Pose(), 60, 30))
+
+
+@pytest.mark.parametrize("make", [TurnSpotter, ThreadSpotter])
+def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sighting(room, controls, make):
+    _, brick = room()
+    spotter = make(Seer(LENA, ZeroDivisionError("defect")), "lena")
+    pilot = _pilot(brick, controls, spotter)
+    with closing(spotter), pytest.raises(ZeroDivisionError, match="defect"):
+        for _ in range(10_000):
+            pilot.step()
 
 
 def test_eyes_of_a_real_robot_look_in_a_thread_that_ends():
