@@ -16,7 +16,7 @@ from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
 from firmware_protocol.telegram import Reply
 from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
-from nxtdrive.ports import MotorPort, SensorPort, input_port, output_port
+from nxtdrive.ports import MotorPort, SensorPort, in_range, input_port, output_port
 from nxtdrive.signals import termination_as_exit
 from nxtdrive.transports import open_transport
 
@@ -36,6 +36,8 @@ P = TypeVar("P")
 
 STOPPING_S = 0.15
 """How long motors brake before they are switched off when the program ends."""
+TIMEOUT_RANGE_S = (0.001, 3600.0)
+"""Longer ones mean to wait forever, which no transport can."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +69,18 @@ def open_brick(
     Args:
         address: ``usb://``, ``bt://00:16:53:0A:1B:2C``, ``serial://COM5``, ``tcp://host:port``, ``sim://``, ...
             None: ``$NXT``, and if that is not set the first brick on USB.
-        timeout_s: Timeout of replies, here and in later requests. None: 1 s over USB, and 2 s where Bluetooth may be
-            part of the link.
+        timeout_s: Timeout of replies, here and in later requests, 0.001..3600. None: 1 s over USB, and 2 s where
+            Bluetooth may be part of the link.
         reconnect: Whether a lost link is reopened automatically; see `Link.reconnecting`.
 
     Raises:
         AddressError: The address is not valid; the message lists valid ones.
         BrickNotFound: There is no brick at this address.
         LinkError: The brick is busy, not permitted or does not answer.
+        LocalProtocolError: `timeout_s` is out of range.
     """
+    if timeout_s is not None:
+        in_range("timeout_s", timeout_s, *TIMEOUT_RANGE_S)
     transport = open_transport(address) if timeout_s is None else open_transport(address, timeout_s=timeout_s)
     brick = Brick(transport, timeout_s=timeout_s, reconnecting=reconnect)
     try:

@@ -38,6 +38,9 @@ class Then(StrEnum):
     HOLD = "hold"
 
 
+_RESTS = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}
+
+
 @dataclass(frozen=True, slots=True)
 class MotorSettings:
     """How a motor moves.
@@ -249,6 +252,8 @@ class Motor:
         return self._motion
 
     def _finish(self, steps: Steps[StopReason], then: Then, wait: bool) -> StopReason | Motion[StopReason]:
+        if then not in _RESTS:
+            raise LocalProtocolError(f"then must be {', '.join(Then)}, not {then!r}.")
         motion = self._begin(self._resting(steps, then))
         return motion.join() if wait else motion
 
@@ -267,5 +272,4 @@ class Motor:
         self._link.cancel_timer(self._output.name)
         if then is not Then.COAST:
             self._link.mark_driven(self._output)  # under power, so it has to be switched off when the program ends
-        make = {Then.COAST: coasting, Then.BRAKE: braked, Then.HOLD: held}[then]
-        self._link.request(make(self._output))
+        self._link.request(_RESTS[then](self._output))

@@ -64,6 +64,8 @@ class ColorSensor(Sensor, Measuring[Color]):
 
     def brightness_percent(self, lamp: Lamp = "red") -> float:
         """Measure the brightness with one lamp or none, 0..100."""
+        if lamp not in _LAMPS:
+            raise LocalProtocolError(f"lamp must be {', '.join(_LAMPS)}, not {lamp!r}.")
         self._become(_LAMPS[lamp])
         return self.values().normalized * 100 / FULL_SCALE
 

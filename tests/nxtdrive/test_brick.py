@@ -1,5 +1,6 @@
 """The brick: requests, keep-alive, and closing."""
 
+import math
 import threading
 
 import pytest
@@ -30,6 +31,12 @@ def test_opening_checks_that_the_brick_answers():
         brick.request(KeepAlive())
 
 
+@pytest.mark.parametrize("timeout_s", [math.inf, math.nan, 0, -1, "1"])
+def test_a_timeout_that_no_link_can_keep_is_refused(timeout_s):
+    with pytest.raises(LocalProtocolError, match="timeout_s"):
+        open_brick("sim://open", timeout_s=timeout_s)
+
+
 def test_a_refusal_carries_its_status(lab):
     with pytest.raises(BrickError) as caught:
         lab().brick.programs.write_message(1, "hello")
@@ -48,6 +55,9 @@ def test_a_refusal_carries_its_status(lab):
         lambda brick: brick.motor("A").dc(101),
         lambda brick: brick.motor("A").run(1000),
         lambda brick: brick.motor("A").run_angle(5, 90),
+        lambda brick: brick.motor("A").run_angle(360, 90, "stop"),
+        lambda brick: brick.motor("A").run_time(360, 1, "stop"),
+        lambda brick: brick.color(1).brightness_percent("pink"),
         lambda brick: brick.touch(0),
         lambda brick: brick.ultrasonic(5),
         lambda brick: brick.touch(True),

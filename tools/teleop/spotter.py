@@ -65,7 +65,7 @@ class ThreadSpotter:
         self._thread = threading.Thread(target=self._go_on, name="teleop eyes", daemon=True)
         self._thread.start()
 
-    def look(self, now_s: float) -> None:
+    def look(self, now_s: float) -> None:  # noqa: ARG002 - the thread looks as often as it can
         """Raise what has ended the thread, which looks by itself: what it saw last is old then."""
         if self._defect is not None:
             raise self._defect

@@ -213,9 +213,13 @@ def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sightin
     _, brick = room()
     spotter = make(Seer(LENA, ZeroDivisionError("defect")), "lena")
     pilot = _pilot(brick, controls, spotter)
-    with closing(spotter), pytest.raises(ZeroDivisionError, match="defect"):
+
+    def drive():
         for _ in range(10_000):
             pilot.step()
+
+    with closing(spotter), pytest.raises(ZeroDivisionError, match="defect"):
+        drive()
 
 
 def test_eyes_of_a_real_robot_look_in_a_thread_that_ends():
