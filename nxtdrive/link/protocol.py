@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from firmware_protocol.enums import OutputPort
     from nxtdrive.link.scheduler import MotionScheduler
     from nxtdrive.link.threads import Lock
+    from nxtdrive.transports.base import Transport
 
 R = TypeVar("R", bound=Reply)
 
@@ -18,9 +19,11 @@ class RequestLink(Protocol):
     """Requests, commands and the link's clock.
 
     Attributes:
+        transport: The transport in use; replaced on reconnection.
         max_telegram: Longest telegram the brick takes on this link, bytes.
     """
 
+    transport: Transport
     max_telegram: int
 
     def request(self, command: Command[R], timeout_s: float | None = None) -> R:

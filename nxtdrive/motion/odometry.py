@@ -7,6 +7,7 @@ import threading
 from dataclasses import dataclass
 
 from behaviors.ports import Pose
+from nxtdrive.motion.lease import LEASE_S
 from nxtdrive.motion.outputs import Sample
 from nxtdrive.motion.wheel_geometry import WheelGeometry
 
@@ -110,7 +111,10 @@ class Odometry:
         steps = [now - then for now, then in zip(reading.angles_deg, before.angles_deg, strict=True)]
         longest_deg = RESET_DEG
         if any(reading.angles_deg):
-            longest_deg = JUMP_DEG + JUMP_DEG_S * (reading.time_s - before.time_s)
+            duration_s = reading.time_s - before.time_s
+            if reading.transport is not before.transport:  # while the link was lost, the motors turned for one lease
+                duration_s = min(duration_s, LEASE_S)
+            longest_deg = JUMP_DEG + JUMP_DEG_S * duration_s
         if max(map(abs, steps)) > longest_deg:
             return
         left, right = (step * mm for step, mm in zip(steps, self._wheels.mm_per_count, strict=True))

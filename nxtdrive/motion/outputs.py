@@ -82,11 +82,13 @@ class Sample:
         angles_deg: One per port.
         time_s: Time of the reading on the link's clock: half way between request and reply.
         delay_s: Round trip of the reading; a command sent now acts about this long after `time_s`.
+        transport: What it came over; another one than the last reading's means that the link was lost in between.
     """
 
     angles_deg: tuple[int, ...]
     time_s: float
     delay_s: float
+    transport: object
 
 
 def sample(link: RequestLink, *ports: OutputPort) -> Sample:
@@ -104,7 +106,7 @@ def sample(link: RequestLink, *ports: OutputPort) -> Sample:
     else:
         angles = tuple(link.request(GetOutputState(port)).rotation_count for port in ports)
     after = link.now()
-    return Sample(angles, (before + after) / 2, after - before)
+    return Sample(angles, (before + after) / 2, after - before, link.transport)
 
 
 def _count(data: bytes, start: int) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Self, cast
@@ -57,11 +58,6 @@ class ReplayTransport:
         if not address.target:
             raise AddressError(f"{address} names no file.", remedy="Write replay://FILE.nxttrace.")
         return cls(read_trace(Path(address.target)), str(address))
-
-    @property
-    def left(self) -> int:
-        """Number of entries that have not been replayed yet."""
-        return len(self._entries) - self._next
 
     def send(self, telegram: bytes) -> None:
         """Compare a telegram with the recorded request.
@@ -118,8 +114,9 @@ class ReplayTransport:
         if entry is None or entry.kind is not Kind.REOPENED:
             raise LinkLost("the link was not opened again at this point of the recording.")
         self._take(entry)
-        self._open = True
-        return self
+        again = copy(self)  # the driver takes the same object for the same link
+        again._open = True
+        return again
 
     def now(self) -> float:
         """Return the time in the recording, seconds."""

@@ -7,7 +7,7 @@ import pytest
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.direct import ResetMotorPosition, SetInputMode
 from firmware_protocol.enums import InputPort, OutputPort, SensorMode, SensorType
-from firmware_protocol.errors import BrickError, LinkError, LinkTimeout, LocalProtocolError
+from firmware_protocol.errors import BrickError, LinkError, LinkLost, LinkTimeout, LocalProtocolError
 from nxtdrive.motion.rover import DriveSettings, Rover, SafetyLimits
 from nxtdrive.ports import in_range
 from sim_backend.devices import TouchSensor, UltrasonicSensor
@@ -429,6 +429,35 @@ def test_counters_that_are_reset_to_zero_are_not_motion_however_little_the_robot
     room.simulation.brick.output.reset()  # as switching the brick off and on does
     room.brick.sleep(0.01)
     assert rover.pose() == before
+
+
+@pytest.mark.parametrize("turned_deg", [0, 5, -40])
+def test_counters_that_begin_again_while_the_link_is_lost_are_not_motion(lab, turned_deg):
+    room = lab(faults=LinkFaults(unplugged_ms=((10_000, 30_000),)))
+    room.brick.link.reconnecting = True
+    rover = room.brick.rover()
+    rover.straight(1000)
+    before = rover.pose()
+
+    def nudge():
+        for output in room.simulation.brick.output.outputs:
+            output.control.rotation += turned_deg
+
+    room.simulation.at(20_000, room.simulation.brick.output.reset)  # as switching the brick off and on does
+    room.simulation.at(21_000, nudge)
+    with pytest.raises(LinkLost, match="is back"):
+        room.brick.sleep(40)
+    after = rover.pose()
+    assert math.dist((after.x_mm, after.y_mm), (before.x_mm, before.y_mm)) < 30
+
+
+def test_what_the_wheels_coast_after_a_loss_of_the_link_is_motion(lab):
+    room = lab(faults=LinkFaults(unplugged_ms=((3000, 30_000),)))
+    room.brick.link.reconnecting = True
+    rover = room.brick.rover()
+    with pytest.raises(LinkLost):
+        rover.straight(2000)
+    assert rover.pose().x_mm == pytest.approx(room.simulation.truth.pose.x_mm - 1000, abs=10)
 
 
 def test_a_robot_that_returns_to_where_its_counters_began_has_moved(lab):
