@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from firmware_protocol.errors import BrickError, LinkError, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BrickBusy, BrickError, LinkError, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.system import (
     Close,
@@ -68,8 +68,8 @@ class FileEntry:
 class Files:
     """The files on a brick. May be used from several threads; operations wait for each other.
 
-    If the link is lost during an operation over Bluetooth, its handle stays open until the brick is switched off; over
-    USB it is closed.
+    A handle that a silent brick could not be asked to close is closed before the next operation. If the link is lost
+    during an operation over Bluetooth, its handle stays open until the brick is switched off; over USB it is closed.
 
     Args:
         link: The link to the brick.
@@ -79,6 +79,7 @@ class Files:
         self._link = link
         self._lock = threading.Lock()
         self._owner = 0
+        self._unclosed: list[tuple[int, object]] = []
 
     def ls(self, pattern: str = "*") -> list[FileEntry]:
         """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
@@ -119,6 +120,7 @@ class Files:
         Raises:
             LocalProtocolError: The name is not valid, or there is no data; nothing was sent.
             BrickError: The file exists, there is no room, no handle is free; the brick has no part of the file.
+            BrickBusy: Another transfer to a file of this name was not ended.
             LinkError: The link failed; the brick has no part of the file.
             RemoteProtocolError: The brick lists the file with another size; it stays there.
         """
@@ -133,8 +135,7 @@ class Files:
                 self._check_room(len(data), old.size)
                 with suppress_not_found():
                     self._link.request(Delete(name))
-            handle = self._link.request(OpenWrite(name, len(data))).handle
-            with self._closing(handle):
+            with self._closing(self._create(name, len(data))) as handle:
                 self._write(handle, data, progress)
             entry = in_step(self._link, lambda: self._find(name))
             if entry is None or entry.size != len(data):
@@ -203,6 +204,23 @@ class Files:
                 progress(len(content), size)
         return bytes(content)
 
+    def _create(self, name: str, size: int) -> int:
+        """Begin a file; returns its handle.
+
+        Raises:
+            BrickBusy: Another transfer to a file of this name was not ended.
+            BrickError: The file exists, there is no room, no handle is free.
+        """
+        try:
+            return self._link.request(OpenWrite(name, size)).handle
+        except BrickError as error:
+            if error.status is Status.FILE_EXISTS and in_step(self._link, lambda: self._find(name)) is None:
+                raise BrickBusy(
+                    f"{name} is being written, or a transfer of it was cut off.",
+                    remedy="Wait for the other program, or switch the brick off and on.",
+                ) from error
+            raise
+
     def _write(self, handle: int, data: bytes, progress: Progress | None) -> None:
         step = self._link.max_telegram - WRITE_OVERHEAD
         for start in range(0, len(data), step):
@@ -234,15 +252,30 @@ class Files:
         return found
 
     @contextmanager
-    def _closing(self, handle: int) -> Iterator[None]:
+    def _closing(self, handle: int) -> Iterator[int]:
         """Close a handle afterwards; an error in the block takes precedence over one of closing."""
         try:
-            yield
+            yield handle
         except BaseException:
             with suppress(LinkError, BrickError):
-                self._link.request(Close(handle))
+                self._close(handle)
             raise
-        self._link.request(Close(handle))
+        self._close(handle)
+
+    def _close(self, handle: int) -> None:
+        try:
+            self._link.request(Close(handle))
+        except LinkError:
+            self._unclosed.append((handle, self._link.transport))
+            raise
+
+    def _close_rest(self) -> None:
+        """Close the handles that a silent brick left open; over another link their numbers may be those of others."""
+        while self._unclosed:
+            handle, transport = self._unclosed.pop()
+            if transport is self._link.transport:
+                with suppress(BrickError):  # the request was lost or the reply; in the latter case it is closed
+                    self._close(handle)
 
     @contextmanager
     def alone(self) -> Iterator[None]:
@@ -256,6 +289,7 @@ class Files:
         with self._lock:
             self._owner = threading.get_ident()
             try:
+                self._close_rest()
                 yield
             finally:
                 self._owner = 0

@@ -7,7 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.direct import PlaySoundFile, PlayTone, StartProgram, StopSoundPlayback
-from firmware_protocol.errors import BrickError, LinkLost, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import (
+    BrickBusy,
+    BrickError,
+    LinkLost,
+    LinkTimeout,
+    LocalProtocolError,
+    RemoteProtocolError,
+)
 from firmware_protocol.framing import BLUETOOTH_TELEGRAM_LIMIT, FrameReader, frame
 from firmware_protocol.status import Status
 from firmware_protocol.system import Close, Delete, FindFirst, OpenRead, OpenWrite, OpenWriteData, Read, Write
@@ -15,6 +22,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.onboard.files import FileEntry, _free_sectors, _sectors
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.files.file_handle import Use
 from sim_backend.firmware.files.flash import free_bytes
 from sim_backend.simulation import LinkFaults, Simulation
 
@@ -230,6 +238,44 @@ def test_over_bluetooth_pieces_fill_the_bricks_buffer_and_no_more(radio):
     assert max(len(write.data) for write in written) == 125
     assert max(asked) == 122
     assert sum(asked) == len(content), "never beyond the end"
+
+
+@pytest.fixture
+def falls_silent(lab):
+    """Makes a brick that is silent for five seconds from its time 2 s on, and calls `work` with its files then."""
+
+    def make(work):
+        room = lab(faults=LinkFaults(silent_ms=((2000, 7000),)))
+        brick = room.brick
+        brick.files.write("known.txt", b"a" * 500)
+        brick.sleep(1.99 - brick.now())
+        with pytest.raises(LinkTimeout):
+            work(brick.files)
+        brick.sleep(8 - brick.now())
+        return room
+
+    return make
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda files: files.read("known.txt"),
+        lambda files: files.write("new.txt", b"b" * 500),
+    ],
+)
+def test_a_handle_that_a_silent_brick_could_not_be_asked_to_close_is_closed_when_it_answers_again(falls_silent, work):
+    room = falls_silent(work)
+    files = room.brick.files
+    files.write("new.txt", b"c" * 500)
+    assert files.read("new.txt") == b"c" * 500
+    assert all(handle.use is Use.FREE for handle in room.simulation.brick.loader.handles)
+
+
+def test_a_name_that_only_a_transfer_that_was_cut_off_has_is_not_said_to_be_a_file(falls_silent):
+    room = falls_silent(lambda files: files.write("new.txt", b"b" * 500))
+    with Brick(SimTransport(room.simulation)) as again, pytest.raises(BrickBusy, match="is being written"):
+        again.files.write("new.txt", b"c" * 500)
 
 
 def test_every_handle_is_closed_whatever_happens(files):
