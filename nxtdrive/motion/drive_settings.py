@@ -41,11 +41,11 @@ def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveS
     """Check sizes and settings of a rover.
 
     Raises:
-        LocalProtocolError: One is not a number, not positive, or faster than the wheels can turn.
+        LocalProtocolError: One is not a number, not positive, infinite, or faster than the wheels can turn.
     """
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
-        if in_range(name, value, -math.inf, math.inf) <= 0:
-            raise LocalProtocolError(f"{name} must be positive, not {value!r}.")
+        if not 0 < in_range(name, value, -math.inf, math.inf) < math.inf:
+            raise LocalProtocolError(f"{name} must be positive and finite, not {value!r}.")
     fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))

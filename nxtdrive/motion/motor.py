@@ -204,7 +204,11 @@ class Motor:
 
     @property
     def angle(self) -> float:
-        """Angle of the shaft, degrees, since the last `reset_angle`; before the first, by the brick's counter."""
+        """Angle of the shaft, degrees, since the last `reset_angle`; before the first, by the brick's counter.
+
+        The counter begins again when a program is started or ends, and when the brick is switched off; use
+        `reset_angle` then.
+        """
         return self._sign * sample(self._link, self._output).angles_deg[0] - self._zero
 
     def reset_angle(self, angle_deg: float = 0.0) -> None:

@@ -365,6 +365,8 @@ def test_speeds_are_settings(lab):
         ({"left": "B", "right": "B"}, "port B"),
         ({"ultrasonic": 1, "touch": 1}, "port 1"),
         ({"wheel_diameter_mm": 0}, "wheel_diameter_mm"),
+        ({"wheel_diameter_mm": math.inf}, "wheel_diameter_mm"),
+        ({"axle_track_mm": math.inf}, "axle_track_mm"),
         ({"axle_track_mm": -112}, "axle_track_mm"),
         ({"wheel_mismatch_percent": 30}, "wheel_mismatch_percent"),
         ({"turn_slip_percent": math.nan}, "turn_slip_percent"),
