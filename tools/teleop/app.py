@@ -16,6 +16,7 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, Static
 
 from firmware_protocol.printable import printable
+from nxtdrive.motion.lease import stopping_on_error
 
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
@@ -229,8 +230,9 @@ class Teleop(App[None]):
     def _drive(self) -> None:
         """Run the pilot; only this thread uses the brick."""
         try:
-            while not (self._leaving.is_set() or self._stopped()):
-                self._view = self._pilot.step()
+            with stopping_on_error(self._pilot.stop):
+                while not (self._leaving.is_set() or self._stopped()):
+                    self._view = self._pilot.step()
             self._pilot.stop()
         except Exception as error:  # noqa: BLE001 - it ends the program, which raises it
             self.failure = error

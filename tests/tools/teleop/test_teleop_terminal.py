@@ -9,9 +9,12 @@ from contextlib import suppress
 
 import pytest
 
+from firmware_protocol.direct import GetOutputState
+from firmware_protocol.enums import OutputPort
 from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
+from nxtdrive.tools.teleop.spotter import TurnSpotter
 from nxtdrive.tools.teleop.terminal import LastingStream
 
 PATIENCE = 400
@@ -185,6 +188,32 @@ def test_a_defect_of_the_pilot_ends_it_too(teleop, monkeypatch):
 
     _play(app, play)
     assert isinstance(app.failure, ZeroDivisionError)
+
+
+def test_a_detector_that_breaks_while_it_drives_stops_the_robot(room):
+    from nxtdrive.tools.teleop.app import Teleop
+
+    class Blind:
+        def look(self, target):
+            if driven:
+                raise ZeroDivisionError("a detector's bug")
+
+    _, brick = room()
+    driven = []
+    controls = Controls(300.0, 120.0)
+    controls.steer(0.0, 0.0, math.inf)
+    controls.steer(0.0, 1.0, math.inf)  # never old
+    pilot = Pilot(brick, brick.rover(), controls, TurnSpotter(Blind(), "lena"))
+    pilot.step()
+    driven.append(brick.request(GetOutputState(OutputPort.B)).power)
+    app = Teleop(pilot, controls, brick.now, "sim://")
+
+    async def play(screen):
+        await _until(screen, lambda: app.failure is not None)
+
+    _play(app, play)
+    assert driven[0] > 0
+    assert brick.request(GetOutputState(OutputPort.B)).power == 0
 
 
 def test_without_a_terminal_it_says_so(capsys):
