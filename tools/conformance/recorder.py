@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from firmware_protocol import direct, system
 from firmware_protocol.catalog import AnyCommand
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import LinkError, LinkTimeout
+from firmware_protocol.errors import LinkTimeout, NXTError
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER, REQUEST_HEADER, Kind
 from nxtdrive.brick import STOPPING_S
@@ -184,12 +184,13 @@ def converse(
 
 
 def stop(transport: Transport) -> None:
-    """Stop a program that runs on the brick, and all motors; does nothing if the link is lost."""
+    """Stop a program that runs on the brick, and all motors, as far as the link allows; its errors are ignored."""
     partner = TransportPartner(transport)
-    with suppress(LinkError):
+    with suppress(NXTError):
         running, _ = partner.exchange(direct.GetCurrentProgramName().encode())
         if running[REPLY_HEADER - 1 : REPLY_HEADER] == bytes([Status.OK]):
             partner.exchange(direct.StopProgram().encode())
+    with suppress(NXTError):
         transport.send(braked(OutputPort.ALL).encode(want_reply=False))
         transport.sleep(STOPPING_S)
         transport.send(coasting(OutputPort.ALL).encode(want_reply=False))

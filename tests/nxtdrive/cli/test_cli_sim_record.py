@@ -9,7 +9,7 @@ import pytest
 from firmware_protocol.catalog import ALL_COMMANDS, DESTRUCTIVE
 from firmware_protocol.direct import SetProperty
 from firmware_protocol.enhanced import RenameFile, SetInterpreterState
-from firmware_protocol.errors import LinkLost
+from firmware_protocol.errors import LinkLost, RemoteProtocolError
 from firmware_protocol.system import SetBrickName
 from nxtdrive.cli.main import DONE, LINK_LOST, SIGNALLED, USAGE, main
 from nxtdrive.tools.conformance.recorder import Privacy, TransportPartner, ask_identity, converse
@@ -232,9 +232,26 @@ class Lost(SimTransport):
         super().send(telegram)
 
 
+class Garbled(SimTransport):
+    """From the fourth reply on bytes arrive that are no telegrams."""
+
+    received = 0
+
+    def receive(self, timeout_s):
+        Garbled.received += 1
+        if Garbled.received >= 4:
+            raise RemoteProtocolError("a telegram of 0 bytes was announced")
+        return super().receive(timeout_s)
+
+
 @pytest.mark.parametrize(
     ("kind", "code", "kept"),
-    [(SimTransport, DONE, 9), (Interrupted, SIGNALLED + signal.SIGINT, 8), (Lost, LINK_LOST, 6)],
+    [
+        (SimTransport, DONE, 9),
+        (Interrupted, SIGNALLED + signal.SIGINT, 8),
+        (Lost, LINK_LOST, 6),
+        (Garbled, LINK_LOST, 6),
+    ],
 )
 def test_the_motors_stop_at_the_end_and_what_was_recorded_is_kept(kind, code, kept, script):
     simulation = Simulation("open")
