@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from firmware_protocol.errors import BrickBusy, BrickError, LinkError, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BrickBusy, BrickError, LinkError, LocalProtocolError, NXTError, RemoteProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.system import (
     Close,
@@ -257,7 +257,7 @@ class Files:
         try:
             yield handle
         except BaseException:
-            with suppress(LinkError, BrickError):
+            with suppress(NXTError):
                 self._close(handle)
             raise
         self._close(handle)

@@ -296,6 +296,23 @@ def test_every_handle_is_closed_whatever_happens(files):
     assert not files.exists("half.bin")
 
 
+def test_an_interrupt_is_not_replaced_by_a_damaged_reply_when_the_handle_is_closed():
+    class Damaged(SimTransport):
+        length = 64
+
+        def receive(self, timeout_s):
+            telegram = super().receive(timeout_s)
+            return telegram and telegram[: self.length]
+
+    def interrupt(done, total):
+        transport.length = 2
+        raise KeyboardInterrupt
+
+    transport = Damaged(Simulation("open"))
+    with Brick(transport) as brick, pytest.raises(KeyboardInterrupt):
+        brick.files.read(SETTINGS_FILE, interrupt)
+
+
 def test_nothing_is_deleted_while_a_download_is_open(watched):
     """Its sectors would be given to the next file."""
     brick, transport = watched
