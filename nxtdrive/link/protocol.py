@@ -16,7 +16,7 @@ R = TypeVar("R", bound=Reply)
 
 
 class RequestLink(Protocol):
-    """Requests, commands and the link's clock.
+    """Requests, commands, locks and the link's clock.
 
     Attributes:
         transport: The transport in use; replaced on reconnection.
@@ -52,10 +52,6 @@ class RequestLink(Protocol):
         """Number of telegrams that arrived without belonging to a request."""
         ...
 
-
-class SensorLink(RequestLink, Protocol):
-    """Requests, and locks."""
-
     def lock(self) -> Lock:
         """Make a lock that may be held during a request; not reentrant."""
         ...
@@ -87,7 +83,7 @@ class MotorLink(RequestLink, Protocol):
         ...
 
 
-class RoverLink(MotorLink, SensorLink, Protocol):
+class RoverLink(MotorLink, Protocol):
     """Motors and sensors, and a brick that stays awake."""
 
     def keep_alive(self) -> None:

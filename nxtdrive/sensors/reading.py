@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
-from nxtdrive.link.protocol import SensorLink
+from nxtdrive.link.protocol import RequestLink
 
 T = TypeVar("T")
 
@@ -40,7 +40,7 @@ class Measuring(ABC, Generic[T]):
 
     quantity: ClassVar[str]
     unit: ClassVar[str] = ""
-    link: SensorLink
+    link: RequestLink
 
     @property
     @abstractmethod
