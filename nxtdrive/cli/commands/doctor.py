@@ -38,6 +38,8 @@ EXAMPLES = """\
   nxtdrive doctor --fix-udev
   nxtdrive doctor --fix-udev --install"""
 
+BRICK = "brick"
+"""Topic of findings about the brick as a whole."""
 MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Go on?"
 
 
@@ -72,8 +74,8 @@ def run(args: argparse.Namespace) -> int:
     examination = _Examination(args, mission)
     findings: list[Finding] = []
     for finding in examination.findings():
-        if any(finding.text == known.text for known in findings):  # opening the brick finds missing parts a second time
-            continue
+        if finding.topic == BRICK and any(finding.text == known.text for known in findings):
+            continue  # opening the brick finds missing parts a second time
         findings.append(finding)
         if not args.json:
             _print(finding)
@@ -126,7 +128,7 @@ class _Examination:
         except (AddressError, ConfigError):
             raise
         except NXTError as error:
-            yield problem("brick", error.args[0], error.remedy or "Switch the brick off and on again.")
+            yield problem(BRICK, error.args[0], error.remedy or "Switch the brick off and on again.")
 
     def _opened(self, brick: Brick, *, own_camera: bool) -> Iterator[Finding]:
         from nxtdrive.tools.doctor import brick as patient

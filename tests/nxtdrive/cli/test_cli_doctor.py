@@ -8,13 +8,15 @@ import pytest
 import usb.backend.libusb1
 import usb.core
 
-from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
+from nxtdrive.cli.main import DONE, NO_BRICK, NOT_ACHIEVED, USAGE, main
 from nxtdrive.host import access
 from nxtdrive.host.access import UDEV_RULE
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.doctor import brick as patient
 from nxtdrive.tools.doctor import computer, finding, udev
+from nxtdrive.transports.sim import SimTransport, shared
 from sim_backend.firmware.motors.bench_motor import BenchMotor
+from sim_backend.simulation import Simulation
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="udev and bluetoothctl are Linux's")
 
@@ -329,3 +331,14 @@ def test_long_findings_are_wrapped_below_each_other_and_commands_stay_whole():
     assert all(line.startswith(f"{finding.INDENT}   ") for line in shown[2:])
     assert sum(command in line for line in shown) == 2
     assert len(finding.lines(made, None)) == 3
+
+
+def test_each_motor_that_does_not_turn_is_a_problem_of_its_own(capsys):
+    simulation = Simulation("open")
+    for port in "BC":
+        simulation.brick.attach_motor(port, BenchMotor(locked=True))
+    with shared("stuck", lambda: SimTransport(simulation)) as address:
+        code, report, findings = _examine(capsys, "--nxt", address, "--wiggle", "--yes")
+    assert (code, report["problems"]) == (NOT_ACHIEVED, 2)
+    assert [findings[f"motor {port}"]["text"] for port in "BC"] == ["does not turn."] * 2
+    assert {f"sensor {port}" for port in range(1, 5)} <= findings.keys()
