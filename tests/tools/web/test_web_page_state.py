@@ -165,6 +165,28 @@ def test_a_stop_without_a_connection_is_sent_when_there_is_one_again(browser, te
     assert _sent(browser, "stop") == [{"type": "stop"}]
 
 
+@pytest.mark.parametrize(("since_ms", "times"), [(0, 2), (2000, 1), (60000, 1)])
+def test_a_stop_is_sent_again_when_nothing_shows_that_it_had_arrived(browser, tell, since_ms, times):
+    browser.find_element(By.ID, "stop").click()
+    browser.execute_script(f"const now = performance.now; performance.now = () => now.call(performance) + {since_ms}")
+    if since_ms < 60000:
+        tell(STATE)  # it may have been under way before the stop, unless it comes much later
+    browser.execute_script("cut()")
+    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
+    browser.execute_async_script("setTimeout(arguments[0], 100)")
+    assert _sent(browser, "stop") == times * [{"type": "stop"}]
+
+
+def test_a_stop_that_was_released_is_not_sent_again(browser, tell):
+    browser.find_element(By.ID, "stop").click()
+    tell({**STATE, "stopped": True})
+    browser.find_element(By.ID, "stop").click()
+    browser.execute_script("cut()")
+    WebDriverWait(browser, 10).until(lambda page: page.execute_script("return sockets.length") == 2)
+    browser.execute_async_script("setTimeout(arguments[0], 100)")
+    assert _sent(browser, "stop") == [{"type": "stop"}]
+
+
 def test_the_command_key_lets_go_of_held_keys(browser, tell):
     for key in ("{code: 'KeyW', key: 'w'}", "{code: 'MetaLeft', key: 'Meta', metaKey: true}"):  # macOS: no keyup of W
         browser.execute_script(

@@ -2,6 +2,8 @@
 
 const RETRY_MS = 1000;
 const STOPS = ["stop", "stop_all"]; // requests that hold however late they arrive
+// what comes the first time after a stop shows that the connection was still there; a lost one closes within the second
+const ARRIVED_MS = 1000, CLOSES_MS = 30000;
 export const FRAME = 1, GRID = 2, BELIEF = 3;
 
 export class Connection {
@@ -9,6 +11,7 @@ export class Connection {
     this.listeners = new Map();
     this.ended = false;
     this.unsent = null;
+    this.stop = null; // sent, but perhaps into a connection that was lost already
     this.open();
   }
 
@@ -18,6 +21,8 @@ export class Connection {
   }
 
   send(message) {
+    if (STOPS.includes(message.type)) this.stop = { message, at: performance.now() };
+    if (message.type.startsWith("release")) this.stop = null;
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
     else if (STOPS.includes(message.type)) this.unsent = message;
   }
@@ -34,9 +39,13 @@ export class Connection {
       if (this.unsent) this.send(this.unsent);
       this.unsent = null;
     };
-    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data));
+    this.socket.onmessage = ({ data }) => {
+      if (this.stop && performance.now() - this.stop.at > ARRIVED_MS) this.stop = null;
+      return typeof data === "string" ? this.text(JSON.parse(data)) : this.image(data);
+    };
     this.socket.onclose = () => {
       if (this.ended) return;
+      if (this.stop && performance.now() - this.stop.at < CLOSES_MS) this.unsent = this.stop.message;
       this.tell("closed", {});
       setTimeout(() => this.reopen(), RETRY_MS);
     };
