@@ -82,10 +82,6 @@ class MotorLink(RequestLink, Protocol):
         """Cancel the timer that `repeat` or `send_at` started under `name`."""
         ...
 
-
-class RoverLink(MotorLink, Protocol):
-    """Motors and sensors, and a brick that stays awake."""
-
     def keep_alive(self) -> None:
         """Keep the brick from switching itself off."""
         ...
