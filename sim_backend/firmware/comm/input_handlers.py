@@ -93,7 +93,7 @@ class InputHandlers:
         status, channel = self._low_speed.status(command.port), self._low_speed.channels[command.port]
         ready = channel.ready
         if status in (Status.OK, Status.PENDING):
-            return reply_with(direct.LSData(ready, channel.fetch()), Status.OK if ready else status)
+            return reply_with(direct.LSData(ready, channel.fetch(ready)), Status.OK if ready else status)
         return HandlerResult(status, bytes([ready]) + bytes(max(direct.LS_LIMIT - ready, 0)))
 
     def _exists(self, port: int) -> bool:

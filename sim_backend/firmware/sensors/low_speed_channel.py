@@ -105,10 +105,11 @@ class Channel:
         self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
         self.bus.stop()
 
-    def fetch(self) -> bytes:
-        """Take the bytes waiting."""
-        first, count = self.rx_out, self.ready
-        self.rx_out = self.rx_in
+    def fetch(self, count: int) -> bytes:
+        """Take so many of the bytes waiting."""
+        first = self.rx_out
+        if count:
+            self.rx_out = (first + count) % BUFFER
         return bytes(self.rx[(first + i) % BUFFER] for i in range(min(count, BUFFER)))  # the map may announce more
 
     def take(self) -> None:
@@ -177,8 +178,9 @@ class Channel:
     def _finish(self, received: bytes) -> None:
         ring = bytearray(self.rx)
         for byte in received:
-            ring[self.rx_in % BUFFER] = byte
-            self.rx_in = (self.rx_in + 1) % BUFFER
+            if self.rx_in < BUFFER:  # the map may point behind the ring
+                ring[self.rx_in] = byte
+            self.rx_in = self.rx_in + 1 if self.rx_in + 1 < BUFFER else 0
         self.rx = bytes(ring)
         if received:
             self.received = len(received)

@@ -133,7 +133,8 @@ def _ls_read(call: Call) -> None:
         call.put(0, Status.CHANNEL_INVALID)
         return
     status, channel = bus.status(port), bus.channels[port]
-    call.put_bytes(2, channel.fetch()[:wanted] if wanted <= channel.ready else b"")
+    readable = status in (Status.OK, Status.PENDING)
+    call.put_bytes(2, channel.fetch(min(wanted, channel.ready)) if readable else b"")
     call.put(0, status)
 
 
