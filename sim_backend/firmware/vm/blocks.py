@@ -82,6 +82,8 @@ class Block:
             return self.quick(left) if left >= self.longest else self.exact(left)
         at, following, compiler = -1, self._start, self._compiler
         while at < following < self._end and left > 0:
+            if at >= 0 and not compiler.try_at(following, self._end):
+                break  # the next block fails there, at its beginning
             at = following
             following, left = compiler.step(at, self._end)(left)
             if compiler.memory.work_left <= 0:

@@ -23,6 +23,8 @@ from sim_backend.firmware.vm.machine import QUEUE_CHANGED, Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
 _SIGN = 0x8000_0000
+_SHORT_CALL = 2
+"""Words of the short form of CALL."""
 
 
 def _target(machine: Machine, instruction: Instruction) -> int:
@@ -168,11 +170,13 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
     """Run another clump, and continue when it returns; a clump that calls itself continues."""
     clump, caller = instruction.arguments
     at = _caller_at(machine, caller)
+    short = instruction.following - instruction.at == _SHORT_CALL
 
     def run() -> int:
         if at is not None:
             machine.memory.store(Type.UBYTE, at, machine.queue.first)
-        machine.note_call(machine.queue.first, clump & 0xFF)
+        if not short:
+            machine.note_call(machine.queue.first, clump & 0xFF)
         machine.suspend(instruction.following)
         machine.queue.append(clump & 0xFF)
         return END_TURN
