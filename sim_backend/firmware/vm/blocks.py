@@ -82,10 +82,12 @@ class Block:
             return self.quick(left) if left >= self.longest else self.exact(left)
         at, following, compiler = -1, self._start, self._compiler
         while at < following < self._end and left > 0:
-            if at >= 0 and not compiler.try_at(following, self._end):
-                break  # the next block fails there, at its beginning
             at = following
-            following, left = compiler.step(at, self._end)(left)
+            try:
+                following, left = compiler.step(at, self._end)(left)
+            except FAILURES:
+                compiler.failed_at = at
+                raise
             if compiler.memory.work_left <= 0:
                 break
         return following, left
@@ -156,6 +158,7 @@ class Compiler:
 
     Attributes:
         operands: See `__init__`.
+        failed_at: Word of the instruction that failed; None if there was none, or if it was compiled.
     """
 
     def __init__(
@@ -175,6 +178,7 @@ class Compiler:
         """
         self._code, self._decode, self._translate, self.operands = code, decode, translate, operands
         self.memory = operands.names["memory"]
+        self.failed_at: int | None = None
         self._steps: dict[int, Run] = {}
         self._translated: dict[int, tuple[Instruction, Translation]] = {}
 
@@ -189,7 +193,9 @@ class Compiler:
             ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError: There is
                 no instruction at the word.
         """
+        self.failed_at = start
         self._at(start, end)
+        self.failed_at = None
         return Block(start, end, self)
 
     def _at(self, at: int, end: int) -> tuple[Instruction, Translation]:

@@ -144,6 +144,8 @@ class Machine:
             self._run_turns(self._timing.instructions if most is None else most)
         except FAILURES as failure:
             self.error = error_code(failure)
+            if self.dialect.runs_past_end and self._compiler.failed_at is not None:
+                self.task.pc = self._compiler.failed_at  # others show where the turn began
             return Outcome.ERROR
         return Outcome.OK if self._stopped or not (self.runs or self._exists(self._sleeping.first)) else None
 
@@ -235,12 +237,8 @@ class Machine:
         task = self.task
         if pc >= task.end:  # the first instruction after a start or a wait runs wherever it is
             return self._compiler.block(pc, pc + (pc == task.pc))
-        try:
-            block = task.blocks[pc] = self._compiler.block(pc, task.end)
-        except FAILURES:
-            task.pc = pc
-            raise
-        return block
+        task.blocks[pc] = self._compiler.block(pc, task.end)
+        return task.blocks[pc]
 
     def _check_suspended(self, task: Task) -> None:
         """Check the end of a clump that was just suspended, or stopped the program."""
