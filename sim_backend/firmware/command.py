@@ -312,7 +312,7 @@ class CommandModule:
     def _show_clumps(self) -> None:
         """Write the places of the program's clumps into the pool."""
         if self._machine and self._records:
-            self._records.show(self._machine.tasks, self._machine.sleeping, self.breakpoints)
+            self._records.show(self._machine.tasks, self.breakpoints)
 
     def _refuse(self, fault: Fault) -> None:
         if self._handle is None:

@@ -7,7 +7,7 @@ section 8.1.
 from __future__ import annotations
 
 import struct
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from sim_backend.firmware.module import NEVER
@@ -85,9 +85,7 @@ class ClumpRecords:
                 pool[at + record.points - 1] = NO_CLUMP  # it has called none
                 self._show_points(at + record.points, NO_BREAKPOINTS)
 
-    def show(
-        self, tasks: Sequence[Task], sleeping: Collection[int], points: Sequence[Sequence[tuple[int, int]]]
-    ) -> None:
+    def show(self, tasks: Sequence[Task], points: Sequence[Sequence[tuple[int, int]]]) -> None:
         """Write where the clumps are, when they wake, and their breakpoints."""
         record = self._format
         for task, clump in zip(tasks, self._program.clumps, strict=True):
@@ -96,8 +94,7 @@ class ClumpRecords:
             if record.compares is not None and task.compares:
                 self._pool[at + record.compares] &= ~1
             if record.wake is not None and task.wake_ms != NEVER:
-                wakes = task.wake_ms - 1 if task.number in sleeping else 0
-                struct.pack_into("<I", self._pool, at + record.wake, wakes)
+                struct.pack_into("<I", self._pool, at + record.wake, task.wake_ms - 1 & _ADDRESS_MASK)
         if record.points is not None:
             for number, each in enumerate(points):
                 self._show_points(number * self._layout.clump + record.points, each)

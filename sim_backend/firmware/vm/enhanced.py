@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from sim_backend.firmware.vm import aggregates
 from sim_backend.firmware.vm.data import ERR_INSTR, Data, Place, ProgramError
 from sim_backend.firmware.vm.enhanced_numbers import BINARY, UNARY, multiply_divide, summary
+from sim_backend.firmware.vm.flow import end_clump, start_clump
 from sim_backend.firmware.vm.instructions import MANY, Instruction, Next, Translation, sized_arguments
-from sim_backend.firmware.vm.machine import Machine, Translate
+from sim_backend.firmware.vm.machine import QUEUE_CHANGED, Machine, Translate
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.printf import printed
 from sim_backend.firmware.vm.rxe import Type
@@ -50,12 +51,17 @@ def _wait_for(machine: Machine, instruction: Instruction) -> Next:
 
 def _start(machine: Machine, instruction: Instruction) -> Next:
     """Start a clump that does not run."""
-    return Next(lambda: machine.start(instruction.arguments[0] & 0xFF, instruction.following))
+    return Next(lambda: start_clump(machine, instruction.arguments[0] & 0xFF, instruction.following))
 
 
 def _stop_clump(machine: Machine, instruction: Instruction) -> Next:
-    """End a clump where it is."""
-    return Next(lambda: machine.halt(instruction.arguments[0] & 0xFF, instruction.following))
+    """End a clump wherever it is; the current one continues until the end of its turn."""
+
+    def run() -> int:
+        end_clump(machine, instruction.arguments[0] & 0xFF)
+        return QUEUE_CHANGED - instruction.following
+
+    return Next(run)
 
 
 def _priority(machine: Machine, instruction: Instruction) -> Translation:

@@ -146,19 +146,42 @@ def _acquire(machine: Machine, instruction: Instruction) -> Next:
 def _release(machine: Machine, instruction: Instruction) -> Next:
     """Give a mutex to the first clump that waits for it."""
     mutex, data, following = instruction.arguments[0], machine.data, instruction.following
-    pool, base = machine.memory.pool, machine.memory.base
 
     def run() -> int:
-        at = data.entry(mutex).data
-        waiting = _waiting(machine, at)
-        pool[base + (at & 0xFFFF)] = number = waiting.first
-        if number == NO_CLUMP:
-            return following
-        waiting.remove(number)
-        machine.queue.append(number)
-        return QUEUE_CHANGED - following
+        return QUEUE_CHANGED - following if _hand_over(machine, data.entry(mutex).data) else following
 
     return Next(run)
+
+
+def _hand_over(machine: Machine, mutex: int) -> bool:
+    """Give a mutex to the first clump that waits for it; return whether there is one."""
+    waiting, memory = _waiting(machine, mutex), machine.memory
+    memory.pool[memory.base + (mutex & 0xFFFF)] = number = waiting.first
+    if number == NO_CLUMP:
+        return False
+    waiting.remove(number)
+    machine.queue.append(number)
+    return True
+
+
+def start_clump(machine: Machine, number: int, following: int) -> int:
+    """Start a clump, unless it runs, sleeps, or waits for a mutex; then the turn of the current one begins again."""
+    waits = any(number in _waiting(machine, mutex) for mutex in _mutexes(machine))
+    return following if waits else machine.start(number, following)
+
+
+def end_clump(machine: Machine, number: int) -> None:
+    """End a clump wherever it is, after its mutexes have been given to the clumps that wait for them."""
+    memory, mutexes = machine.memory, _mutexes(machine)
+    for mutex in mutexes:
+        if memory.pool[memory.base + (mutex & 0xFFFF)] == number:
+            _hand_over(machine, mutex)
+    machine.halt(number, [_waiting(machine, mutex) for mutex in mutexes])
+
+
+def _mutexes(machine: Machine) -> list[int]:
+    program = machine.program
+    return [entry.data for entry in program.variables[: program.header.variables] if entry.type == Type.MUTEX]
 
 
 def _waiting(machine: Machine, mutex: int) -> ClumpQueue:

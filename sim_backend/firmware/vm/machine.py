@@ -7,7 +7,7 @@ Source: LEGO's executable file specification; order and length of turns in docs/
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import IntEnum
 from functools import partial
 
@@ -21,7 +21,7 @@ from sim_backend.firmware.vm.instructions import END_TURN, Instruction, Translat
 from sim_backend.firmware.vm.memory import Memory
 from sim_backend.firmware.vm.operands import Operands
 from sim_backend.firmware.vm.rxe import Program
-from sim_backend.firmware.vm.task import TURN, Task, compares_aggregates, end_of
+from sim_backend.firmware.vm.task import AWAKE, TURN, Task, compares_aggregates, end_of
 
 QUEUE_CHANGED = -2
 """Largest next word of an instruction that changed the queue but not whose turn it is: -2 minus the word."""
@@ -266,15 +266,11 @@ class Machine:
         for number in self._sleeping:
             if self._wake_ms(number) <= self.now_ms - self.lag:
                 self._sleeping.remove(number)
+                self.tasks[number].wake_ms = AWAKE
                 self.queue.append(number)
 
     def _wake_ms(self, number: int) -> int:
         return self.tasks[number].wake_ms if self._exists(number) else NEVER
-
-    @property
-    def sleeping(self) -> set[int]:
-        """Numbers of the clumps that sleep."""
-        return set(self._sleeping)
 
     @property
     def due_ms(self) -> int:
@@ -363,14 +359,14 @@ class Machine:
         self.task.pc = following
         return END_TURN
 
-    def halt(self, number: int, following: int) -> int:
-        """End a clump that runs or sleeps; the current one continues until the end of its turn."""
-        queue = self.queue if number in self.queue else self._sleeping
-        if number in queue:
-            queue.remove(number)
-            if self._exists(number):
-                self.reset(self.tasks[number])
-        return QUEUE_CHANGED - following
+    def halt(self, number: int, waiting: Iterable[ClumpQueue]) -> None:
+        """End a clump that runs, sleeps, waits in one of some queues, or for the return of another one."""
+        found = next((queue for queue in (self.queue, self._sleeping, *waiting) if number in queue), None)
+        if found:
+            found.remove(number)
+        if self._exists(number):
+            self.reset(self.tasks[number])
+            self.tasks[number].wake_ms = AWAKE
 
     def set_turn(self, number: int, instructions: int) -> None:
         """Set how many instructions a turn of a clump has, at least one."""

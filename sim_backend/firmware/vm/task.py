@@ -13,6 +13,9 @@ from sim_backend.firmware.vm.rxe import Clump, Program, Type
 TURN = 20
 """Largest number of instructions of a turn, unless the program changes it."""
 
+AWAKE = 1
+"""Pass in which a clump continues that does not sleep: before any program."""
+
 _COMPARE, _BRANCH_IF = 0x11, 0x26
 
 
@@ -23,7 +26,7 @@ class Task:
         number: Number of the clump.
         pc: Index of the next word of code.
         end: The word from which on there is no instruction.
-        wake_ms: Pass in which a sleeping one continues, `NEVER` if it never slept.
+        wake_ms: Pass in which a sleeping one continues, `AWAKE` after that, `NEVER` if it never slept.
         turn: Largest number of instructions of its turn.
         compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
         misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
