@@ -370,8 +370,11 @@ class Machine:
 
     def set_turn(self, number: int, instructions: int) -> None:
         """Set how many instructions a turn of a clump has, at least one."""
-        if self._exists(number & 0xFF):
-            self.tasks[number & 0xFF].turn, self.spins = max(instructions & 0xFF, 1), frozenset()
+        number, layout = number & 0xFF, self.memory.layout
+        if self._exists(number):
+            self.memory.pool[number * layout.clump + layout.fire_count + 2] = turn = instructions & 0xFF
+            self.tasks[number].turn = max(turn, 1)
+            self.spins = frozenset()
 
     def queue_at(self, ends: bytearray | None = None, at: int = 0) -> ClumpQueue:
         """Return a queue of clumps, whose first and last one are in two bytes, new ones by default."""
