@@ -104,6 +104,7 @@ class CommandModule:
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = self._tick_lag = 0
+        self._executes = False
         self._written_tick: int | None = None
         self._written_at = 0
 
@@ -146,13 +147,20 @@ class CommandModule:
 
     @property
     def tick(self) -> int:
-        """Milliseconds since power-on, 32 bits; the pass of an abort counts once a program runs for a whole pass."""
-        return self._clock.now_ms - self._tick_lag & 0xFFFF_FFFF
+        """Milliseconds since power-on, 32 bits, for a program without the present pass.
+
+        The pass of an abort counts once a program runs for a whole pass.
+        """
+        if self._executes and self._written_tick is not None:
+            return self._written_tick
+        return self._clock.now_ms - self._executes - self._tick_lag & 0xFFFF_FFFF
 
     @tick.setter
     def tick(self, tick: int) -> None:
         if tick != self.tick:
             self._tick_lag, self._written_tick = 1, tick if self._dialect.abort_stops_tick else None
+            if self._executes and self._machine and self._written_tick is not None:
+                self._machine.lag = self._clock.now_ms - 1 - tick
             self.wake()
 
     @property
@@ -327,7 +335,9 @@ class CommandModule:
         if self._tick_lag:  # clumps wake up by a written Tick, and sleep from it on, in this pass
             written = self._written_tick
             machine.lag = self._tick_lag if written is None else now_ms - 1 - written
+        self._executes = True
         outcome = machine.run(now_ms, most)
+        self._executes = False
         if self._tick_lag:
             self._catch_up(machine, runs_on=outcome is None and machine.runs)
         if outcome is None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from sim_backend.firmware.cint import s32
 from sim_backend.firmware.vm import bulk
 from sim_backend.firmware.vm.bulk import Again
 from sim_backend.firmware.vm.data import AGGREGATES, ERR_ARG, Data, Place, ProgramError
@@ -204,8 +205,7 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
     data.memory.spend(1)
     kinds = data.kind(left.entry), data.kind(right.entry)
     if kinds[0] not in AGGREGATES:  # of an array or cluster on the right, 0 counts
-        a, b = data.get(left.entry, left.offset), data.get(right.entry, right.offset)
-        a, b = comparable(a, kinds[0], b, kinds[1])
+        a, b = comparable(*_whole(data, left), *_whole(data, right))
         return None if a == b else COMPARISONS[relation](a, b)
     if kinds[0] != kinds[1]:
         raise ProgramError(ERR_ARG, "an array is compared with something else")
@@ -222,6 +222,12 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
     if len(first) == len(second):
         return None
     return COMPARISONS[relation](len(first), len(second))
+
+
+def _whole(data: Data, place: Place) -> tuple[int, int]:
+    """Return a scalar and its type as a comparison as a whole takes them: a float for an integer with a sign."""
+    kind, value = data.kind(place.entry), data.integer(place.entry, place.offset)
+    return (s32(value), Type.SLONG) if kind == Type.FLOAT else (value, kind)
 
 
 def comparable(left: Number, left_kind: int, right: Number, right_kind: int) -> tuple[Number, Number]:

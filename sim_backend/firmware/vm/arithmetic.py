@@ -22,6 +22,8 @@ _RELATIONS = ("<", ">", "<=", ">=", "==", "!=")
 _SYMBOLS = {scalars.ADD: "+", scalars.SUB: "-", scalars.MUL: "*", scalars.AND: "&", scalars.OR: "|", scalars.XOR: "^"}
 """Operations whose low bits do not depend on the signs."""
 
+_SIGN = 0x8000_0000
+
 
 def _kinds(machine: Machine, instruction: Instruction) -> list[int]:
     return [machine.data.kind(argument) for argument in instruction.arguments]
@@ -41,10 +43,26 @@ def _comparable(machine: Machine, left: int, right: int) -> tuple[str, str]:
     return _unsigned(machine, left), _unsigned(machine, right)
 
 
-def comparison(machine: Machine, relation: int, left: int, right: int) -> str:
+def _comparison(machine: Machine, relation: int, left: int, right: int) -> str:
     """Return the expression of whether a comparison of two scalars holds."""
     first, second = _comparable(machine, left, right)
     return related(first, relation, second)
+
+
+def whole_comparison(machine: Machine, relation: int, left: int, right: int) -> str:
+    """Return the same for a jump, which takes floats for integers with a sign."""
+    operands, kinds = machine.operands, (machine.data.kind(left), machine.data.kind(right))
+    if Type.FLOAT not in kinds:
+        return _comparison(machine, relation, left, right)
+    first, second = operands.integer(left), operands.integer(right)
+    if all(kind in (*SIGNED, Type.FLOAT) for kind in kinds):
+        return related(as_signed(first), relation, as_signed(second))
+    return related(f"({first} & 0xFFFFFFFF)", relation, f"({second} & 0xFFFFFFFF)")
+
+
+def as_signed(value: str) -> str:
+    """Return the expression of the low 32 bits of an integer as a number with a sign."""
+    return f"(({value} + {_SIGN} & 0xFFFFFFFF) - {_SIGN})"
 
 
 def related(left: str, relation: int, right: str) -> str:
@@ -120,7 +138,7 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
     target, left, right = (Place(argument) for argument in instruction.arguments)
     holds = COMPARISONS[relation]
     if operands.scalars(*instruction.arguments):
-        statement = operands.assignment(target.entry, comparison(machine, relation, left.entry, right.entry), 0, 1)
+        statement = operands.assignment(target.entry, _comparison(machine, relation, left.entry, right.entry), 0, 1)
         if statement:
             return statement
 

@@ -131,7 +131,7 @@ def _build(data: Data, arguments: tuple[int, ...], *, copies: bool) -> None:
     number = 0
     for source, all_ in zip(sources, whole, strict=True):
         count = data.array(source).length if all_ else 1
-        if all_ and copies and aggregates.same_scalars(data, target.entry + 1, source.entry + 1):
+        if all_ and copies and aggregates.same_integers(data, target.entry + 1, source.entry + 1):
             own = data.array(target)
             data.memory.write(own.offset + number * own.element, data.numbers_of(source))
         else:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
-from sim_backend.firmware.vm.arithmetic import comparison, related
+from sim_backend.firmware.vm.arithmetic import as_signed, related, whole_comparison
 from sim_backend.firmware.vm.clump_queue import NO_CLUMP, ClumpQueue
 from sim_backend.firmware.vm.data import NONE, Place, ProgramError
 from sim_backend.firmware.vm.instructions import (
@@ -22,7 +22,6 @@ from sim_backend.firmware.vm.instructions import (
 from sim_backend.firmware.vm.machine import QUEUE_CHANGED, Machine, Translate
 from sim_backend.firmware.vm.rxe import Type
 
-_SIGN = 0x8000_0000
 _SHORT_CALL = 2
 """Words of the short form of CALL."""
 
@@ -43,7 +42,7 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
     if machine.task.misses:
         return Next(_astray(machine, instruction))
     if machine.operands.scalars(left, right):
-        return Branch(comparison(machine, relation, left, right), target, following)
+        return Branch(whole_comparison(machine, relation, left, right), target, following)
     data, first, second = machine.data, Place(left), Place(right)
     forgives = machine.dialect.forgives_comparisons and relation in HOLD_FOR_EQUALS
 
@@ -59,16 +58,18 @@ def _branch_if(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _astray(machine: Machine, instruction: Instruction) -> Step:
-    """Return a conditional jump that, if not made, leads as far from its target as the turn began from the clump."""
-    relation, end = instruction.flags, len(machine.program.code)
-    target = instruction.at + s16(instruction.arguments[0])
+    """Return a conditional jump that, if not made, leads as far from its target as the turn began from the clump.
+
+    The distance of the target then counts without a sign.
+    """
+    relation, end, distance = instruction.flags, len(machine.program.code), instruction.arguments[0]
     left, right = (Place(argument) for argument in instruction.arguments[1:])
     start = machine.program.clumps[machine.task.number].start
 
     def run() -> int:
         holds = compare(machine.data, relation, left, right)
-        word = target if holds else target - (machine.turn_start - start)
-        return word if 0 <= word < end else end
+        word = instruction.at + (s16(distance) if holds else distance - (machine.turn_start - start))
+        return word if word >= 0 else end
 
     return run
 
@@ -76,7 +77,7 @@ def _astray(machine: Machine, instruction: Instruction) -> Step:
 def _branch_test(machine: Machine, instruction: Instruction) -> Branch:
     value = machine.operands.integer(instruction.arguments[1])
     if machine.data.kind(instruction.arguments[1]) in (Type.ULONG, Type.FLOAT):  # taken as a number with a sign
-        value = f"(({value} + {_SIGN} & 0xFFFFFFFF) - {_SIGN})"
+        value = as_signed(value)
     condition = related(value, instruction.flags, "0")
     return Branch(condition, _target(machine, instruction), instruction.following)
 

@@ -228,9 +228,9 @@ class Machine:
                 pc = QUEUE_CHANGED - pc
                 excess = max(0, left - (left - most) % task.turn)
                 left, most = left - excess, most - excess
+        task.pc, self.calculates = pc, block.calculates
         if pc >= task.end:
             raise ProgramError(ERR_INSTR, "a clump ran past its end")
-        task.pc, self.calculates = pc, block.calculates
         return most - left, False
 
     def _block(self, pc: int) -> Block:

@@ -263,8 +263,6 @@ def _parse(content: bytes, types: bytes) -> Program:
         raise BadProgram(Fault.CLUMP_COUNT, "no clumps, or too many")
     if not header.words:
         raise BadProgram(Fault.NO_CODE, "no code")
-    if not header.variables:
-        raise BadProgram(Fault.SIZES, "no variables")
     at = _HEADER.size
     whole = content[at : at + (len(content) - at) // _VARIABLE.size * _VARIABLE.size]
     variables = tuple(
