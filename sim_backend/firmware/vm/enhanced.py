@@ -126,11 +126,15 @@ def _summarize(data: Data, operation: int, target: int, part: _Part) -> None:
 
 
 def _sort(data: Data, _: int, target: int, part: _Part) -> None:
-    values = sorted(part.values(data))
+    values = part.values(data)
     if data.kind(target) == Type.ARRAY:
         data.resize(Place(target), len(values))
-        for element, value in zip(data.parts(Place(target)), values, strict=True):
-            data.put(element.entry, value, element.offset)
+        places = data.parts(Place(target))
+        for place, value in zip(places, values, strict=True):
+            data.put(place.entry, value, place.offset)
+        stored = sorted(data.get(place.entry, place.offset) for place in places)
+        for place, value in zip(places, stored, strict=True):
+            data.put(place.entry, value, place.offset)
 
 
 def _write_in_case(data: Data, operation: int, target: int, part: _Part) -> None:

@@ -30,6 +30,7 @@ _PAST_INTEGER = re.compile(rb"\D*\d+")
 """Pattern of the number when the firmware looks for its end, from where the reading began."""
 
 _MIN_S32, _MAX_S32 = -(1 << 31), (1 << 31) - 1
+_MOST = 0xFFFF
 _FIXED_LIMIT = 16
 """Largest number of characters of a float with a fixed number of decimals."""
 
@@ -143,19 +144,19 @@ def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder])
 def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
     data, operands = machine.data, machine.operands
     target, source, index, length = instruction.arguments[:4]
-    find, put, resize, pool = data.finder(source), data.writer(target), data.resizer(target), data.memory.pool
+    find, put, pool = data.finder(source), data.writer(target), data.memory.pool
 
     def cut(first: int, wanted: int) -> None:
         at, size = find()
-        if not size:
-            resize(0)
+        if not size:  # its length less 1 is 65535; the bytes are undefined
+            put(bytes(min(wanted, _MOST - first) + 1 & _MOST))
             return
         begin, end = at + first, at + size - 1
         put(pool[begin : end if end - begin < wanted else begin + wanted] + b"\0")
 
     first, wanted = (
         ("0" if index == NONE else f"{operands.integer(index)} & 65535"),
-        ("65535" if length == NONE else f"{operands.integer(length)} & 65535"),
+        (str(_MOST) if length == NONE else f"{operands.integer(length)} & 65535"),
     )
     name = operands.function(f"cut_{instruction.at}", cut)
     return Effect((f"{name}({first}, {wanted})",), Ports.NOTHING, takes_time=True)
