@@ -142,8 +142,8 @@ def _compare(machine: Machine, instruction: Instruction) -> Translation:
         if statement:
             return statement
 
-    def each(_: int, a: float, a_kind: int, b: float, b_kind: int) -> int:
-        return int(holds(*comparable(a, a_kind, b, b_kind)))
+    def each(kind: int, a: float, a_kind: int, b: float, b_kind: int) -> int:
+        return int(holds(a, b) if kind == Type.FLOAT else holds(*comparable(a, a_kind, b, b_kind)))
 
     def run() -> None:
         if data.is_aggregate(target.entry) or data.is_aggregate(left.entry) != data.is_aggregate(right.entry):
