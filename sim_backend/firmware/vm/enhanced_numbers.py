@@ -12,6 +12,7 @@ from sim_backend.firmware.vm.numbers import SIGNED, Number, single
 from sim_backend.firmware.vm.rxe import Type, size_of
 
 _BITS = 32
+_END_S64 = 1 << 63
 _U32 = (1 << _BITS) - 1
 _SIGNED_RANGE, _UNSIGNED_RANGE = (-(1 << _BITS - 1), (1 << _BITS - 1) - 1), (0, _U32)
 _GREATEST = float.fromhex("0x1.fffffep127")
@@ -189,9 +190,11 @@ UNARY: Mapping[int, Unary] = {
 
 
 def multiply_divide(factor: int, other: int, divisor: int) -> int:
-    """Return a product of 64 bits divided by a number; unsigned, 0 if the divisor is 0."""
-    divisor &= _U32
-    return (factor & _U32) * (other & _U32) // divisor if divisor else 0
+    """Return the product of two unsigned numbers, as 64 bits with a sign, divided towards 0 by a third, or 0 by 0."""
+    product, divisor = (factor & _U32) * (other & _U32), divisor & _U32
+    if not divisor:
+        return 0
+    return product // divisor if product < _END_S64 else -((2 * _END_S64 - product) // divisor)
 
 
 def summary(operation: int, values: Sequence[Number], kind: int) -> Number:
