@@ -59,8 +59,13 @@ def _put(content: bytearray, at: int, value: int) -> None:
         struct.pack_into("<H", content, at, value & 0xFFFF)
 
 
+def _variable(random: Random, parts: _Parts) -> int:
+    """Draw the number of a variable; the first one is named where the program has none."""
+    return random.randrange(max(parts.numbers[0], 1))
+
+
 def _number(random: Random, parts: _Parts) -> int:
-    return random.choice((random.choice(_ODD), random.getrandbits(16), *[random.randrange(parts.numbers[0])] * 2))
+    return random.choice((random.choice(_ODD), random.getrandbits(16), *[_variable(random, parts)] * 2))
 
 
 def _flip(random: Random, _: _Parts, content: bytearray) -> None:
@@ -82,7 +87,7 @@ def _change_header(random: Random, parts: _Parts, content: bytearray) -> None:
 
 
 def _change_variable(random: Random, parts: _Parts, content: bytearray) -> None:
-    at = _TABLE + _ENTRY * random.randrange(parts.numbers[0])
+    at = _TABLE + _ENTRY * _variable(random, parts)
     if at + _ENTRY > len(content):
         return
     part = random.random()
