@@ -152,7 +152,8 @@ class FileRunner:
         return unread and self._keys.read_button() is not None
 
     def end_message(self) -> None:
-        """End the message about the end of a file in this pass."""
+        """End the message about the end of a file in this pass, by a key."""
+        self._keys.click()
         self._registers.next_step_ms = self._message_ends_ms = self._clock.now_ms
 
     def show_menu(self) -> None:

@@ -242,13 +242,11 @@ class UiModule:
         elif not (registers.is_on or registers.runs_file or warning.shown):
             self._start_by_key(now_ms)
         elif files.takes_button():
-            self._keys.click()
             files.end_message()
         elif warning.takes_key():
             self._close_warning(now_ms)
         elif files.shows_message and registers.button and not self._keys.held:
             registers.button = 0  # it counts even if it is disabled
-            self._keys.click()
             files.end_message()
 
     def _start_by_key(self, now_ms: int) -> None:
