@@ -10,7 +10,7 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from sim_backend.scenarios.room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder
+from sim_backend.scenarios.room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder, point_from
 from sim_backend.scenarios.rooms import add_boxes, furnished
 
 PLAIN = "plain"
@@ -129,12 +129,9 @@ def _kidnapped(builder: RoomBuilder) -> None:
 def _soft_things(builder: RoomBuilder) -> None:
     for box in builder.boxes:
         box["absorbs"] = builder.random.random() < 0.7
-    at, along = builder.place(850.0), math.radians(builder.between(0, 180))
+    at, along_deg = builder.place(850.0), builder.between(0, 180)
     half_mm = builder.between(300, 600)
-    ends = [
-        (round(at[0] + side * half_mm * math.cos(along), 1), round(at[1] + side * half_mm * math.sin(along), 1))
-        for side in (-1, 1)
-    ]
+    ends = [point_from(at, along_deg, side * half_mm) for side in (-1, 1)]
     builder.walls.append({"from_mm": ends[0], "to_mm": ends[1], "absorbs": True})
 
 

@@ -127,10 +127,9 @@ def inhabit(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
     rooms = builder.random.sample(flat.rooms, len(flat.rooms))
     hung = rooms[: len(builder.targets)]
     for target, room in zip(builder.targets, hung, strict=True):
-        others = [picture["at_mm"] for picture in builder.pictures.values()]
         while True:  # a thin wall may be all that is between two targets
             at, inward = room.place_at_wall(builder, builder.between(60.0, 150.0), 400.0)
-            if all(math.dist(at, other) >= APART_MM for other in others):
+            if builder.is_apart(at, APART_MM):
                 break
         builder.add_picture(target, at, inward + builder.between(-20.0, 20.0))
     for number, room in enumerate(flat.rooms):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from random import Random
 from typing import Final
 
@@ -69,7 +68,7 @@ def _distractor(random: Random) -> RoomBuilder:
     names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
     for name in names:
         at, facing = builder.place_at_wall()
-        while min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) < APART_MM:
+        while not builder.is_apart(at, APART_MM):
             at, facing = builder.place_at_wall(corner_mm=350.0)
         builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
     builder.extras = Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))

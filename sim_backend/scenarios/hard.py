@@ -16,7 +16,7 @@ from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
 from sim_backend.scenarios.handicaps import APART_MM
 from sim_backend.scenarios.layouts import generate_layout
 from sim_backend.scenarios.realities import REALITIES
-from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator, point_from
 from sim_backend.scenarios.rooms import ROOMS, furnished
 
 THREE = ("lena", "rilakkuma", "fox")
@@ -90,7 +90,7 @@ def _many_lookalikes(random: Random) -> RoomBuilder:
     for name, file in files.items():  # those of one picture would be mistaken for each other, too
         while True:
             at, facing = builder.place_at_wall(corner_mm=350.0)
-            if min(math.dist(at, picture["at_mm"]) for picture in builder.pictures.values()) >= APART_MM:
+            if builder.is_apart(at, APART_MM):
                 break
         builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
@@ -145,12 +145,11 @@ def _moving(random: Random) -> RoomBuilder:
     builder = furnished(random, 2800.0, 3800.0)
     taken = [picture["at_mm"] for picture in builder.pictures.values()]
     for target in builder.targets:
-        (x, y), facing_deg = builder.pictures[target]["at_mm"], builder.pictures[target]["facing_deg"]
-        across = math.radians(facing_deg + 90.0)
+        start, facing_deg = builder.pictures[target]["at_mm"], builder.pictures[target]["facing_deg"]
         for _ in range(RIDES):
             reach = builder.between(300, 800) * random.choice((-1, 1))
-            end = (round(x + reach * math.cos(across), 1), round(y + reach * math.sin(across), 1))
-            others = (at for at in taken if at != (x, y))
+            end = point_from(start, facing_deg + 90.0, reach)
+            others = (at for at in taken if at != start)
             inside = all(150.0 <= at <= side - 150.0 for at, side in zip(end, builder.size_mm, strict=True))
             if inside and all(math.dist(end, other) >= APART_MM for other in others):
                 break
@@ -160,7 +159,7 @@ def _moving(random: Random) -> RoomBuilder:
         ride = {"times": 0, "picture": target, "speed_mm_s": builder.between(20, 60)}
         away = {"name": f"{target} rides away", "when": {"at_s": 0, "delay_s": (10, 20)}}
         back = {"name": f"{target} rides back", "when": {"after_end_of": away["name"], "delay_s": (2, 8)}}
-        builder.events += [{**away, **ride, "to_mm": end}, {**back, **ride, "to_mm": (x, y)}]
+        builder.events += [{**away, **ride, "to_mm": end}, {**back, **ride, "to_mm": start}]
     return builder
 
 

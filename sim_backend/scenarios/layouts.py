@@ -6,12 +6,12 @@ import math
 from itertools import pairwise
 from random import Random
 
+from sim_backend.scenarios.flats import CORRIDOR_MM
 from sim_backend.scenarios.floor_plan import Point
-from sim_backend.scenarios.room_builder import APART_MM, RoomBuilder
+from sim_backend.scenarios.room_builder import RoomBuilder, point_from
 from sim_backend.scenarios.rooms import room
 
 DOOR_MM = 750.0
-CORRIDOR_MM = (1000.0, 1300.0)
 LEG_MM, TABLE_MM, TABLE_HEIGHT_MM = 60.0, (1100.0, 700.0), 720.0
 """Width of a table's legs, the distances between their middles, and their height. The top is above robot and camera."""
 PARTITION_HEIGHTS_MM = (150.0, 900.0, 1300.0)
@@ -26,17 +26,19 @@ def generate_layout(random: Random) -> RoomBuilder:
 def _six_walls(random: Random) -> RoomBuilder:
     """Generate a room with six walls, none of them parallel to an axis, and a stool somewhere."""
     builder = room(random, 4400.0, 5000.0)
-    middle, radius = _middle(builder), min(builder.size_mm) / 2 - 100.0
+    (width, depth), radius = builder.size_mm, min(builder.size_mm) / 2 - 100.0
+    middle = width / 2, depth / 2
     turn = builder.between(8, 22)
-    corners = [_from(middle, turn + 60.0 * i, radius) for i in range(6)]
+    corners = [point_from(middle, turn + 60.0 * i, radius) for i in range(6)]
     for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
         _wall(builder, start, end)
     for target, side in zip(builder.targets, random.sample(range(6), 2), strict=True):
         outward = turn + 60.0 * side + 30.0
-        at = _from(middle, outward, radius * math.cos(math.radians(30.0)) - builder.between(60, 150))
+        at = point_from(middle, outward, radius * math.cos(math.radians(30.0)) - builder.between(60, 150))
         builder.add_picture(target, at, outward - 180.0 + builder.between(-20, 20))
-    _box(builder, "stool", _from(middle, builder.between(0, 360), builder.between(600, 1200)), (350.0, 350.0), 450.0)
-    _start(builder, _from(middle, builder.between(0, 360), builder.between(0, 800)))
+    stool = point_from(middle, builder.between(0, 360), builder.between(600, 1200))
+    _box(builder, "stool", stool, (350.0, 350.0), 450.0)
+    _start(builder, point_from(middle, builder.between(0, 360), builder.between(0, 800)))
     return builder
 
 
@@ -55,13 +57,8 @@ def _corner(random: Random) -> RoomBuilder:
     builder.add_picture(
         second, (width - 120.0, builder.between(across, depth - 500.0)), 180.0 + builder.between(-20, 20)
     )
-    _box(
-        builder,
-        "bin",
-        (builder.between(1500, inner - 600.0), random.choice((150.0, across - 150.0))),
-        (220.0, 220.0),
-        300.0,
-    )
+    at = builder.between(1500, inner - 600.0), random.choice((150.0, across - 150.0))
+    _box(builder, "bin", at, (220.0, 220.0), 300.0)
     _start(builder, (600.0, across / 2))
     return builder
 
@@ -73,11 +70,11 @@ def _tables(random: Random) -> RoomBuilder:
     for table, (x, y) in enumerate([(0.3, 0.28), (0.7, 0.28), (0.3, 0.72), (0.7, 0.72)]):
         at, facing = (width * x, depth * y), builder.between(-20, 20)
         for leg, (along, aside) in enumerate([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
-            side = _from(at, facing, along * TABLE_MM[0] / 2)
-            place = _from(side, facing + 90.0, aside * TABLE_MM[1] / 2)
+            side = point_from(at, facing, along * TABLE_MM[0] / 2)
+            place = point_from(side, facing + 90.0, aside * TABLE_MM[1] / 2)
             _box(builder, f"leg {leg} of table {table}", place, (LEG_MM, LEG_MM), TABLE_HEIGHT_MM, facing)
         for chair in range(random.randint(0, 2)):
-            place = _from(at, facing + random.choice((-90.0, 90.0)), 600.0)
+            place = point_from(at, facing + random.choice((-90.0, 90.0)), 600.0)
             _box(builder, f"chair {chair} of table {table}", place, (300.0, 300.0), 430.0)
     builder.hang_targets()
     builder.put_robot()
@@ -90,11 +87,11 @@ def _open_office(random: Random) -> RoomBuilder:
     width, depth = builder.size_mm
     for _ in range(5):
         at, facing, half = builder.place(900.0), builder.between(0, 180), builder.between(400, 800)
-        wall = _wall(builder, _from(at, facing, -half), _from(at, facing, half))
-        wall["height_mm"] = random.choice(PARTITION_HEIGHTS_MM)
+        ends = point_from(at, facing, -half), point_from(at, facing, half)
+        _wall(builder, *ends, height_mm=random.choice(PARTITION_HEIGHTS_MM))
     for sofa, y in enumerate((400.0, depth - 400.0)):
-        _box(builder, f"sofa {sofa}", (builder.between(1000, width - 1000.0), y), (1600.0, 700.0), 700.0, 0.0)
-        builder.boxes[-1]["absorbs"] = True
+        at = builder.between(1000, width - 1000.0), y
+        _box(builder, f"sofa {sofa}", at, (1600.0, 700.0), 700.0, 0.0, absorbs=True)
     at_wall, free = builder.targets
     builder.add_picture(at_wall, *builder.place_at_wall())
     builder.add_picture(free, builder.place(1200.0), builder.between(0, 360))
@@ -106,42 +103,19 @@ def _two_doors(random: Random) -> RoomBuilder:
     """Generate two rooms with two doors between them, of which a crate blocks one."""
     builder = room(random, 4400.0, 5600.0)
     width, depth = builder.size_mm
-    x, doors = (
-        round(width * random.uniform(0.4, 0.6), 1),
-        [depth * random.uniform(0.15, 0.35), depth * random.uniform(0.65, 0.85)],
-    )
+    x = round(width * random.uniform(0.4, 0.6), 1)
+    doors = [depth * random.uniform(0.15, 0.35), depth * random.uniform(0.65, 0.85)]
     edges = [0.0, *(door + side * DOOR_MM / 2 for door in doors for side in (-1, 1)), depth]
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         _wall(builder, (x, start), (x, end))
     _box(builder, "crate", (x, random.choice(doors)), (400.0, 550.0), 400.0, 0.0)
-    for target in builder.targets:
-        while True:
-            at, facing = builder.place_at_wall(400.0)
-            apart = all(math.dist(at, other["at_mm"]) >= APART_MM for other in builder.pictures.values())
-            if at[0] > x + 300.0 and apart:
-                break
-        builder.add_picture(target, at, facing)
+    builder.hang_targets(400.0, beyond_x_mm=x + 300.0)
     _start(builder, (builder.between(400, x - 400.0), builder.between(400, depth - 400.0)))
     return builder
 
 
-def _middle(builder: RoomBuilder) -> Point:
-    return builder.size_mm[0] / 2, builder.size_mm[1] / 2
-
-
-def _from(at_mm: Point, direction_deg: float, distance_mm: float) -> Point:
-    """Return the point at a distance in a direction."""
-    direction = math.radians(direction_deg)
-    return (
-        round(at_mm[0] + distance_mm * math.cos(direction), 1),
-        round(at_mm[1] + distance_mm * math.sin(direction), 1),
-    )
-
-
-def _wall(builder: RoomBuilder, start_mm: Point, end_mm: Point) -> dict[str, object]:
-    wall: dict[str, object] = {"from_mm": start_mm, "to_mm": end_mm}
-    builder.walls.append(wall)
-    return wall
+def _wall(builder: RoomBuilder, start_mm: Point, end_mm: Point, **more: float) -> None:
+    builder.walls.append({"from_mm": start_mm, "to_mm": end_mm, **more})
 
 
 def _box(
@@ -151,11 +125,12 @@ def _box(
     size_mm: tuple[float, float],
     height_mm: float,
     facing_deg: float | None = None,
+    **more: bool,
 ) -> None:
     """Add a box; its direction is random unless it is given."""
     facing = builder.between(0, 90) if facing_deg is None else facing_deg
     builder.boxes.append(
-        {"name": name, "at_mm": at_mm, "size_mm": size_mm, "height_mm": height_mm, "facing_deg": facing}
+        {"name": name, "at_mm": at_mm, "size_mm": size_mm, "height_mm": height_mm, "facing_deg": facing, **more}
     )
 
 

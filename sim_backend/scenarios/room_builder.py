@@ -103,22 +103,25 @@ class RoomBuilder:
             **more,
         }
 
-    def hang_targets(self, corner_mm: float = 600.0) -> None:
-        """Add the targets near walls, at least `APART_MM` from each other."""
+    def is_apart(self, at_mm: Point, apart_mm: float) -> bool:
+        """Return whether a point is at least this far from all pictures."""
+        return all(math.dist(at_mm, picture["at_mm"]) >= apart_mm for picture in self.pictures.values())
+
+    def hang_targets(self, corner_mm: float = 600.0, beyond_x_mm: float = 0.0) -> None:
+        """Add the targets near walls and to the right of `beyond_x_mm`, at least `APART_MM` from each other."""
         for target in self.targets:
             while True:
                 at, facing = self.place_at_wall(corner_mm)
-                if all(math.dist(at, self.pictures[name]["at_mm"]) >= APART_MM for name in self.pictures):
+                if at[0] > beyond_x_mm and self.is_apart(at, APART_MM):
                     self.add_picture(target, at, facing)
                     break
 
     def put_robot(self, far_mm: float = 1300.0) -> None:
         """Draw the robot's start, at least `far_mm` from the targets if a hundred tries find such a place."""
         self.heading_deg = self.between(0.0, 360.0)
-        targets = [picture["at_mm"] for picture in self.pictures.values()]
         for _ in range(100):
             self.start_mm = self.place(START_MARGIN_MM)
-            if all(math.dist(self.start_mm, at) >= far_mm for at in targets):
+            if self.is_apart(self.start_mm, far_mm):
                 return
 
     def plan(self) -> FloorPlan:
@@ -164,6 +167,12 @@ RoomGenerator = Callable[[Random], RoomBuilder]
 
 Pose = tuple[Point, float]
 """Middle of an object, and its facing in degrees."""
+
+
+def point_from(at_mm: Point, direction_deg: float, distance_mm: float) -> Point:
+    """Return the point at a distance in a direction, rounded to tenths to keep files readable."""
+    (x, y), direction = at_mm, math.radians(direction_deg)
+    return round(x + distance_mm * math.cos(direction), 1), round(y + distance_mm * math.sin(direction), 1)
 
 
 def obstacles(world: WorldFile, boxes: Mapping[str, Pose], pictures: Mapping[str, Pose]) -> Iterator[Obstacle]:
