@@ -88,7 +88,8 @@ def wilson(reached: float, number: float) -> tuple[float, float]:
     share, spread = reached / number, z * z / number
     half = z * math.sqrt((share * (1 - share) + spread / 4) / number)
     middle = share + spread / 2
-    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
+    # rounding must not move an end past the share: for all or none of them they are equal
+    return min(share, max(0.0, (middle - half) / (1 + spread))), max(share, min(1.0, (middle + half) / (1 + spread)))
 
 
 def _resampled(values: NDArray[np.float64]) -> NDArray[np.float64]:

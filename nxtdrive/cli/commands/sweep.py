@@ -128,11 +128,11 @@ def run(args: argparse.Namespace) -> int:
     swept = _sweep(tasks, out, args)
     content = summary(swept, _command(tasks, args))
     write_summary(summary_path(out), content)
+    _tell(swept.lines, swept.eval_s, args)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
         write_plot(swept.lines, args.plot)
-    _tell(swept.lines, swept.eval_s, args)
     return USAGE if _own_broke(swept.lines) else DONE
 
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
@@ -93,6 +95,13 @@ def test_the_interval_of_a_share_is_wilsons(reached, number, low, high):
 def test_a_full_share_has_an_interval_up_to_one():
     low, high = wilson(20, 20)
     assert (low, high) == (pytest.approx(1 - wilson(0, 20)[1]), 1.0)
+
+
+@given(st.integers(1, 2000), st.floats(0.0, 1.0))
+def test_the_interval_of_a_share_holds_the_share(number, share):
+    for reached in (0, round(share * number), number):
+        low, high = wilson(reached, number)
+        assert 0.0 <= low <= reached / number <= high <= 1.0
 
 
 def test_a_plot_says_how_many_missions_on_which_seeds():
