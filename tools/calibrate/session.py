@@ -51,7 +51,7 @@ class Outcome:
     Attributes:
         file: The new robot file.
         lines: Its new values.
-        misfit_px: By how much the markers were missed with what was believed, and with what was measured; None if only
+        misfit_px: By how much the markers were missed with what was believed, and with the new file; None if only
             the motors were calibrated.
         views: Frames in which the sheet was seen.
         remark: What else is to be said of before and after.
@@ -94,7 +94,7 @@ def calibrate(
         robot, power = _motors(brick, camera, robot)
         directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
-    misfit, views = None, 0
+    course, found = None, None
     if {"camera", "wheels", "sonar"} & set(what):
         course = Course(brick, camera, build_rover(brick, robot), robot)
         settled_s = course.drive_all(say)
@@ -102,10 +102,14 @@ def calibrate(
         found = estimate(course.track, robot, before.camera, settled_s)
         check(found, camera.size[0])
         _add(new, what, found, estimate_sonar(course.track, found.values), sheet_height_mm)
-        believed_px = misfit_px(course.track, believed_values(robot, before.camera), found.values)
-        misfit, views = (believed_px, found.residual_px), found.views
     file = described(before, new.tables)
-    return Outcome(file, list(new.lines(before, file)), misfit, views)
+    lines = list(new.lines(before, file))
+    if course is None or found is None:
+        return Outcome(file, lines, None, 0)
+    earlier_px, now_px = (
+        misfit_px(course.track, believed_values(each.robot, each.camera), found.values) for each in (before, file)
+    )
+    return Outcome(file, lines, (earlier_px, now_px), found.views)
 
 
 def identified(brick: Brick, before: RobotFile) -> dict[str, object]:

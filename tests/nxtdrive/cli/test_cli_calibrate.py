@@ -195,6 +195,9 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert file.calibration.missing == []
     assert file.calibration.camera.standard_uncertainty["hfov_deg"] < 0.5
+    assert main(["calibrate", "--json"]) == DONE
+    again_px, _ = json.loads(capsys.readouterr().out)["misfit_px"]
+    assert again_px == pytest.approx(after_px, abs=1)  # the same file in another drive, measured in the same way
 
 
 COLOR = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "green"\n'
