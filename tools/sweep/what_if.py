@@ -9,7 +9,7 @@ docs/evaluation.md.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -298,19 +298,24 @@ def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
         yield _ready(mission, transport.simulation, observers, run)
 
 
-def branch_costs(source: Source, decision: int, candidates: int, futures: int) -> list[list[float]]:
-    """Return what each candidate of a decision costs in each future, in seconds: a row for each candidate.
+def branch_costs(source: Source, decision: int, candidates: Sequence[int], futures: int) -> list[list[float]]:
+    """Return what these candidates of a decision cost in each future, in seconds: a row for each candidate.
 
     The mission is played to the decision once and copied there with its process, where that is possible.
     """
-    branches = list(product(range(candidates), range(futures)))
-    if CAN_FORK and not isinstance(source, RecordedRun):  # whose camera may be a webcam: its thread would be missing
+    branches = list(product(candidates, range(futures)))
+    if _copies(source):
         with Forks() as forks:
             forks.tell(play(source, decision, lambda: Branch(*branches[forks.each(len(branches))])).cost_s(decision))
         costs_s = forks.results
     else:
         costs_s = [play(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
     return [costs_s[first : first + futures] for first in range(0, len(costs_s), futures)]
+
+
+def _copies(source: Source) -> bool:
+    """Return whether the branches of a mission are played by copies of its process."""
+    return CAN_FORK and not isinstance(source, RecordedRun)  # its camera may be a webcam: the thread would be missing
 
 
 def all_costs(
@@ -323,11 +328,20 @@ def all_costs(
         base: How it went.
         futures: For each candidate.
         wanted: Numbers of the decisions.
-        workers: Play them.
+        workers: Play them; without copies each candidate by itself, so that one decision keeps all of them busy.
     """
-    calls = (
-        (number, partial(branch_costs, source, number, len(base.decisions[number].candidates), futures))
-        for number in wanted
-    )
-    for number, future in workers.perform(calls):
-        yield number, future.result()
+    rows: list[list[float]] = []
+    for number, future in workers.perform(_calls(source, base, futures, wanted)):
+        rows += future.result()
+        if len(rows) == len(base.decisions[number].candidates):
+            yield number, rows
+            rows = []
+
+
+def _calls(
+    source: Source, base: Rollout, futures: int, wanted: Iterable[int]
+) -> Iterator[tuple[int, Callable[[], list[list[float]]]]]:
+    for number in wanted:
+        candidates = range(len(base.decisions[number].candidates))
+        for part in [candidates] if _copies(source) else [[each] for each in candidates]:
+            yield number, partial(branch_costs, source, number, part, futures)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from nxtdrive.recording.explanation import what_ifs
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import WHAT_IF
@@ -60,8 +62,8 @@ class Request:
         return numbers
 
 
-def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> dict[str, Any]:
-    """Play a mission and the branches of its decisions.
+def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> Iterator[dict[str, Any]]:
+    """Play a mission and the branches of its decisions; yield each decision with the cost of its candidates.
 
     Args:
         name: As the user named the mission.
@@ -69,9 +71,6 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
         request: Which decisions.
         workers: Play the branches.
         tell: Called with a sentence at each step.
-
-    Returns:
-        The request, and ``decisions`` with the cost of each candidate.
 
     Raises:
         ConfigError: The run cannot be repeated, or has no such decision.
@@ -85,24 +84,27 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
     if isinstance(source, RecordedRun):
         request.numbers(len(source.choices))
     tell(f"{name}: repeating the mission, to find its decisions")
+    begun_s = time.perf_counter()
     base = play(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
+    took_s = time.perf_counter() - begun_s
     if isinstance(source, RecordedRun):
         _check_repeated(name, source.choices, base)
-    wanted, decisions = request.numbers(len(base.decisions)), []
+    wanted = request.numbers(len(base.decisions))
+    branches = request.futures * sum(len(base.decisions[at].candidates) for at in wanted)
+    tell(f"{name}: {number_of(branches, 'mission')} to play; this one took {took_s:.1f} s")
     for done, (at, costs_s) in enumerate(all_costs(source, base, request.futures, wanted, workers), 1):
-        decisions.append(_decision_values(at, base, costs_s))
         tell(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}")
-    return {**request.head(name), "decisions": decisions}
+        yield _decision_values(at, base, costs_s)
 
 
-def keep(folder: Path, result: Mapping[str, Any]) -> None:
-    """Write a result into its run folder, with the decisions that are known from earlier.
+def keep(folder: Path, name: str, decision: Mapping[str, Any]) -> None:
+    """Add a decision to the result in its run folder.
 
     Raises:
         OSError: It cannot be written.
     """
-    known = {**what_ifs(folder), **{each["decision"]: each for each in result["decisions"]}}
-    content = {"run": result["run"], "decisions": [known[at] for at in sorted(known)]}
+    known = {**what_ifs(folder), decision["decision"]: decision}
+    content = {"run": name, "decisions": [known[at] for at in sorted(known)]}
     write_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
 
 

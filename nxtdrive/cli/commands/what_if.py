@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,12 +28,15 @@ what each would have cost: the mean seconds to the targets that were still open.
 candidate is tried in several futures, which differ in their random events. A run of
 a real robot is repeated in a simulated room made from its map. The regret of a decision
 is the cost of its choice beyond that of the best candidate; docs/evaluation.md explains
-how it is estimated without bias."""
+how it is estimated without bias. A decision takes some thirty missions: begin with
+--decision, and with fewer --futures."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100
   nxtdrive what-if flat:7:adaptive --decision 3 --futures 10
   nxtdrive what-if runs/lena-then-rilakkuma-001 --decision 1
   nxtdrive what-if flat:100 before:100 --sample 3 --out regret.jsonl"""
+
+Show = Callable[[str, dict[str, Any]], None]
 
 FUTURES = 6
 NEARLY = "within 3 s of the best"
@@ -89,19 +93,24 @@ def run(args: argparse.Namespace) -> int:
     kept = read_missions(args.out) if args.out else {}
     request = Request(args.decision, args.sample, args.futures)
     results: list[dict[str, Any]] = []
+    show = None if args.json else _show
     with (
         # before minutes of work, which could not be kept
         ResultFile(args.out, remedy="Make room, and repeat the command.") if args.out else nullcontext() as file,
         open_workers(args, "Repeat the command with fewer --workers.") as workers,
     ):
         for name, source in sources.items():
-            known = kept.get(key_of(request.head(name)))
-            result = known or _played(name, source, request, workers)
+            result = kept.get(key_of(request.head(name)))
+            if result is None:
+                result = {**request.head(name), "decisions": list(_played(name, source, request, workers, show))}
+                if file:
+                    file.append(result)
+            elif show:
+                for each in result["decisions"]:
+                    show(name, each)
+            if show and not result["decisions"]:
+                write_line(f"{name}: the mission had no decision")
             results.append(result)
-            if file and not known:
-                file.append(result)
-            if not args.json:
-                _show(name, result["decisions"])
     figures = mean_figures(results)
     if args.json:
         write_json({"runs": results, **figures}, indent=2)
@@ -113,39 +122,39 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _played(name: str, source: Source, request: Request, workers: Workers) -> dict[str, Any]:
-    """Play a mission and its branches, and keep the result in its run folder."""
+def _played(
+    name: str, source: Source, request: Request, workers: Workers, show: Show | None
+) -> Iterator[dict[str, Any]]:
+    """Play a mission and its branches; show each decision and keep it in the run folder once it is known."""
     from nxtdrive.recording.run_folder import WHAT_IF
     from nxtdrive.tools.sweep.what_if import RecordedRun
     from nxtdrive.tools.sweep.what_if_result import examine, keep
 
     if isinstance(source, RecordedRun):
         check_writable(source.path / WHAT_IF, KEEPING)
-    result: dict[str, Any] = examine(name, source, request, workers, lambda text: complain(text, sender=""))
-    if isinstance(source, RecordedRun):
-        with writing(source.path, KEEPING):
-            keep(source.path, result)
-    return result
+    for each in examine(name, source, request, workers, lambda text: complain(text, sender="")):
+        if isinstance(source, RecordedRun):
+            with writing(source.path, KEEPING):
+                keep(source.path, name, each)
+        if show:
+            show(name, each)
+        yield each
 
 
-def _show(name: str, decisions: list[dict[str, Any]]) -> None:
+def _show(name: str, decision: dict[str, Any]) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import failure_words
 
-    console = make_console()
-    for each in decisions:
-        head = f"{name}, {each['decision']}. {each['t']:.1f} s, {each['target']}: {failure_words(each['reason'])}"
-        table = Table(title=Text(printable(head)), title_justify="left")
-        for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
-            table.add_column(column, overflow="fold")
-        for candidate in each["candidates"]:
-            mark = ("> " if candidate["chosen"] else "") + ("best" if candidate["best"] else "")
-            mean, low, high = candidate["cost_s"]
-            table.add_row(mark, Text(printable(candidate["does"])), f"{mean:.1f} [{low:.1f}, {high:.1f}]")
-        console.print(table)
-        write_line(f"regret {each['regret_s']:.1f} s ({each['biased_regret_s']:.1f} s with the bias)")
-    if not decisions:
-        write_line(f"{name}: the mission had no decision")
+    head = f"{name}, {decision['decision']}. {decision['t']:.1f} s, {decision['target']}: "
+    table = Table(title=Text(printable(head + failure_words(decision["reason"]))), title_justify="left")
+    for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
+        table.add_column(column, overflow="fold")
+    for candidate in decision["candidates"]:
+        mark = ("> " if candidate["chosen"] else "") + ("best" if candidate["best"] else "")
+        mean, low, high = candidate["cost_s"]
+        table.add_row(mark, Text(printable(candidate["does"])), f"{mean:.1f} [{low:.1f}, {high:.1f}]")
+    make_console().print(table)
+    write_line(f"regret {decision['regret_s']:.1f} s ({decision['biased_regret_s']:.1f} s with the bias)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
@@ -234,9 +235,9 @@ def test_a_copy_ends_with_the_original():
 @pytest.mark.nightly
 @pytest.mark.skipif(not CAN_FORK, reason="this system repeats the mission for each branch")
 def test_copies_of_the_process_go_on_as_a_repeated_mission_does(monkeypatch):
-    copied = branch_costs(SOURCE, 0, 2, 1)
+    copied = branch_costs(SOURCE, 0, range(2), 1)
     monkeypatch.setattr("nxtdrive.tools.sweep.what_if.CAN_FORK", False)
-    assert branch_costs(SOURCE, 0, 2, 1) == copied
+    assert branch_costs(SOURCE, 0, range(2), 1) == copied
     assert copied[0] != copied[1]
 
 
@@ -330,3 +331,34 @@ def _records():
 def test_anything_that_is_not_a_run_is_refused(name, capsys):
     assert main(["what-if", name]) == 2
     assert "neither a run folder" in capsys.readouterr().err
+
+
+class _InterruptedAt(io.StringIO):
+    """A standard error at which Ctrl-C is pressed as soon as it has these words."""
+
+    def __init__(self, words):
+        super().__init__()
+        self._words = words
+
+    def write(self, text):
+        super().write(text)
+        if self._words in self.getvalue():
+            raise KeyboardInterrupt
+        return len(text)
+
+
+@pytest.mark.nightly
+def test_decisions_that_are_done_are_shown_and_kept_when_ctrl_c_ends_the_command(tmp_path, capsys, monkeypatch):
+    mission = tmp_path / "absent.toml"
+    mission.write_text('[mission]\ntargets = ["sunset"]\ntime_limit_s = 60\nprofile = "thesis"\n')
+    with mission.open("a") as file:
+        file.write('[target.sunset]\ndetector = "picture"\npictures = ["sunset.png"]\n')
+    main(["run", str(mission), "--nxt", "sim://", "--camera", "geometric", "--no-video", "--out", str(tmp_path)])
+    (folder,) = tmp_path.glob("*-001")
+    capsys.readouterr()
+    monkeypatch.setattr("sys.stderr", _InterruptedAt("decision 2 is done"))
+    assert main(["what-if", str(folder), "--futures", "2", "--workers", "1"]) == 130
+    assert "12 missions to play" in sys.stderr.getvalue()
+    assert "regret" in capsys.readouterr().out
+    (kept,) = json.loads((folder / "what-if.json").read_text())["decisions"]
+    assert kept["decision"] == 1
