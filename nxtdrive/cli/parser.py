@@ -45,7 +45,16 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401 - argparse's
         """Parse, and remember the arguments for error messages."""
         self._given = list(sys.argv[1:] if args is None else args)
-        return super().parse_known_args(args, namespace)
+        found, left = super().parse_known_args(args, namespace)
+        lists = [action for action in self._get_positional_actions() if action.nargs in ("+", "*")]
+        if lists and left and not any(word.startswith("-") for word in left):
+            # argparse fills a list from one place: in `A --json B` it leaves B over
+            try:
+                getattr(found, lists[0].dest).extend(self._get_values(lists[0], left))
+            except argparse.ArgumentError as error:
+                self.error(str(error))
+            left = []
+        return found, left
 
     def reject(self, unknown: Sequence[str]) -> NoReturn:
         """Refuse the arguments that are left over, suggesting options."""

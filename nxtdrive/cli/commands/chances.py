@@ -149,13 +149,16 @@ def _show(found: Iterable[Prediction]) -> None:
     """Print the chances of each choice, and how often it succeeded."""
     from rich.table import Table
 
+    from behaviors.recoveries import RECOVERIES
+
     groups: dict[str, list[Prediction]] = {}
     for each in found:
         groups.setdefault(each.choice, []).append(each)
-    table = Table("choice", "number", "chance", "succeeded")
+    table = Table("choice", "number", "predicted chance", "succeeded")
     for choice, group in sorted(groups.items()):
         chance, true = (
             sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)
         )
-        table.add_row(choice, str(len(group)), f"{chance:.2f}", f"{true:.2f}")
+        label = RECOVERIES[choice].label if choice in RECOVERIES else choice
+        table.add_row(label, str(len(group)), f"{chance:.2f}", f"{true:.2f}")
     make_console().print(table)

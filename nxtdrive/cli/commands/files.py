@@ -15,7 +15,7 @@ from firmware_protocol.errors import BrickError, ConfigError, LocalProtocolError
 from firmware_protocol.status import Status
 from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
-from nxtdrive.cli.main import DONE, USAGE, exit_code
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, exit_code
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
@@ -107,6 +107,7 @@ def _rm(args: argparse.Namespace, brick: Brick) -> int:
         names = [entry.name for entry in brick.files.ls(pattern)] if wild else [pattern]
         if not names:
             complain(f"no file on the brick matches {pattern}; {LISTED}")
+            code = code or NOT_ACHIEVED
         for name in names:
             try:
                 _check_deletion(name, force=args.force)

@@ -88,8 +88,8 @@ def _turn(args: argparse.Namespace, brick: Brick) -> int:
 
 def _stop(args: argparse.Namespace, brick: Brick) -> int:
     ports: list[MotorPort] = args.ports or list(MOTOR_PORTS)
-    for port in ports:
-        brick.motor(port).brake()
+    for motor in [brick.motor(port) for port in ports]:  # no motor is braked if a port is wrong
+        motor.brake()
     if args.json:
         write_json({"stopped": ports})
     else:

@@ -38,7 +38,7 @@ def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
     runs = [_run(tmp_path / f"run-{number}", number > 1) for number in range(4)]
     out = tmp_path / "chances.json"
     assert main(["chances", *runs, "--out", str(out)]) == DONE
-    assert "rescan" in capsys.readouterr().out
+    assert "look again" in capsys.readouterr().out  # as the run itself printed it
     kept = json.loads(out.read_text())
     assert kept["counts"] == {"rescan/0.15/never_seen/0": [2, 2]}
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from nxtdrive.cli.main import DONE, REFUSED, USAGE, main
+from nxtdrive.cli.main import DONE, NOT_ACHIEVED, REFUSED, USAGE, main
 from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.transports.trace_file import read_trace
 from sim_backend.firmware.files.flash import File
@@ -56,7 +56,7 @@ def test_put_sends_what_get_would_fetch(brick, capsys):
 def test_rm_deletes_by_pattern(capsys):
     assert main(["files", "rm", "--force", "*.sys", "--nxt", "sim://open"]) == DONE
     assert capsys.readouterr().out == "deleted NVConfig.sys\n"
-    assert main(["files", "rm", "*.txt", "--nxt", "sim://open"]) == DONE
+    assert main(["files", "rm", "*.txt", "--nxt", "sim://open"]) == NOT_ACHIEVED
     assert "no file on the brick matches *.txt" in capsys.readouterr().err
     assert main(["files", "rm", "none.txt", "--nxt", "sim://open"]) == REFUSED
     assert capsys.readouterr().err == (

@@ -5,6 +5,10 @@ import json
 import pytest
 
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.transports.trace_file import read_trace
+
+SET_OUTPUT_A = bytes([0x00, 0x04, 0])
+"""How the request begins, with a reply, that sets the motor on port A."""
 
 
 def _answer(capsys):
@@ -43,3 +47,18 @@ def test_a_negative_angle_may_be_written_as_any_number(capsys):
 def test_a_port_without_a_motor_is_refused(capsys):
     assert main(["motor", "stop", "D", "--nxt", "sim://"]) == USAGE
     assert "not a motor port" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("ports", "code", "braked"), [(["A", "Q"], USAGE, 0), (["A"], DONE, 1)])
+def test_no_motor_is_stopped_if_a_port_is_wrong(ports, code, braked, tmp_path):
+    trace = tmp_path / "stop.nxttrace"
+    assert main(["motor", "stop", *ports, "--nxt", "sim://", "--trace", str(trace)]) == code
+    assert sum(each.request[:3] == SET_OUTPUT_A for each in read_trace(trace).exchanges()) == braked
+
+
+def test_a_list_may_go_on_after_an_option(capsys):
+    assert main(["motor", "stop", "A", "--json", "c", "--nxt", "sim://"]) == DONE
+    assert _answer(capsys) == {"stopped": ["A", "C"]}
+    with pytest.raises(SystemExit):
+        main(["motor", "stop", "A", "--json", "--jsn", "C"])
+    assert "unrecognized arguments: --jsn C" in capsys.readouterr().err
