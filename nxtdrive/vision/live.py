@@ -23,6 +23,8 @@ from nxtdrive.vision.frames import as_frame
 log = logging.getLogger(__name__)
 
 REOPEN_AFTER_S = 0.5
+STALE_S = 3.0
+"""A frame of this age is no picture of what the camera sees now, even if none has come since: its driver hangs."""
 CLOSE_WITHIN_S = 2.0
 END_WITHIN_S = 3.0
 """How long the program's end waits for a driver that hangs."""
@@ -93,13 +95,14 @@ class LiveCamera:
         return self._size
 
     def read(self, timeout_s: float) -> Frame:
-        """Return the latest frame; see `Camera.read`."""
+        """Return the latest frame, none from before a stall; see `Camera.read`."""
+        oldest_s = self._clock.now() - STALE_S
         with self._news:
-            self._news.wait_for(self._has_news, timeout_s)
-            if self._latest is None or not self._has_news():
+            frame = self._news.wait_for(lambda: self._fresh(oldest_s), timeout_s)
+            if frame is None:
                 raise CameraError(f"{self._name} gave no frame for {timeout_s:g} s.", remedy=self._remedy)
-            self._given = self._latest.index
-            return self._latest
+            self._given = frame.index
+            return frame
 
     def on_frame(self, observer: Callable[[Frame], None]) -> None:
         """Call `observer` with every further frame, in the camera's own thread; it must return quickly.
@@ -118,8 +121,10 @@ class LiveCamera:
         self._closing.set()
         return self._ended.wait(within_s)
 
-    def _has_news(self) -> bool:
-        return self._latest is not None and self._latest.index > self._given
+    def _fresh(self, oldest_s: float) -> Frame | None:
+        """Return the latest frame if it has not been given yet and is not older than that."""
+        frame = self._latest
+        return frame if frame is not None and frame.index > self._given and frame.time_s >= oldest_s else None
 
     def _run(self) -> None:
         try:

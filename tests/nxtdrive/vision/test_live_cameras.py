@@ -305,6 +305,20 @@ def test_a_webcam_that_cannot_be_opened_is_reported(mocker):
         open_camera("3", clock=WallClock())
 
 
+def test_a_frame_from_before_a_stall_is_not_given(mocker, clock):
+    webcam = Webcam()
+    mocker.patch("cv2.VideoCapture", side_effect=[webcam])
+    webcam.deliver(1)
+    camera = open_camera("0", clock=clock)
+    clock.sleep(4)  # its driver hangs, and nothing reads the one frame that there is
+    with pytest.raises(CameraError, match=r"gave no frame for 0.1 s"):
+        camera.read(0.1)
+    webcam.deliver(1)
+    assert camera.read(2.0).time_s == clock.now()
+    webcam.unplug()
+    camera.close()
+
+
 def test_a_webcam_whose_driver_hangs_is_reported(mocker):
     hanging = Webcam()
     mocker.patch("cv2.VideoCapture", side_effect=[hanging])
