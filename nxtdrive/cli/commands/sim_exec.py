@@ -113,8 +113,19 @@ def _start(program: Sequence[str], environ: Mapping[str, str]) -> subprocess.Pop
 
 
 def _pass_on(child: subprocess.Popen[bytes], number: int) -> None:
-    """Forward a signal to the program, unless the terminal has already sent it."""
+    """Forward a signal to the program, except a Ctrl-C, which the terminal sends to both."""
     import signal
 
-    if number != signal.SIGINT:
+    if number != signal.SIGINT or not _in_foreground():
         child.send_signal(number)
+
+
+def _in_foreground() -> bool:
+    """Return whether a Ctrl-C typed at a terminal reaches this process and its children."""
+    if sys.platform == "win32":
+        return True
+    try:
+        with open("/dev/tty", "rb") as terminal:
+            return os.tcgetpgrp(terminal.fileno()) == os.getpgrp()
+    except OSError:
+        return False

@@ -117,18 +117,21 @@ def test_a_pulled_cable_is_a_missing_device(execute, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_signal_reaches_the_program():
-    program = """
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_that_no_terminal_sent_reaches_the_program(number):
+    program = f"""
 import signal, sys
-signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # one that comes before sigwait stays pending
+signal.pthread_sigmask(signal.SIG_BLOCK, [{number:d}])  # one that comes before sigwait stays pending
 print("up", flush=True)
-signal.sigwait([signal.SIGTERM])
+signal.sigwait([{number:d}])
 sys.exit(5)
 """
     command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "exec", "--", sys.executable, "-c", program]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as execution:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
+    ) as execution:
         assert execution.stdout.readline() == "up\n"
-        execution.terminate()
+        execution.send_signal(number)
         execution.communicate(timeout=30)
     assert execution.returncode == 5
 
