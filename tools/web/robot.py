@@ -37,6 +37,8 @@ SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 SLICE_S = 0.005
 """A simulated robot sleeps in slices of this time, so that a message of the driver is handled at once."""
 RETRY_S = 0.5
+CLOSE_S = 5.0
+"""How long closing waits for the robot's thread; a brick that does not answer stops its motors itself."""
 BEEP = (880, 600)
 """Hertz and milliseconds."""
 
@@ -90,12 +92,15 @@ class Robot:
             raise error
 
     def close(self) -> None:
-        """End a running mission, stop the motors, close brick and camera; allowed before it is open."""
+        """End a running mission, stop the motors, close brick and camera; allowed before it is open.
+
+        Waits at most `CLOSE_S`; then it may still be `alive`.
+        """
         self._closing.set()
         self.stop_mission()
         self._news.set()
         if self._thread.is_alive():
-            self._thread.join(5.0)
+            self._thread.join(CLOSE_S)
 
     def drive(self, ahead: float, aside: float) -> None:
         """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread."""

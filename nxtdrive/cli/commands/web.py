@@ -37,6 +37,7 @@ EXAMPLES = """\
   nxtdrive web --classroom examples/classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
+ENDED = "ended; motors off"
 EVERYWHERE = "0.0.0.0"  # noqa: S104 - only with --lan, and behind a PIN
 ELSEWHERE = ("192.0.2.1", 9)
 """An address for documentation (RFC 5737): the route to it gives this computer's own address; nothing is sent."""
@@ -63,13 +64,13 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.web.access import Pin
 
     serve = _serve_classroom if args.classroom else _serve_robot
-    serve(args, Pin() if args.lan else None)
-    print_line("ended; motors off")
+    busy = serve(args, Pin() if args.lan else None)
+    print_line(f"ended; no answer from {', '.join(busy)}, whose brick stops its motors itself" if busy else ENDED)
     return DONE
 
 
-def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
-    """Serve the page of one robot."""
+def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
+    """Serve the page of one robot; return its name if it could not be closed."""
     from nxtdrive.mission.files import ROBOT_FILE, read_mission_file, robot_file_of
     from nxtdrive.tools.web.app import Server, serve
     from nxtdrive.tools.web.calibration import Calibrations
@@ -98,10 +99,11 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> None:
         serve(server, robot, listener, lambda: _announce(listener.getsockname()[1], pin))
     if robot.failure:
         raise robot.failure
+    return ["the robot"] if robot.alive else []
 
 
-def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
-    """Serve the pages of a classroom.
+def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> list[str]:
+    """Serve the pages of a classroom; return the names of the robots that could not be closed.
 
     Raises:
         ConfigError: The classroom's file has mistakes.
@@ -127,6 +129,7 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> None:
         suppress(KeyboardInterrupt),
     ):
         serve_classroom(ClassroomServer(classroom, pin), listener, lambda: _announce(listener.getsockname()[1], pin))
+    return [station.entry.name for station in classroom.stations if station.alive]
 
 
 def _announce(port: int, pin: Pin | None) -> None:

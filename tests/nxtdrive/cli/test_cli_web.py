@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+
 import pytest
 
 from nxtdrive.cli.main import main
+from nxtdrive.tools.web.hub import Hub
 from nxtdrive.tools.web.missions import Missions
 
 
@@ -68,3 +72,25 @@ def test_a_usual_robot_file_comes_after_that_of_the_mission(tmp_path):
     missions = Missions(tmp_path, usual=usual)
     diameters = [missions.load(name).robot.wheel_diameter_mm for name in ("", "plain.toml", "own.toml")]
     assert diameters == [43, 43, 81]
+
+
+@pytest.mark.parametrize("hangs", [False, True])
+def test_the_end_says_whether_the_robot_has_been_closed(hangs, monkeypatch, capsys):
+    released, show = threading.Event(), Hub.show
+
+    def interrupt(hub, kind, values):
+        show(hub, kind, values)
+        if kind == "state" and not released.is_set():
+            signal.raise_signal(signal.SIGINT)  # Ctrl-C, and the robot's thread is here meanwhile
+            if hangs:
+                released.wait(60)
+            released.set()
+
+    monkeypatch.setattr(Hub, "show", interrupt)
+    monkeypatch.setattr("nxtdrive.tools.web.robot.CLOSE_S", 0.05 if hangs else 60)
+    try:
+        assert main(["web", "--port", "0", "--nxt", "sim://open?pace=fast", "--camera", "geometric"]) == 0
+    finally:
+        released.set()
+    end = "no answer from the robot, whose brick stops its motors itself" if hangs else "motors off"
+    assert capsys.readouterr().out.endswith(f"ended; {end}\n")

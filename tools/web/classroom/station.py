@@ -162,6 +162,11 @@ class Station:
         if self._thread.is_alive():
             self._thread.join(timeout_s)
 
+    @property
+    def alive(self) -> bool:
+        """Whether its thread or its robot's runs."""
+        return self._thread.is_alive() or self._robot.alive
+
     def stop(self) -> None:
         """Stop the robot, even if it is lost or not open yet, until `release`; any thread."""
         with self._lock:
