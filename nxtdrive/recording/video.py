@@ -12,9 +12,9 @@ import cv2
 
 from behaviors.journal import Record
 from firmware_protocol.errors import ConfigError
-from input_files.plain import is_utf_8
 from nxtdrive.recording.camera_index import CameraPictures, Picture
 from nxtdrive.vision.detection import Image
+from nxtdrive.vision.opencv import opencv_name
 
 VIDEO_FPS = 5
 """Frames per second of mission time: every second or third frame of a webcam, enough for a slow robot."""
@@ -94,10 +94,7 @@ class VideoRecorder:
             self._begun = False
 
     def _open(self, image: Image) -> None:
-        if not is_utf_8(self._part):
-            raise ConfigError(
-                f"{self._path}: OpenCV writes only files of names in UTF-8.", remedy="Choose another one."
-            )
+        opencv_name(self._path, ConfigError)  # the name of its part differs from it only at the end
         height, width = image.shape[:2]
         self._begun = True  # Ctrl-C may come between the file and the writer
         with _quiet():

@@ -115,19 +115,15 @@ def recording_address(path: Path, address: str, command: str = "") -> str:
     return str(Address("record", str(path), options))
 
 
-def recorded_address(address: str) -> str:
+def brick_address(address: Address) -> Address:
     """Return the address of the brick that a recording address opens; any other address unchanged."""
-    parsed = Address.parse(address)
-    return parsed.options.get("nxt", address) if parsed.scheme == "record" else address
-
-
-def recorded_scheme(address: str) -> str:
-    """Return the scheme of the address of the brick; that of a simulated brick is ``sim``."""
-    return Address.parse(recorded_address(address)).scheme
+    if address.scheme != "record" or "nxt" not in address.options:
+        return address
+    return brick_address(Address.parse(address.options["nxt"]))
 
 
 def with_brick(address: Address, change: Callable[[Address], Address]) -> Address:
-    """Return the address with its brick's changed: that is the one inside if it is a recording address."""
+    """Return the address with that of its brick changed; see `brick_address`."""
     if address.scheme != "record" or "nxt" not in address.options:
         return change(address)
     brick = with_brick(Address.parse(address.options["nxt"]), change)

@@ -15,7 +15,7 @@ import cv2
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from input_files.picture import read_picture
-from input_files.plain import InputFileError, at_home, is_utf_8, whole_number
+from input_files.plain import InputFileError, at_home, whole_number
 from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -24,7 +24,7 @@ from nxtdrive.vision.camera import Camera, ReplayCamera, SimulatedCamera
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.frames import as_frame
 from nxtdrive.vision.live import LiveCamera
-from nxtdrive.vision.opencv import configure
+from nxtdrive.vision.opencv import configure, opencv_name
 
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
 FOLDER_FPS = 10.0
@@ -69,7 +69,7 @@ def open_camera(
             open_timeout_s,
         )
     if re.match(r"[a-z][a-z0-9+.-]+://", source, re.IGNORECASE):
-        _check_name(source)
+        opencv_name(source, CameraError)
         return LiveCamera(
             f"the stream {source}",
             "Open the address in a browser or in VLC to see whether it runs.",
@@ -186,16 +186,11 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
     return _open_video(path, clock, paced)
 
 
-def _check_name(source: str | Path) -> None:
-    """Refuse the name of a video or stream at which OpenCV would crash."""
-    if not is_utf_8(source):
-        raise CameraError(f"{source} is not a name in UTF-8, which OpenCV needs.", remedy="Rename it.")
-
-
 def _open_video(path: Path, clock: Clock, paced: bool) -> Camera:
-    _check_name(path)
     capture = cv2.VideoCapture(
-        str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 5000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 5000]
+        opencv_name(path, CameraError),
+        cv2.CAP_FFMPEG,
+        [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 5000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 5000],
     )
     if not capture.isOpened():
         raise CameraError(

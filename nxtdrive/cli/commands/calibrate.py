@@ -97,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
-    from nxtdrive.transports.record import recorded_scheme
+    from nxtdrive.transports.record import brick_address
 
     path = args.robot or usual_robot() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
     what = _wanted(args)
     colors = what == [COLORS]
     address = _address(args.nxt, COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM)
-    if not (recorded_scheme(str(address)) == "sim" or args.yes or colors):
+    if not (brick_address(address).scheme == "sim" or args.yes or colors):
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
         if args.ruler:

@@ -107,11 +107,11 @@ class _Examination:
         """Yield each finding as it is made."""
         from nxtdrive.tools.doctor import computer
         from nxtdrive.transports.address import Address
-        from nxtdrive.transports.record import recorded_scheme
+        from nxtdrive.transports.record import brick_address
 
         args = self._args
         address = Address.parse(args.nxt)
-        scheme = recorded_scheme(args.nxt)
+        scheme = brick_address(address).scheme
         simulated = scheme == "sim"
         yield from computer.examine(scheme, args.camera or (None if simulated else "0"))
         yield _calibration(args, self._mission)
@@ -146,12 +146,13 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     from behaviors.robot_description import RobotFileError, load_robot_file
     from nxtdrive.mission.files import ROBOT_FILE, usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
-    from nxtdrive.transports.record import recorded_address, recorded_scheme
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import brick_address
 
     named = None if mission is None else mission.mission.robot_file
     path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
-    real = f" --nxt {recorded_address(args.nxt)} --camera {args.camera or 0}"
-    options = "" if recorded_scheme(args.nxt) == "sim" else real
+    brick = brick_address(Address.parse(args.nxt))
+    options = "" if brick.scheme == "sim" else f" --nxt {brick} --camera {args.camera or 0}"
     if path is None and os.path.lexists(ROBOT_FILE):
         said = f"{ROBOT_FILE} is in this folder, but missions do not use it."
         return warning("calibration", said, f"Add --robot {ROBOT_FILE} to commands, or set NXT_ROBOT={ROBOT_FILE}.")

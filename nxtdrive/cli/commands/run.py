@@ -99,12 +99,13 @@ def run(args: argparse.Namespace) -> int:
     from behaviors.observers import Observers
     from nxtdrive.mission.assembly import MissionRun, open_robot
     from nxtdrive.recording.status_line import StatusLine
-    from nxtdrive.transports.record import recorded_address
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import brick_address
 
     mission = _mission(args)
     observers = Observers(on_failure=_say_failure)
     if not args.json:
-        observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(recorded_address(args.nxt)))
+        observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(brick_address(Address.parse(args.nxt))))
     with ExitStack() as stack:
         page = _page(args, mission, stack) if args.web else None
         robot = stack.enter_context(open_robot(in_real_time(args.nxt) if page else args.nxt, args.camera))

@@ -55,7 +55,7 @@ def record(args: argparse.Namespace) -> int:
     from nxtdrive.tools.conformance.script import read_script
     from nxtdrive.transports import open_transport
     from nxtdrive.transports.address import Address
-    from nxtdrive.transports.record import recorded_scheme
+    from nxtdrive.transports.record import brick_address
 
     lines = read_script(args.script, allow_writes=args.allow_writes)
     out = args.out or Path(f"{args.script.stem}.jsonl")
@@ -68,7 +68,7 @@ def record(args: argparse.Namespace) -> int:
         try:
             real = transport is not None and not transport.simulated
             privacy = Privacy(ask_identity(partner)) if real and not args.with_identity else None
-            about = args.about or f"a brick over {recorded_scheme(args.nxt)}"
+            about = args.about or f"a brick over {brick_address(address).scheme}"
             for line in converse(partner, lines, args.scenario or args.script.stem, about, privacy):
                 records.append(line)  # one by one: an error or a signal must not lose them
         finally:

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from input_files.plain import is_utf_8
 from nxtdrive.host.environment import install_extra
+from nxtdrive.vision.opencv import opencv_name
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
@@ -95,10 +95,9 @@ class _OpenCv:
         self._path = path
         install = f"Install ONNX Runtime, which reads more models: {install_extra('onnx')}"
         self._remedy = 'Use runtime = "onnxruntime".' if other else install
-        if not is_utf_8(path):
-            raise ConfigError(f"{path} is not a name in UTF-8, which OpenCV needs.", remedy="Rename it.")
+        name = opencv_name(path, ConfigError)
         try:
-            self._net = cv2.dnn.readNetFromONNX(str(path))
+            self._net = cv2.dnn.readNetFromONNX(name)
             self._names = list(self._net.getUnconnectedOutLayersNames())
         except Exception as error:  # besides its own, those of names that are not text
             raise _cannot("load", path, self.title, error, self._remedy) from error
