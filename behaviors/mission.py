@@ -35,7 +35,7 @@ from behaviors.robot_description import (
 )
 from input_files.json_text import parse_object
 from input_files.mistakes import MistakesError, excerpt, listed
-from input_files.plain import MEGABYTE, InputFileError, at_home, read_text
+from input_files.plain import IMAGE_SUFFIXES, MEGABYTE, InputFileError, at_home, read_text
 from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "missions" / "lena_rilakkuma.toml"
@@ -311,6 +311,9 @@ def _target_without_mistakes(table: dict[str, Any]) -> Target:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
+        writes = f"`nxtdrive mission new --picture {path} --height-mm MM`"
+        raise MissionError(f"{path} is a picture, not a mission. {writes} writes a mission that searches for it.")
     try:
         return read_toml(path)
     except InputFileError as error:

@@ -15,6 +15,8 @@ MEGABYTE = 1_000_000
 MAX_DEPTH = 32
 """How deep tables, lists and objects may be nested; ours need 6."""
 
+IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
+
 MAX_DIGITS = 18
 """Of a whole number that fits 64 bits; Python itself refuses to read one of thousands."""
 

@@ -159,7 +159,14 @@ def add_profile_argument(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add ``--profile NAME``, also called ``--policy``."""
     named = "thesis, adaptive, an installed profile, or package.module:Class (docs/profiles.md)"
     help_text = f"{meaning}; NAME is {named}"
-    parser.add_argument("--profile", "--policy", metavar="NAME", choices=_Profiles(), help=help_text)
+    parser.add_argument("--profile", "--policy", metavar="NAME", type=_profile, choices=_Profiles(), help=help_text)
+
+
+def _profile(text: str) -> str:
+    if text.endswith(".py"):
+        module = Path(text).stem
+        raise argparse.ArgumentTypeError(f"'{text}' is a file; name the class, in the file's folder: {module}:CLASS")
+    return text
 
 
 class _Profiles:

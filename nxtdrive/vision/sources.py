@@ -15,7 +15,7 @@ import cv2
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from input_files.picture import read_picture
-from input_files.plain import InputFileError, at_home, whole_number
+from input_files.plain import IMAGE_SUFFIXES, InputFileError, at_home, whole_number
 from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -26,7 +26,6 @@ from nxtdrive.vision.frames import as_frame
 from nxtdrive.vision.live import LiveCamera
 from nxtdrive.vision.opencv import configure, opencv_name
 
-IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
 FOLDER_FPS = 10.0
 FALLBACK_FPS = 25.0
 LAST_WEBCAM = 255

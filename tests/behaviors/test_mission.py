@@ -93,6 +93,12 @@ def test_a_world_in_place_of_a_mission_is_called_one(tmp_path):
     assert "unknown key" not in said
 
 
+def test_a_picture_in_place_of_a_mission_is_called_one(tmp_path):
+    (cat := tmp_path / "cat.jpg").write_bytes(bytes(300_000))
+    with pytest.raises(MissionError, match=r"is a picture, not a mission. `nxtdrive mission new --picture .*cat.jpg"):
+        load_mission(cat)
+
+
 def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
     text = _complaint(
         tmp_path,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, get_args
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
-from input_files.plain import at_home
+from input_files.plain import IMAGE_SUFFIXES, at_home
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import (
     add_action,
@@ -254,8 +254,6 @@ def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
 
 
 def _is_image(source: str | Path) -> bool:
-    from nxtdrive.vision.sources import IMAGE_SUFFIXES
-
     path = at_home(source)
     return path.suffix.lower() in IMAGE_SUFFIXES and os.path.isfile(path)
 

@@ -36,6 +36,12 @@ def _numeric_arguments():
                     yield pytest.param(parser, action, id=f"{parser.prog} {name}")
 
 
+def test_a_profiles_file_is_no_profile(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "--profile", "./patient.py"])
+    assert "is a file; name the class, in the file's folder: patient:CLASS" in capsys.readouterr().err
+
+
 NUMERIC = list(_numeric_arguments())
 
 
