@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -90,8 +91,11 @@ def run(args: argparse.Namespace) -> int:
         elif args.json:
             for snapshot in snapshots:
                 write_json(asdict(snapshot), flush=True)
-        else:
+        elif sys.stdout.isatty():
             _show(snapshots)
+        else:  # what reads it waits for each snapshot, as a pipe or a file does
+            for snapshot in snapshots:
+                _print(snapshot, as_json=False)
     return DONE
 
 
@@ -153,7 +157,7 @@ def _show(snapshots: Iterator[Snapshot]) -> None:
 
     def view(snapshot: Snapshot) -> Table:
         history.add(snapshot)
-        return _plots(snapshot, history, console) if console.is_terminal else _table(snapshot)
+        return _plots(snapshot, history, console)
 
     with Live(view(next(snapshots)), console=console, refresh_per_second=REDRAWS_PER_S) as live:
         for snapshot in snapshots:

@@ -4,6 +4,9 @@ import csv
 import io
 import math
 import os
+import subprocess
+import sys
+import threading
 
 import pytest
 
@@ -198,3 +201,16 @@ def test_the_screen_fits_a_narrow_terminal(width, encoding):
 def test_a_port_that_does_not_exist_is_said(word, text, capsys):
     assert main(["monitor", "--once", "--sensor", word, *FAST]) == USAGE
     assert text in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_program_that_reads_the_output_gets_each_snapshot_at_once():
+    command = [sys.executable, "-m", "nxtdrive.cli.main", "monitor", "--nxt", "sim://?pace=fast", "--every", "1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as monitor:
+        watchdog = threading.Timer(60, monitor.kill)
+        watchdog.start()
+        seen = sum("battery" in next(monitor.stdout, "") for _ in range(60))
+        monitor.stdout.close()  # as `head` does
+        assert monitor.stderr.read() == ""
+        watchdog.cancel()
+    assert seen > 2
