@@ -221,6 +221,9 @@ def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
     Args:
         lines: The agent's lines.
         eval_s: Wall time of the whole sweep.
+
+    Returns:
+        Values for JSON; a figure without values is None.
     """
     number = max(1, len(lines))
     return {
@@ -231,10 +234,21 @@ def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
         "eval_ep_s": eval_s / number,
         "n_episodes": len(lines),
         "n_broken": sum(line["ending"] == Ending.BROKEN for line in lines),
-        "figures": {name: [each.mean, each.low, each.high, each.number] for name, each in figures(lines).items()},
+        "figures": {
+            name: finite([each.mean, each.low, each.high, each.number]) for name, each in figures(lines).items()
+        },
         "time_to_goal_s": percentiles(times_to_goal_s(lines)),
         "recognition_s": percentiles(recognition_s(lines)),
         "given_up_s": percentiles(given_up_s(lines)),
         "longest_run": longest_run(lines),
         "soonest_s": soonest_s(lines),
     }
+
+
+def finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
+    """Replace numbers that JSON lacks; a figure without values is null."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: finite(each) for key, each in value.items()}
+    return [finite(each) for each in value] if isinstance(value, list) else value

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -22,7 +21,7 @@ from .calibration import calibration_error, error_of_true_chances, pairs, reliab
 from .cluster import installed
 from .headline import beyond, headline
 from .runner import Swept
-from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by
+from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by, finite
 
 FORMAT = 1
 SUFFIX = ".summary.json"
@@ -91,12 +90,3 @@ def write_summary(path: Path, content: dict[str, Any]) -> None:
 
 def _plain(figures: dict[str, Estimate]) -> dict[str, Any]:
     return {name: asdict(value) for name, value in figures.items()}
-
-
-def finite(value: Any) -> Any:  # noqa: ANN401 - any plain value
-    """Replace numbers that JSON lacks; a figure without values is null."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(each) for key, each in value.items()}
-    return [finite(each) for each in value] if isinstance(value, list) else value

@@ -185,9 +185,8 @@ def _tell(lines: Sequence[Line], eval_s: float, args: argparse.Namespace) -> Non
     if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by
-        from nxtdrive.tools.sweep.summary_file import finite
 
-        agents = {agent: finite(aggregate(group, eval_s)) for agent, group in by(lines, "policy").items()}
+        agents = {agent: aggregate(group, eval_s) for agent, group in by(lines, "policy").items()}
         missing, number = never(lines)
         chart = {"transitions": number, "never": missing}
         write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)

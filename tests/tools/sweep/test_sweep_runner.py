@@ -320,3 +320,9 @@ def test_missions_believe_the_robot_file():
         for robot in (RobotFile(), RobotFile(robot=RobotTable(axle_track_mm=150.0)))
     )
     assert plain != askew
+
+
+def test_figures_without_values_are_null_and_no_nan():
+    values = aggregate([], 1.0)
+    assert values["figures"]["success"][0] is None
+    json.dumps(values, allow_nan=False)
