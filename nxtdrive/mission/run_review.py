@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
-"""A search that ends for one of these reasons has looked all round, if the target was never seen before."""
+"""A search that ends for one of these reasons has looked in all directions, if the target was never seen before."""
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPPED_TWICE = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
@@ -156,7 +156,7 @@ class RunReview:
         return {"true_mm": round(true_mm, 1), "there": not hidden and not contradicts(true_mm, believed_mm)}
 
     def _missing(self, target: str, truth: Truth) -> None:
-        """Add a hint if the search looked all round and this world has no such object."""
+        """Add a hint if the search looked in all directions and this world has no such object."""
         if self._lookalikes(target, truth):
             return
         known = ", ".join(truth.front_images())
@@ -167,7 +167,7 @@ class RunReview:
             if room is not None and room.is_file()
             else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         )
-        self._hint(target, f"Nothing all round looks like {target}, nor does anything in this world. {has}. {advice}")
+        self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
 
     def _unseen(self, target: str) -> None:
         file = shlex.quote(str(self._file)) if self._file else ""
@@ -177,7 +177,7 @@ class RunReview:
         more = f" `nxtdrive mission check {file}` warns of a picture that is hard to find." if pictured else ""
         self._hint(
             target,
-            f"Nothing all round looked like {target}. Give it more light, stand it nearer and upright, and check its "
+            f"Nothing in sight looked like {target}. Give it more light, stand it nearer and upright, and check its "
             f"height_mm; `nxtdrive detect try 0{mission} --target {shlex.quote(target)}` shows what the camera finds."
             f"{more}",
         )

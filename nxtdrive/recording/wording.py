@@ -85,7 +85,7 @@ def spaced(name: str) -> str:
 
 def evidence_lines(evidence: Evidence) -> Iterator[str]:
     """Yield what was known, one sentence per line, with its numbers."""
-    seen = "was recognised" if evidence.seen_since_search else "was not recognised"
+    seen = "has been recognised" if evidence.seen_since_search else "has not been recognised"
     again = f"searched for again {_times(evidence.researches)}" if evidence.researches else "not searched for again yet"
     yield f"{evidence.target} {seen} since the last search began; {again}"
     if evidence.spent_s:

@@ -79,8 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=target_height_mm,
-        help="its real height, 10 to 3,000. Measure that of what a photograph shows: A4 upright is 297, A4 across "
-        "210, A5 upright 210; a marker is printed 150 mm high and a QR code 160 unless you say so",
+        help="its real height, 10 to 3,000. Measure that of what a photograph shows: A4 portrait is 297, A4 "
+        "landscape 210, A5 portrait 210; a marker is printed 150 mm high and a QR code 160 unless you say so",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
 
@@ -270,7 +270,7 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
 
 def _asked_height_mm(across: bool) -> float:
     """Ask for the height of what the photograph shows, in a terminal."""
-    usual = "an A4 sheet lying across is 210, A5 148" if across else "an upright A4 sheet is 297, A5 210"
+    usual = "A4 landscape is 210, A5 landscape 148" if across else "A4 portrait is 297, A5 portrait 210"
     remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("the height of the real thing is missing; all distances are computed from it.", remedy=remedy)

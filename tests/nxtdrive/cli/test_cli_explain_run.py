@@ -142,7 +142,7 @@ def test_a_journal_of_the_first_format_is_reported_and_its_evidence_understood(e
     told = explained(FIRST_FORMAT, "--json")
     assert [each["replay"]["differs"] for each in told["decisions"]] == [False] * 4
     assert told["damaged_lines"] == []
-    assert "lena was not recognised since the last search began" in explained(FIRST_FORMAT)
+    assert "lena has not been recognised since the last search began" in explained(FIRST_FORMAT)
 
 
 def test_a_journal_of_the_second_format_is_reported(explained):

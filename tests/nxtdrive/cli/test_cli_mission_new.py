@@ -246,7 +246,7 @@ def test_without_a_height_it_says_what_is_needed(capsys):
     assert main(["mission", "new", "--picture", str(_save("landscape.jpg"))]) == USAGE
     error = capsys.readouterr().err
     assert "--height-mm" in error
-    assert "A4 sheet lying across is 210" in error
+    assert "A4 landscape is 210" in error
 
 
 @pytest.mark.parametrize(
