@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import logging
 import os
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
@@ -22,7 +21,7 @@ from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
 from ..calibrate.session import Outcome, calibrate
 from ..calibrate.verdict import write_robot_file
-from .mission_run import CHECK_INTERVAL_S
+from .answers import Answers
 
 if TYPE_CHECKING:
     from nxtdrive.mission.assembly import OpenRobot
@@ -56,21 +55,16 @@ class ShownCalibration:
         self._wanted, self._before, self._show = wanted, before, show
         self._pause = Pause()
         self._lines: list[str] = []
-        self._answered = threading.Condition()
-        self._question, self._answer = 0, 0.0
+        self._answers = Answers[str, float](self._pause)
 
     def end(self) -> None:
         """Abort it; any thread."""
         self._pause.end()
-        with self._answered:
-            self._answered.notify_all()
+        self._answers.wake()
 
     def answer(self, question: int, value: float) -> None:
         """Answer a question; one that is not open is ignored. Any thread."""
-        with self._answered:
-            if question == self._question:
-                self._answer, self._question = value, -question
-                self._answered.notify_all()
+        self._answers.answer(question, value)
 
     def perform(self, robot: OpenRobot) -> None:
         """Calibrate; the robot is at rest afterwards, and the result or the error has been sent to the clients."""
@@ -119,14 +113,9 @@ class ShownCalibration:
             KeyboardInterrupt: The calibration was ended instead.
         """
         self._say(text)
-        question = len(self._lines)
-        with self._answered:
-            self._question = question
-            self._show({"question": {"question": question, "text": text, "number": number}})
-            while self._question == question:
-                self._pause.check_end()
-                self._answered.wait(CHECK_INTERVAL_S)
-            answer = self._answer
+        answer = self._answers.ask(
+            text, lambda key: self._show({"question": {"question": key, "text": text, "number": number}})
+        )
         self._show({"question": None})
         return answer
 

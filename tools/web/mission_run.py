@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -23,14 +22,13 @@ from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
 
+from .answers import Answers
 from .decisions import asked, made
 from .hub import BELIEF, GRID, Hub
 from .pictures import layer
 from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
-CHECK_INTERVAL_S = 0.2
-"""How often a wait for an answer checks for signals, which an unlimited wait ignores on Windows."""
 MAP_EVERY_S = 1.0
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
@@ -59,11 +57,7 @@ class WebOperator:
 
     def __init__(self, hub: Hub, pause: Pause) -> None:
         self._hub = hub
-        self._pause = pause
-        self._number = 0
-        self._answered = threading.Condition()
-        self._choice: int | None = None
-        self._question: Question | None = None
+        self._answers = Answers[Question, int](pause)
 
     def __call__(self, question: Question) -> Choice:
         """Ask, and wait for the answer.
@@ -71,35 +65,30 @@ class WebOperator:
         Raises:
             KeyboardInterrupt: The mission was ended instead.
         """
-        with self._answered:
-            self._number += 1
-            self._choice = None
-            self._question = question
-            self._hub.show(
-                "question", {"open": True, "number": self._number, **asked(question.evidence, question.candidates)}
-            )
-            try:
-                while self._choice is None:
-                    self._pause.check_end()
-                    self._answered.wait(CHECK_INTERVAL_S)
-            finally:
-                self._question = None
-                self._hub.show("question", {"open": False, "number": self._number})
-            return question.candidates[min(self._choice, len(question.candidates) - 1)].choice
+        number = 0
+
+        def show(asked_number: int) -> None:
+            nonlocal number
+            number = asked_number
+            shown = asked(question.evidence, question.candidates)
+            self._hub.show("question", {"open": True, "number": number, **shown})
+
+        try:
+            choice = self._answers.ask(question, show)
+        finally:
+            self._hub.show("question", {"open": False, "number": number})
+        return question.candidates[min(choice, len(question.candidates) - 1)].choice
 
     def answer(self, question: int, choice: int) -> None:
         """Take an answer; one to an earlier question is ignored. Any thread."""
-        with self._answered:
-            if question == self._number:
-                self._choice = choice
-                self._answered.notify_all()
+        self._answers.answer(question, choice)
 
     def decision(self) -> dict[str, Any]:
         """Return the open decision as a program reads it; any thread."""
-        with self._answered:
-            if (question := self._question) is None or self._choice is not None:
-                return {"open": False}
-            return {"open": True, "question": self._number, **question_values(question)}
+        if (waiting := self._answers.open) is None:
+            return {"open": False}
+        number, question = waiting
+        return {"open": True, "question": number, **question_values(question)}
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open decision; any thread.
@@ -107,18 +96,15 @@ class WebOperator:
         Raises:
             ValueError: There is no such candidate, or no open decision.
         """
-        with self._answered:
-            if self._question is None or self._choice is not None:
-                raise ValueError("No decision is open.")
-            if number >= (known := len(self._question.candidates)):
-                raise ValueError(f"The candidates are numbered from 0 to {known - 1}.")
-            self._choice = number
-            self._answered.notify_all()
+        waiting = self._answers.open
+        if waiting is not None and number >= (known := len(waiting[1].candidates)):
+            raise ValueError(f"The candidates are numbered from 0 to {known - 1}.")
+        if waiting is None or not self._answers.answer(waiting[0], number):
+            raise ValueError("No decision is open.")
 
     def wake(self) -> None:
         """Check now whether the mission is to end; any thread."""
-        with self._answered:
-            self._answered.notify_all()
+        self._answers.wake()
 
 
 class ShownMission:
