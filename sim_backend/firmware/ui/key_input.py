@@ -44,9 +44,10 @@ class KeyInput:
 
     @property
     def held(self) -> Key | None:
-        """The button that is held."""
+        """The button that is held, of those that no program has disabled."""
         buttons = self._buttons
-        return next((key for number, key in KEYS if buttons[number].state & ButtonState.PRESSED), None)
+        held = (key for number, key in KEYS if buttons[number].state & ButtonState.PRESSED and not self.disabled(key))
+        return next(held, None)
 
     @property
     def changed(self) -> bool:
@@ -80,10 +81,9 @@ class KeyInput:
         return self._first
 
     def read(self) -> int:
-        """Return the key that counts: a button, or the map's while none that is enabled is held; 0 for none."""
+        """Return the key that counts: a button, or the map's while none is held; 0 for none."""
         key: int | None = self.read_button()
-        held = self.held
-        if held is None or self.disabled(held):
+        if self.held is None:
             key, self._registers.button = self._registers.button, 0
         if not key:
             return 0
