@@ -138,7 +138,9 @@ class HighSpeed:
         """Execute requests in the passes since then: initialising takes one, and asks for receiving in the next."""
         while self._next_ms < self._clock.now_ms and (self._flags & _UPDATE or self._unknown):
             if self._state == HighSpeedState.INITIALISE:
-                self._close()
+                self._clear()
+                if self._opened_ms != NEVER:
+                    self._opened_ms = self._next_ms
                 self._state = int(HighSpeedState.RECEIVE)
             else:
                 self._carry_out()
@@ -152,16 +154,16 @@ class HighSpeed:
     def _carry_out(self) -> None:
         self._flags &= ~_UPDATE
         if self._state == HighSpeedState.RECEIVE:
-            self._take(self._next_ms)
-            if self._opened_ms != NEVER:  # opened again: the bytes on the line are lost
-                self._line, self._fresh = b"", False
+            if self._opened_ms != NEVER:  # opened again
+                self._clear()
             self._opened_ms = self._next_ms
         elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
-            self._close()
+            self._clear()
+            self._opened_ms = NEVER
         if self._ends_done and (self._state in _ENDED or self._unknown):
             self._state = int(HighSpeedState.DONE)
 
-    def _close(self) -> None:
-        """Close the receiver: bytes that it has not taken are lost."""
+    def _clear(self) -> None:
+        """Lose the bytes that the receiver has not taken."""
         self._take(self._next_ms)
-        self._line, self._opened_ms, self._fresh = b"", NEVER, False
+        self._line, self._fresh = b"", False
