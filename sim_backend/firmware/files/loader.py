@@ -250,13 +250,6 @@ class Loader:
         """Return whether a file matches."""
         return self.flash.find(matcher(name)) < len(self.flash.files)
 
-    def open_handle(self, name: str) -> tuple[int, bool] | None:
-        """Return the number of the handle that a file of exactly this name is open by, and whether for writing."""
-        for number, handle in enumerate(self._addressable):
-            if handle.file is not None and handle.file.name == name and handle.use in (Use.READ, Use.WRITE):
-                return number, handle.use == Use.WRITE
-        return None
-
     def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""
         found = self._find(pattern)

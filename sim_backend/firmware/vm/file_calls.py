@@ -12,6 +12,8 @@ from sim_backend.firmware.files.loader import HANDLES, Opened
 from sim_backend.firmware.vm.calls import Call, Function
 
 _NO_HANDLE = 0xFF
+_NOTHING = "", False
+"""What a program has in mind for a handle by which it has no file open."""
 
 
 def put_status(call: Call, status: int) -> None:
@@ -26,7 +28,7 @@ def name_at(call: Call, position: int) -> str:
 
 def _open_read(call: Call) -> None:
     """Open a file to read it: status, handle, name, length."""
-    returned(call, call.devices.loader.open_read(name_at(call, 2)))
+    returned(call, call.devices.loader.open_read(name_at(call, 2)), writes=False)
 
 
 def _open_write(call: Call) -> None:
@@ -42,12 +44,12 @@ def _open_append(call: Call) -> None:
     call.put(3, opened.size)
 
 
-def returned(call: Call, opened: Opened) -> None:
-    """Return an opened file: status, handle, length."""
+def returned(call: Call, opened: Opened, *, writes: bool = True) -> None:
+    """Return an opened file, which the program keeps in mind by its name: status, handle, length."""
     put_status(call, opened.status)
     call.put(1, opened.handle)
     if opened.status == Status.OK:
-        call.machine.handles.add(opened.handle)
+        call.machine.handles[opened.handle] = name_at(call, 2), writes
         call.put(3, opened.size)
 
 
@@ -76,17 +78,22 @@ def _write(call: Call) -> None:
 def _close(call: Call) -> None:
     """Close a file: status, handle."""
     handle = call.number(1)
-    call.machine.handles.discard(handle)
+    call.machine.handles.pop(handle, None)
     put_status(call, call.devices.loader.close(handle) if handle < HANDLES else Status.ILLEGAL_HANDLE)
 
 
 def _resolve(call: Call) -> None:
-    """Ask for the handle of an open file: status, handle, whether it is open for writing, name."""
-    found = call.devices.loader.open_handle(name_at(call, 3))
-    call.put(1, _NO_HANDLE if found is None else found[0])
-    if found is not None:
-        call.put(2, int(found[1]))
-    put_status(call, Status.HANDLE_ALREADY_CLOSED if found is None else Status.OK)
+    """Ask for the handle that the program opened a file by: status, handle, whether it is for writing, name."""
+    name, opened = name_at(call, 3), call.machine.handles
+    for handle in range(HANDLES):
+        kept, writes = opened.get(handle, _NOTHING)
+        if kept == name:
+            call.put(1, handle)
+            call.put(2, int(writes))
+            put_status(call, Status.OK)
+            return
+    call.put(1, _NO_HANDLE)
+    put_status(call, Status.HANDLE_ALREADY_CLOSED)
 
 
 def _rename(call: Call) -> None:

@@ -62,7 +62,7 @@ class Machine:
         calculates: Whether the last instructions of the last turn only calculated, so that it may be able to run ahead.
         turn_start: The word at which this turn began.
         asked_time: Number of instructions of this turn that read the time.
-        handles: Handles of the files that the program has opened.
+        handles: Names of the files that the program has opened, and whether to write, by handle.
         error: Code of the error that ended the program, a negative number of eight bits.
     """
 
@@ -83,7 +83,7 @@ class Machine:
         self._opcodes = {key: value for key, value in opcodes.items() if key[0] not in dialect.missing}
         self._timing = dialect.timing
         self._set_code(program.code)
-        self.handles = set[int]()
+        self.handles = dict[int, tuple[str, bool]]()
         self.semaphores, self.sending, self.random_state, self.random_seed = [0, 0], False, 1, 1
         self.tasks = [
             Task(i, clump.start, end_of(clump, program, past_end=dialect.runs_past_end))
