@@ -78,6 +78,7 @@ class File:
         overlaid_by: A file whose header has overwritten this one's.
         announced: Its size when it was last opened for writing; 8D may shrink it meanwhile.
         reserved: The same of its sectors.
+        named: The same of its name, which a program of 1.05 may change meanwhile.
     """
 
     name: str
@@ -90,15 +91,16 @@ class File:
     overlaid_by: File | None = None
     announced: int = 0
     reserved: list[int] = field(default_factory=list)
+    named: str = ""
 
     def begin_writing(self) -> None:
         """Keep the header in memory, as the firmware does for each file that is being written."""
-        self.announced, self.reserved = self.size, self.sectors
+        self.named, self.announced, self.reserved = self.name, self.size, self.sectors
 
     def renew_header(self) -> None:
         """Write the header that was kept to the flash."""
         self.overlaid_by = None
-        self.size, self.sectors = self.announced, self.reserved
+        self.name, self.size, self.sectors = self.named, self.announced, self.reserved
 
     @property
     def content_at(self) -> int:

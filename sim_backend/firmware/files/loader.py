@@ -6,7 +6,7 @@ and leaks its own, and handles beyond the table can be "closed".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import NamedTuple
 
 from firmware_protocol.status import Status
@@ -211,8 +211,7 @@ class Loader:
         return status
 
     def _remove(self, number: int) -> Status:
-        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
-        if self._blocked(number, uses):
+        if self._blocked(number):
             return Status.FILE_IS_BUSY
         found = self._addressable[number]
         del self.flash.files[found.index]
@@ -225,8 +224,9 @@ class Loader:
                     handle.index = (handle.index - 1) & 0xFF
         return Status.OK
 
-    def _blocked(self, number: int, uses: Collection[Use]) -> bool:
-        """Return whether a handle of one of these uses refers to the directory entry that a search found."""
+    def _blocked(self, number: int) -> bool:
+        """Return whether a handle that is in use refers to the directory entry that a search found."""
+        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         index = self._addressable[number].index
         return any(handle.use in uses and handle.index == index for handle in self.handles)
 
@@ -241,7 +241,7 @@ class Loader:
             return Opened(Status.FILE_NOT_FOUND, number)
         status, number, file = self._find(name)
         if file is not None:
-            if self._blocked(number, {Use.READ, Use.WRITE, Use.EXECUTE}):
+            if self._blocked(number):
                 return Opened(Status.FILE_IS_BUSY, number)
             file.name = new_name
         return Opened(status, number)
