@@ -232,13 +232,10 @@ class Loader:
 
     def rename(self, name: str, new_name: str) -> Opened:
         """Rename a file, unless a handle in use refers to its directory entry; the handle is the search's."""
-        number = self.next_handle
-        if len(new_name) > NAME_LIMIT:
-            return Opened(Status.ILLEGAL_FILE_NAME, number)
-        if self.is_there(new_name):
-            return Opened(Status.FILE_EXISTS, number)
-        if len(name) <= NAME_LIMIT and not self.is_there(name):
-            return Opened(Status.FILE_NOT_FOUND, number)
+        status, number, _ = self._find(new_name)
+        if status != Status.FILE_NOT_FOUND:
+            self.close(number)  # also if it belongs to another file, since none is free
+            return Opened(status or Status.FILE_EXISTS, number)
         status, number, file = self._find(name)
         if file is not None:
             if self._blocked(number):
