@@ -16,7 +16,7 @@ from sim_backend.firmware.files.names import NAME_SIZE, unpack_name
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.vm.calibrations import Calibrations
-from sim_backend.firmware.vm.clump_records import NO_BREAKPOINTS, ClumpRecords
+from sim_backend.firmware.vm.clump_records import ClumpRecords
 from sim_backend.firmware.vm.devices import Devices
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.machine import NOWHERE, Machine, Outcome
@@ -58,7 +58,6 @@ class CommandModule:
         file_name: 20 bytes, as commanded.
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
-        breakpoints: Of each clump of the program, whether each is enabled, and its offset in words; without effect.
         after_pool: The bytes that repeat in the memory after the pool of programs to be started.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
@@ -95,7 +94,6 @@ class CommandModule:
         self._records: ClumpRecords | None = None
         self._handle: int | None = None
         self._state = int(InterpreterState.IDLE)
-        self.breakpoints: list[list[tuple[int, int]]] = []
         self.after_pool = b"\0"
         self._pool, self._written = fresh_pool(), dict[str, int]()
         self.due_ms, self.calculates, self._missed_ms = NEVER, False, NEVER
@@ -303,7 +301,6 @@ class CommandModule:
         calibrations = Calibrations(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes, calibrations), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
-        self.breakpoints = [[*NO_BREAKPOINTS] for _ in program.clumps]
         if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
             with suppress(OutOfMemory):
                 name = file.name.split(".")[0].encode("latin-1")
@@ -317,10 +314,14 @@ class CommandModule:
             self._machine.erase_code()
             self.wake()
 
+    def records_with(self, clump: int) -> ClumpRecords | None:
+        """Return the records of the program's clumps, if there is such a clump; they have its breakpoints."""
+        return self._records if self._machine and clump < len(self._machine.tasks) else None
+
     def _show_clumps(self) -> None:
         """Write the places of the program's clumps into the pool."""
         if self._machine and self._records:
-            self._records.show(self._machine.tasks, self.breakpoints)
+            self._records.show(self._machine.tasks)
 
     def _refuse(self, fault: Fault) -> None:
         if self._handle is None:
@@ -375,7 +376,6 @@ class CommandModule:
         self._handle = self._machine = self.mailboxes = None
         if not self._dialect.keeps_offsets:
             self._written = {}
-        self.breakpoints = []
         self._phase = _Phase.WAITING
         if self.activate or self.status == ProgramStatus.RESET:
             self.wake()

@@ -21,9 +21,6 @@ from sim_backend.firmware.vm.memory import OutOfMemory
 
 _NO_PROGRAM = HandlerResult(Status.NO_ACTIVE_PROGRAM)
 
-_POINTS_APART = 12
-"""Breakpoints, of four bytes each, from those of a clump to those of the next one: the size of a clump's record."""
-
 
 class ProgramHandlers:
     """The commands for programs; checks come in the firmware's order."""
@@ -124,12 +121,10 @@ class ProgramHandlers:
 
     @handles(enhanced.SetBreakpoint)
     def set_breakpoint(self, command: enhanced.SetBreakpoint) -> HandlerResult:
-        """Store a breakpoint, but not the first one; a number beyond the last reaches those of a later clump."""
-        points = self._command.breakpoints
-        later, number = divmod(command.number, _POINTS_APART)
-        clump = command.clump + later
-        if command.clump < len(points) and clump < len(points) and 0 < number < len(points[clump]):
-            points[clump][number] = command.enabled, command.offset
+        """Store a breakpoint."""
+        records = self._command.records_with(command.clump)
+        if records:
+            records.set_breakpoint(command.clump, command.number, command.enabled, command.offset)
         return self._breakpoints(command.clump)
 
     @handles(enhanced.GetBreakpoints)
@@ -138,10 +133,8 @@ class ProgramHandlers:
         return self._breakpoints(command.clump)
 
     def _breakpoints(self, clump: int) -> HandlerResult:
-        points = self._command.breakpoints
-        if clump >= len(points):
-            return OUT_OF_RANGE
-        return reply_with(enhanced.Breakpoints(*(value for point in points[clump] for value in point)))
+        records = self._command.records_with(clump)
+        return reply_with(enhanced.Breakpoints(*records.breakpoints(clump))) if records else OUT_OF_RANGE
 
     @handles(direct.DatalogSetTimes)
     def datalog_set_times(self, command: direct.DatalogSetTimes) -> HandlerResult:

@@ -1,7 +1,7 @@
 """The records of the clumps at the beginning of the memory pool, as the Command map shows them.
 
-The interpreter keeps the fire counts and the links there itself; the rest is only shown. Source: docs/firmware.md
-section 8.1.
+The interpreter keeps the fire counts, the links and the breakpoints there itself; the rest is only shown. Source:
+docs/firmware.md section 8.1.
 """
 
 from __future__ import annotations
@@ -22,15 +22,20 @@ _POINT = 4
 """Bytes of a breakpoint in a record."""
 
 
-NO_BREAKPOINTS = ((0, 0),) * 4
-"""The breakpoints of a clump at the start of a program: for each whether it is enabled, and its offset."""
+_BREAKPOINT = struct.Struct("<BH")
+"""Whether it is enabled, and its offset."""
+_BREAKPOINTS = 4
+"""Number of a clump's breakpoints; storing one clears the first."""
+
+_BEGIN, _LAST, _PLACE = range(3)
+"""Order of the numbers of a record."""
 
 
 class RecordFormat(NamedTuple):
     """Places in a record; the initial fire count is in front of the fire count, the link after it.
 
     Attributes:
-        numbers: Format of start, last word and place in the code: addresses, or words, of which the place counts from
+        number: Format of start, last word and place in the code: addresses, or words, of which the place counts from
             the start.
         addresses: Whether they are addresses.
         tail: The byte after the link.
@@ -41,7 +46,7 @@ class RecordFormat(NamedTuple):
         points: Breakpoints, after the number of the clump that it has called; None if there are none.
     """
 
-    numbers: struct.Struct
+    number: struct.Struct
     addresses: bool
     tail: int
     dependents: int
@@ -52,9 +57,9 @@ class RecordFormat(NamedTuple):
 
 
 ADDRESSES = RecordFormat(
-    struct.Struct("<3I"), addresses=True, tail=0xDF, compares=15, dependents=16, wake=20, number_of=24
+    struct.Struct("<I"), addresses=True, tail=0xDF, compares=15, dependents=16, wake=20, number_of=24
 )
-WORDS = RecordFormat(struct.Struct("<3H"), addresses=False, tail=20, dependents=12, number_of=16)
+WORDS = RecordFormat(struct.Struct("<H"), addresses=False, tail=20, dependents=12, number_of=16)
 WITH_POINTS = ADDRESSES._replace(tail=20, compares=16, dependents=20, wake=24, number_of=28, points=30)
 
 
@@ -74,7 +79,8 @@ class ClumpRecords:
         self._code = program.address + len(program.content) - _WORD * len(program.code)
         for number, clump in enumerate(program.clumps):
             at = number * layout.clump
-            self._place(at, clump, clump.start)
+            for which, place in ((_BEGIN, clump.start), (_LAST, clump.end - 1), (_PLACE, clump.start)):
+                self._put(at, clump, which, place)
             pool[at + layout.fire_count - 1] = pool[at + layout.fire_count] = clump.fire_count
             pool[at + layout.fire_count + 1 : at + layout.fire_count + 3] = bytes((NO_CLUMP, record.tail))
             struct.pack_into(
@@ -83,31 +89,42 @@ class ClumpRecords:
             pool[at + record.number_of] = clump.dependents
             if record.points is not None:
                 pool[at + record.points - 1] = NO_CLUMP  # it has called none
-                self._show_points(at + record.points, NO_BREAKPOINTS)
+                for point in range(1, _BREAKPOINTS):
+                    self.set_breakpoint(number, point, 0, 0)
+        self._shown = [(clump.start, NEVER) for clump in program.clumps]
 
-    def show(self, tasks: Sequence[Task], points: Sequence[Sequence[tuple[int, int]]]) -> None:
-        """Write where the clumps are, when they wake, and their breakpoints."""
+    def show(self, tasks: Sequence[Task]) -> None:
+        """Write where the clumps are and when they wake, if that has changed since the last time."""
         record = self._format
         for task, clump in zip(tasks, self._program.clumps, strict=True):
             at = task.number * self._layout.clump
-            self._place(at, clump, task.pc)
+            place, wake_ms = self._shown[task.number]
+            self._shown[task.number] = task.pc, task.wake_ms
+            if task.pc != place:
+                self._put(at, clump, _PLACE, task.pc)
             if record.compares is not None and task.compares:
                 self._pool[at + record.compares] &= ~1
-            if record.wake is not None and task.wake_ms != NEVER:
+            if record.wake is not None and task.wake_ms not in {wake_ms, NEVER}:
                 struct.pack_into("<I", self._pool, at + record.wake, task.wake_ms - 1 & _ADDRESS_MASK)
-        if record.points is not None:
-            for number, each in enumerate(points):
-                self._show_points(number * self._layout.clump + record.points, each)
 
-    def _place(self, at: int, clump: Clump, pc: int) -> None:
-        """Write where a clump begins, ends and continues."""
+    def set_breakpoint(self, clump: int, number: int, enabled: int, offset: int) -> None:
+        """Store a breakpoint, and clear the first; a number beyond the last is a place in the records behind."""
+        _BREAKPOINT.pack_into(self._pool, self._point_at(clump, number), enabled, offset)
+        _BREAKPOINT.pack_into(self._pool, self._point_at(clump, 0), 0, 0)
+
+    def breakpoints(self, clump: int) -> list[int]:
+        """Return of each breakpoint of a clump whether it is enabled, and its offset."""
+        points = range(_BREAKPOINTS)
+        return [n for point in points for n in _BREAKPOINT.unpack_from(self._pool, self._point_at(clump, point))]
+
+    def _point_at(self, clump: int, number: int) -> int:
+        return clump * self._layout.clump + (self._format.points or 0) + number * _POINT
+
+    def _put(self, at: int, clump: Clump, which: int, place: int) -> None:
+        """Write a place in the code into a record."""
         record = self._format
-        places = [clump.start, clump.end - 1, pc - (0 if record.addresses else clump.start)]
         if record.addresses:
-            places = [self._code + _WORD * place for place in places]
-        mask = _ADDRESS_MASK if record.addresses else _WORD_MASK
-        record.numbers.pack_into(self._pool, at, *(place & mask for place in places))
-
-    def _show_points(self, at: int, points: Sequence[tuple[int, int]]) -> None:
-        for number, (enabled, offset) in enumerate(points):
-            struct.pack_into("<HB", self._pool, at + number * _POINT, offset, enabled)
+            value = self._code + _WORD * place & _ADDRESS_MASK
+        else:
+            value = place - (clump.start if which == _PLACE else 0) & _WORD_MASK
+        record.number.pack_into(self._pool, at + which * record.number.size, value)
