@@ -198,7 +198,7 @@ class InputPort:
     def await_calibration(self) -> None:
         """Wait for the calibration of a missing colour sensor; a low converter value looks like one."""
         self.settling = NEVER
-        self.invalid |= INVALID
+        self.invalid = INVALID
         self.read_calibration()
 
     def read_calibration(self) -> bool:
