@@ -20,7 +20,7 @@ from sim_backend.firmware.sensors.analog import (
 )
 from sim_backend.firmware.sensors.color import CALIBRATING, OFF, ColorDevice, ColorPort, background
 from sim_backend.firmware.sensors.i2c_wires import Wires
-from sim_backend.firmware.sensors.input_pins import COLOR_PINS, LAMP_OFF, LEVELS, PIN_SETTINGS, SUPPLY
+from sim_backend.firmware.sensors.input_pins import COLOR_PINS, CUSTOM_SUPPLY, LAMP_OFF, LEVELS, PIN_SETTINGS, SUPPLY
 from sim_backend.firmware.versions import Version
 
 DEBOUNCE = 100
@@ -78,7 +78,7 @@ class InputPort:
         pins: The two digital pins, of which digital sensors make clock and data line; set by the low speed module.
         settling: Remaining passes until the values of a new type are valid.
         custom_zero_offset, custom_full_scale: Scale of `SensorType.CUSTOM`: raw value of 0, percent of the converter's.
-        custom_active: As commanded.
+        custom_active: Supply of `SensorType.CUSTOM`, see `CUSTOM_SUPPLY`.
         pin_directions, pins_in, pins_out: The two digital lines; only `SensorType.CUSTOM` uses them.
         supply: Battery voltage on the port: 1 in pulses, 0x10 all the time, or 0.
         color: Values of a colour sensor.
@@ -135,7 +135,8 @@ class InputPort:
         self._debounce = self._edges = 0
 
     def _set_pins(self) -> None:
-        """Set the pins as the map says; the first one keeps its level as an output in most versions."""
+        """Set supply and pins as the map says; the first pin keeps its level as an output in most versions."""
+        self.supply = CUSTOM_SUPPLY.get(self.custom_active, 0)
         for pin in range(2):
             if self.pin_directions >> pin & 1:
                 self.pins.set_pin(pin, bool(self.pins_out >> pin & 1))

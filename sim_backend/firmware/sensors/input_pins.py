@@ -19,6 +19,9 @@ PIN_SETTINGS: dict[int, int] = {
 SUPPLY = {1: 0x01, 6: 0x10}
 """Battery voltage by the setting of the pins: in pulses, or all the time."""
 
+CUSTOM_SUPPLY = {1: 0x10, 2: 0x01}
+"""Battery voltage of a custom sensor by CustomActive of the map."""
+
 COLOR_PINS = 8
 """Setting of the pins for a colour sensor."""
 
