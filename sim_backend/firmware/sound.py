@@ -38,7 +38,7 @@ _QUEUED = 2
 _AHEAD_MS = 1.2
 """Time by which the loudspeaker ends a file before the end of a pass: its start and end are within passes."""
 
-CLICK, ATTENTION = b"! Click.rso\0", b"! Attention.rso\0"
+CLICK, ATTENTION, STARTUP = b"! Click.rso\0", b"! Attention.rso\0", b"! Startup.rso\0"
 """Sounds of the user interface."""
 
 _HEADER = struct.Struct(">HHHH")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.module import Clock
+from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sound import STARTUP, SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.battery import Battery
@@ -27,9 +28,11 @@ class Boot:
         keys: KeyInput,
         screen: ScreenRefresh,
         status_bar: StatusBar,
+        sound: SoundModule,
     ) -> None:
         self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
-        self._keys, self._screen, self._status_bar = keys, screen, status_bar
+        self._keys, self._screen, self._status_bar, self._sound = keys, screen, status_bar, sound
+        self._logo_ends_ms = NEVER
 
     @property
     def finds_empty(self) -> bool:
@@ -50,6 +53,10 @@ class Boot:
         registers, now_ms = self._registers, self._clock.now_ms
         if registers.is_on and registers.state in (UiState.START, UiState.EMPTY):
             self._show_logo(now_ms)
+            return
+        if registers.is_on and registers.state == UiState.LOGO and now_ms < self._logo_ends_ms:
+            self._sound.play_own(STARTUP, registers.volume)
+            registers.next_step_ms = self._logo_ends_ms
             return
         state, wait_ms = STARTING.get(registers.state, (UiState.WAITING, 1)) if registers.is_on else (UiState.START, 1)
         registers.state, registers.next_step_ms = int(state), now_ms + wait_ms
@@ -82,4 +89,5 @@ class Boot:
         registers.flags = int(UiFlag.BUSY)
         self._screen.mark(marks.LOGO)
         registers.state = int(UiState.LOGO)
-        registers.next_step_ms = self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS
+        self._logo_ends_ms = self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS
+        registers.next_step_ms = self._logo_ends_ms - times.STARTUP_LEAD_MS

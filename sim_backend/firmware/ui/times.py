@@ -18,6 +18,9 @@ REPORT_MS = 2625
 LOGO_MS, LOGO_LEAD_MS = 2784, 3
 """The logo ends this number of passes before the end of the first refresh of the screen that ends after this time."""
 
+STARTUP_LEAD_MS = 525
+"""Time from the sound of a start to the end of the logo."""
+
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""
 

@@ -82,7 +82,7 @@ class UiModule:
         )
         self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
         self._warning = BatteryWarning(clock, registers, battery, keys, screen, self.status_bar)
-        self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar)
+        self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar, sound)
         self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
         self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
         self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen)
