@@ -25,6 +25,8 @@ class PathNumbers:
         passed_mm: A waypoint is passed when the robot is this near.
         beside_mm: Or beside or beyond it, at no more than this.
         pivot_deg: At a larger bearing the robot turns on the spot.
+        turned_deg: After a stop before an obstacle it does so at a larger bearing than this: the safety stop would hold it
+            again before it has turned away.
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
         renew_s: The path is planned again this often, since more of it comes into view.
@@ -48,6 +50,7 @@ class PathNumbers:
     passed_mm: float = 90.0
     beside_mm: float = 250.0
     pivot_deg: float = 30.0
+    turned_deg: float = 6.0
     steer_per_s: float = 2.0
     steer_limit_deg_s: float = 90.0
     renew_s: float = 1.5
@@ -83,6 +86,7 @@ class FollowPathSkill:
         self._goal = route[-1]
         self._begin = self._from = perception.world.here
         self._stops = 0
+        self._turns_away = False
         self._end_s = self._promised_s = math.inf
         self._retreat: Retreat | None = None
         self._blocker: Blocker | None = None
@@ -148,6 +152,9 @@ class FollowPathSkill:
         elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
             speed_mm_s = N.slow_share * perception.parameters.cruise_mm_s
         share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
+        self._turns_away = self._turns_away and abs(bearing_deg) > N.turned_deg
+        if self._turns_away:
+            share = 0.0
         return share * speed_mm_s, perception.steering_deg_s(bearing_deg, N.steer_per_s, N.steer_limit_deg_s)
 
     def _seen(self, observation: Observation) -> Fact | None:
@@ -166,6 +173,7 @@ class FollowPathSkill:
         """Map the obstacle, and plan again."""
         perception = self._perception
         self._stops += 1
+        self._turns_away = stop is StopReason.OBSTACLE
         near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
         self._blocker = None
         if near_mm is not None:

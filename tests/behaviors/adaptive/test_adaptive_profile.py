@@ -24,7 +24,7 @@ from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence, evidence_from
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.journal import Kind
-from behaviors.ports import Glimpse, Pose, Sighting
+from behaviors.ports import Glimpse, Pose, Sighting, StopReason
 from behaviors.profiles.adaptive import LEAST_S, AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
@@ -176,6 +176,23 @@ def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_pat
     fact = FollowPathSkill(bench.profile._perception, (bench.world.pose.ahead(700.0),)).call()
     assert fact.event is Event.TARGET_SEEN
     assert math.dist(bench.world.here, begin) >= ATTEMPTS.beside_mm
+
+
+def test_a_robot_that_an_obstacle_stopped_turns_away_from_it_before_it_drives_on(bench, mocker):
+    """A path past an obstacle begins beside it; the safety stop holds whoever drives before having turned away."""
+    perception, body = bench.profile._perception, bench.profile._perception.context.body
+    perception.step()
+    begin_deg, drive = bench.world.pose.heading_deg, body.drive
+
+    def with_an_obstacle_ahead(speed_mm_s: float, turn_deg_s: float) -> StopReason | None:
+        if speed_mm_s > 0 and abs(body.pose().heading_deg - begin_deg) < 20.0:
+            body.stop()
+            return StopReason.OBSTACLE
+        return drive(speed_mm_s, turn_deg_s)
+
+    mocker.patch.object(body, "drive", with_an_obstacle_ahead)
+    fact = FollowPathSkill(perception, (bench.world.pose.ahead(500.0, 28.0),)).call()
+    assert (fact.event, fact.reason) == (Event.RECOVERY_DONE, Reason.THERE)
 
 
 @pytest.mark.parametrize(("heard", "fast"), [(True, True), (False, False)])
