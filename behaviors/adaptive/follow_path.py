@@ -25,8 +25,8 @@ class PathNumbers:
         passed_mm: A waypoint is passed when the robot is this near.
         beside_mm: Or beside or beyond it, at no more than this.
         pivot_deg: At a larger bearing the robot turns on the spot.
-        turned_deg: After a stop before an obstacle it does so at a larger bearing than this: the safety stop would hold it
-            again before it has turned away.
+        turned_deg: After a stop before an obstacle it does so at a larger bearing than this, since the safety stop
+            would hold it again until it has turned away.
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
         renew_s: The path is planned again this often, since more of it comes into view.

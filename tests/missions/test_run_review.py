@@ -43,7 +43,7 @@ def _unsuccessful(target: str) -> Record:
 def test_a_target_that_the_simulated_world_does_not_have_is_named_with_what_it_has(perform, mission_for):
     review = _reviewed(perform, "open", _with(mission_for("rilakkuma"), 297.0, "thesis"))
     [hint] = review.hints
-    assert "nor does anything in this world. It has lena." in hint
+    assert "nothing in this world does. It has lena." in hint
     assert "nxtdrive mission new" in hint
 
 
