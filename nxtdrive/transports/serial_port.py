@@ -71,7 +71,7 @@ class SerialTransport(StreamTransport):
             self._port.write(data)
         except serial.SerialTimeoutException:
             # it may have taken a part of this one, whose rest would be taken from the next
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(Exception):  # of a port that is gone, POSIX raises termios.error, no OSError
                 self._port.reset_output_buffer()  # closing waits until it is sent
             self.close()
             raise LinkLost(f"{self.address} takes no more telegrams.", remedy="Is the brick still on?") from None

@@ -103,10 +103,16 @@ def test_the_port_does_not_become_the_controlling_terminal(terminal):
     assert done.stdout.strip() == "none"
 
 
-def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker):
+class PosixError(Exception):
+    """As termios.error, which Windows does not have."""
+
+
+@pytest.mark.parametrize("gone", [None, OSError(), TypeError(), PosixError(errno.EIO, "Input/output error")])
+def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker, gone):
     """The rest of it would be taken from the next one."""
     port = mocker.patch("serial.Serial").return_value
     port.write.side_effect = serial.SerialTimeoutException("Write timeout")
+    port.reset_output_buffer.side_effect = gone
     transport = open_transport("serial://COM5")
     with pytest.raises(LinkLost, match="takes no more telegrams"):
         transport.send(b"\x00\x0b")

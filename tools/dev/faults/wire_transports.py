@@ -140,6 +140,9 @@ class _Port:
                 raise serial.SerialTimeoutException("Write timeout") from error
             raise OSError(errno.EIO, os.strerror(errno.EIO)) from error
 
+    def reset_output_buffer(self) -> None:
+        """Do nothing: nothing waits to be sent."""
+
     def close(self) -> None:
         self._wire.hang_up(self._link)
 
