@@ -10,6 +10,7 @@ from pathlib import Path
 from behaviors.mission import Mission
 from behaviors.profile_names import offered_profile
 from firmware_protocol.errors import ConfigError
+from input_files.mistakes import excerpt
 from input_files.plain import InputFileError, read_bytes, read_text
 from input_files.toml_file import MAX_BYTES
 from nxtdrive.mission.checking import Findings, check_mission
@@ -17,6 +18,8 @@ from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.output_file import draft
 
 NAME = re.compile(r"\w[\w .-]*\.toml")
+LONGEST_NAME = 255
+"""Bytes, by the limit of most file systems."""
 DEVICES = frozenset(
     {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
 )
@@ -110,8 +113,11 @@ class Missions:
             ValueError: The name is not that of a mission file, or the file is larger than a mission's.
             OSError: It cannot be written.
         """
-        if not NAME.fullmatch(name) or is_device(name):
-            raise ValueError(f"{name!r} is not a valid mission file name. Use letters and digits, and end it in .toml.")
+        if not NAME.fullmatch(name) or is_device(name) or len(name.encode()) > LONGEST_NAME:
+            raise ValueError(
+                f"{excerpt(name)} is not a valid mission file name. Use letters and digits, not too many of them, and "
+                "end it in .toml."
+            )
         path, content = self.folder / name, text.encode()
         with self._saving, draft(path, content) as file:
             if (_version(read_bytes(path, MAX_BYTES)) if path.exists() else "") != version:

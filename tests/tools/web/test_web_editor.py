@@ -92,6 +92,8 @@ def test_a_file_that_is_not_what_it_was_is_not_written(client, tmp_path, there, 
         "..%2Fsecret.toml",
         "a%5Cb.toml",
         "a%00.toml",
+        "a" * 251 + ".toml",
+        "é" * 126 + ".toml",
     ],
 )
 def test_only_mission_files_of_the_folder_are_written(client, tmp_path, name):
