@@ -91,11 +91,15 @@ class SignalInterrupt(KeyboardInterrupt):
 
 
 @contextmanager
-def signals_as_interrupt() -> Iterator[None]:
+def signals_as_interrupt() -> Iterator[Callable[[], int]]:
     """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
 
     A second one is ignored while the program ends, as a closed terminal sends two; from the third on they interrupt
     that, too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
+
+    Yields:
+        A function that returns the number of the first one, or SIGINT's. A mission ends by it in good order, and
+        what ran the mission may then raise a plain KeyboardInterrupt.
     """
     arrived: list[int] = []
 
@@ -113,7 +117,7 @@ def signals_as_interrupt() -> Iterator[None]:
         _send_again(number)
 
     with handling(interrupt), _dropped_interrupts(dropped):
-        yield
+        yield lambda: arrived[0] if arrived else signal.SIGINT
 
 
 @contextmanager

@@ -34,16 +34,13 @@ from firmware_protocol.printable import printable
 from input_files.plain import InputFileError
 from nxtdrive.cli.output import complain, drop_output, finish_output, guarded_output, write_line
 from nxtdrive.cli.parser import Help, Parser
-from nxtdrive.signals import SIGNALLED, SignalInterrupt, ignore_signals, signals_as_interrupt
+from nxtdrive.signals import SIGNALLED, ignore_signals, signals_as_interrupt
 
 if TYPE_CHECKING:
     from io import TextIOWrapper
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
 """Exit codes."""
-
-INTERRUPTED = SIGNALLED + 2
-"""Exit code after Ctrl-C of a command that had nothing to report yet."""
 
 BUG = "This is a bug in nxtdrive. Please report it with this traceback, the command and the files it was given."
 """Added to the traceback of an error that is none of those above."""
@@ -128,20 +125,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault(BLAS_THREADS, "1")  # more threads wait in a loop, slow on a busy machine
     with suppress(AttributeError, OSError):  # there is none, it is not the process's, or it has been read from
         cast("TextIOWrapper", sys.stdin).reconfigure(errors="surrogateescape")
-    with signals_as_interrupt():
-        code = _main(list(sys.argv[1:] if argv is None else argv))
+    with signals_as_interrupt() as first_signal:
+        try:
+            code = _reported(list(sys.argv[1:] if argv is None else argv))
+        except KeyboardInterrupt:  # also one that arrives while an error is being reported
+            code = SIGNALLED + first_signal()
         if argv is None:
             ignore_signals()  # the process is about to end
     return code
-
-
-def _main(arguments: Sequence[str]) -> int:
-    try:
-        return _reported(arguments)
-    except SignalInterrupt as interrupt:  # also one that arrives while an error is being reported
-        return SIGNALLED + interrupt.number
-    except KeyboardInterrupt:
-        return INTERRUPTED
 
 
 def _reported(arguments: Sequence[str]) -> int:

@@ -125,6 +125,21 @@ def test_no_worker_outlives_a_sweep_that_is_killed():
         program.communicate(timeout=30)
 
 
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_during_a_mission_ends_a_sweep_with_its_own_exit_code(tmp_path, monkeypatch, name):
+    """The mission ends in good order, so that the sweep learns of it by the mission's ending alone."""
+    (tmp_path / f"sends_{name}.py").write_text(
+        "import signal\n"
+        "from behaviors.profiles.adaptive import AdaptiveProfile\n\n\n"
+        "class Sender(AdaptiveProfile):\n"
+        "    def skill(self, state, choice):\n"
+        f"        signal.raise_signal(signal.{name})\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    words = ("sweep", "--classes", "open", "--seeds", "100", "--agents", f"sends_{name}:Sender")
+    assert main([*words, "--out", str(tmp_path / "sweep.jsonl")]) == 128 + getattr(signal, name)
+
+
 def test_an_interrupted_sweep_does_not_wait_for_missions_that_nobody_wants():
     with suppress(KeyboardInterrupt), local_workers(2) as workers:
         missions = [workers.executor.submit(time.sleep, 3600.0) for _ in range(4)]
