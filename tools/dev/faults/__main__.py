@@ -18,6 +18,7 @@ CAMPAIGNS: tuple[str, ...] = (
     "programs",
     "replies",
     "links",
+    "missions",
     "signals",
     "soak",
     "errors",
