@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,12 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from behaviors.robot_description import RobotFile, load_robot_file
+from behaviors.robot_description import load_robot_file
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web import calibration
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.calibration import Calibrations
 from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.messages import StartCalibration
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.tools.web.runs import Runs
@@ -88,20 +86,6 @@ def test_a_ruler_asks_on_the_page(tmp_path):
         found = _until(page, "calibration", running=False, values=True)
     after = {each["key"]: each["after"] for each in found["values"]}
     assert after["robot.wheel_diameter_mm"] == pytest.approx(56 * 1.03, rel=0.01)
-
-
-def test_an_answer_counts_once_whatever_number_a_second_one_names():
-    shown = {}
-    asking = calibration.ShownCalibration(StartCalibration(type="start_calibration"), RobotFile(), shown.update)
-    answers = []
-    with ThreadPoolExecutor() as pool:
-        asked = pool.submit(lambda: answers.append(asking._ask_number("how far?")))
-        while not shown.get("question"):
-            assert not asked.done()
-        with asking._answered:  # the asking thread cannot notice the first one before the others have come
-            for number, value in ((1, 30.0), (-1, 40.0), (0, 50.0), (1, 60.0)):
-                asking.answer(number, value)
-    assert answers == [30.0]
 
 
 def test_a_colour_is_learned(tmp_path):
