@@ -151,10 +151,8 @@ class FollowPathSkill:
             speed_mm_s = perception.parameters.cruise_mm_s
         elif observation.range_mm is not None and observation.range_mm < N.slow_mm:
             speed_mm_s = N.slow_share * perception.parameters.cruise_mm_s
-        share = max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
         self._turns_away = self._turns_away and abs(bearing_deg) > N.turned_deg
-        if self._turns_away:
-            share = 0.0
+        share = 0.0 if self._turns_away else max(0.0, 1.0 - abs(bearing_deg) / N.pivot_deg)
         return share * speed_mm_s, perception.steering_deg_s(bearing_deg, N.steer_per_s, N.steer_limit_deg_s)
 
     def _seen(self, observation: Observation) -> Fact | None:

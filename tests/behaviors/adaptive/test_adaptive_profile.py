@@ -179,7 +179,7 @@ def test_a_target_seen_again_from_where_its_approach_failed_does_not_end_the_pat
 
 
 def test_a_robot_that_an_obstacle_stopped_turns_away_from_it_before_it_drives_on(bench, mocker):
-    """A path past an obstacle begins beside it; the safety stop holds whoever drives before having turned away."""
+    """While the obstacle is still ahead, the safety stop holds a robot that drives before it has turned far enough."""
     perception, body = bench.profile._perception, bench.profile._perception.context.body
     perception.step()
     begin_deg, drive = bench.world.pose.heading_deg, body.drive

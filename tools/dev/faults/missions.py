@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import cast
 
+from behaviors.angles import wrapped_deg
 from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
@@ -85,7 +86,7 @@ class Referee:
         pose = self.simulation.truth.pose
         for at_mm, facing_deg in {each[target] for _, each in self.recent if target in each}:
             away = math.degrees(math.atan2(pose.y_mm - at_mm[1], pose.x_mm - at_mm[0])) - facing_deg
-            if math.dist(pose[:2], at_mm) <= CLAIM_MM and abs((away + 180) % 360 - 180) <= CLAIM_DEG:
+            if math.dist(pose[:2], at_mm) <= CLAIM_MM and abs(wrapped_deg(away)) <= CLAIM_DEG:
                 return True
         return False
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from typing import Any
+
+import tomlkit
 
 from behaviors.mission import Mission, MissionError, load_mission
 from firmware_protocol.errors import ConfigError
@@ -68,15 +69,13 @@ def draw(seed: int, number: int, folder: Path, *, camera: bool) -> RandomMission
     """
     random = Random(f"{seed}/{number}")  # noqa: S311 - repeatable
     while True:
-        world, mission, described = _World(random).tables(), {}, random.random() < 0.6
+        world, described = _World(random).tables(), random.random() < 0.6
         mission = _mission(random, world, described)
         try:
-            (folder / "world.toml").write_text(toml(world), encoding="utf-8")
-            (folder / "mission.toml").write_text(toml(mission), encoding="utf-8")
-            checked_world, checked = (
-                load_world(folder / "world.toml"),
-                load_mission(folder / "mission.toml", [PICTURES]),
-            )
+            (folder / "world.toml").write_text(tomlkit.dumps(world), encoding="utf-8")
+            (folder / "mission.toml").write_text(tomlkit.dumps(mission), encoding="utf-8")
+            checked_world = load_world(folder / "world.toml")
+            checked = load_mission(folder / "mission.toml", [PICTURES])
         except (ConfigError, MissionError):
             continue
         break
@@ -88,19 +87,6 @@ def draw(seed: int, number: int, folder: Path, *, camera: bool) -> RandomMission
     return RandomMission(
         checked_world, checked, described, random.choice(TRANSPORTS), fault, latency, tuple(lost), camera, number
     )
-
-
-def toml(tables: Mapping[str, Any]) -> str:
-    """Return tables as TOML."""
-    return "".join(f"{name} = {_inline(value)}\n" for name, value in tables.items())
-
-
-def _inline(value: object) -> str:
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(key)} = {_inline(each)}" for key, each in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    return json.dumps(value)
 
 
 def _numbers(random: Random, ranges: Mapping[str, tuple[float, float]], share: float) -> dict[str, Any]:
