@@ -20,12 +20,15 @@ class Answers(Generic[Q, A]):
 
     Args:
         pause: Has the request to end the mission or calibration that asks.
+
+    Attributes:
+        number: Of the latest question, from 1.
     """
 
     def __init__(self, pause: Pause) -> None:
         self._pause = pause
         self._changed = threading.Condition()
-        self._number = 0
+        self.number = 0
         self._open: tuple[int, Q] | None = None
         self._answer: A | None = None
 
@@ -45,10 +48,10 @@ class Answers(Generic[Q, A]):
             KeyboardInterrupt: What asks was ended instead.
         """
         with self._changed:
-            self._number += 1
-            self._answer, self._open = None, (self._number, question)
+            self.number += 1
+            self._answer, self._open = None, (self.number, question)
             try:
-                show(self._number)
+                show(self.number)
                 while self._answer is None:
                     self._pause.check_end()
                     self._changed.wait(CHECK_INTERVAL_S)

@@ -65,18 +65,13 @@ class WebOperator:
         Raises:
             KeyboardInterrupt: The mission was ended instead.
         """
-        number = 0
-
-        def show(asked_number: int) -> None:
-            nonlocal number
-            number = asked_number
-            shown = asked(question.evidence, question.candidates)
-            self._hub.show("question", {"open": True, "number": number, **shown})
-
+        shown = asked(question.evidence, question.candidates)
         try:
-            choice = self._answers.ask(question, show)
+            choice = self._answers.ask(
+                question, lambda number: self._hub.show("question", {"open": True, "number": number, **shown})
+            )
         finally:
-            self._hub.show("question", {"open": False, "number": number})
+            self._hub.show("question", {"open": False, "number": self._answers.number})
         return question.candidates[min(choice, len(question.candidates) - 1)].choice
 
     def answer(self, question: int, choice: int) -> None:
