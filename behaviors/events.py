@@ -80,6 +80,7 @@ class Reason(StrEnum):
     OPERATOR_PAUSE = "operator_pause"
     OPERATOR_RESUME = "operator_resume"
     TIME_UP = "time_up"
+    WRONG_WIRING = "wrong_wiring"
     NEVER_SEEN = "never_seen"
     LOST_BEHIND = "lost_behind"
     BLOCKED_SHORT = "blocked_short"

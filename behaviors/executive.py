@@ -29,6 +29,7 @@ from behaviors.recoveries import Choice, checked_choice
 from behaviors.return_types import WrongReturn, checked, place
 from behaviors.skills import Reply, Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
+from behaviors.wiring import WiringCheck, WrongWiring
 
 REPLIES = {
     Event.TARGET_SEEN: Reply.CONTINUE,
@@ -51,6 +52,7 @@ class Ending(StrEnum):
     LINK_LOST = "link_lost"
     CAMERA_LOST = "camera_lost"
     SENSOR_LOST = "sensor_lost"
+    WRONG_WIRING = "wrong_wiring"
     BROKEN = "broken"
 
 
@@ -63,7 +65,7 @@ class Report:
         targets: The outcome of each target.
         path: The states entered, in order.
         duration_s: How long it took, in mission time.
-        error: The outage that ended it, in words, or an empty string.
+        error: What made it impossible to go on, in words, or an empty string.
         observer_failures: Names of observers that failed and were left out, each with its error in words.
         refused: Whether a brick that answers and refuses has ended it.
         hints: What to check or change, one sentence or two each; added by the program that assembled the mission.
@@ -121,6 +123,7 @@ class Executive:
         self._start_s = clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
         self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s, pause)
+        self._context.wiring = WiringCheck(mission.robot, mission.camera)
         self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
@@ -205,6 +208,11 @@ class Executive:
             self._stop_motors()
             self._report(Fact(Event.ABORT, Reason.TIME_UP))
             return Ending.TIME_UP
+        except WrongWiring as error:
+            self._stop_motors()
+            self._error = str(error)
+            self._report(Fact(Event.TRIP, Reason.WRONG_WIRING, {"error": str(error)}))
+            return Ending.WRONG_WIRING
         except Outage as outage:
             self._error, name = in_words(outage), f"{part_of(outage)}_lost"
             self._refused = outage.refused

@@ -32,6 +32,7 @@ from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.obstacle_watch import ObstacleWatch, surroundings
 from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, MotionResult, Pose, Sighting
+from behaviors.wiring import WiringCheck
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,7 @@ class SkillContext:
         deadline_s: When the mission's time is over, on its clock; each pause postpones it.
         pause: The operator's.
         pauses: Beginning on the clock and duration of each pause, in seconds.
+        wiring: Gets every look, to check whether the motors are connected as the mission says; None for no check.
         watch: Gets from every skill how its motions end.
     """
 
@@ -96,6 +98,7 @@ class SkillContext:
     deadline_s: float = math.inf
     pause: Pause = field(default_factory=Pause)
     pauses: list[tuple[float, float]] = field(default_factory=list)
+    wiring: WiringCheck | None = None
     watch: ObstacleWatch = field(init=False)
 
     def __post_init__(self) -> None:
@@ -356,13 +359,19 @@ def sighted(
 
 
 def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
-    """Write a record of a look, with its pose and the echo there."""
+    """Write a record of a look, with its pose and the echo there.
+
+    Raises:
+        WrongWiring: The looks so far show that the motors are not connected as the mission says.
+    """
     context.note(
         Kind.LOOK,
         pose=pose_values(pose),
         range_mm=range_mm,
         sighting=None if sighting is None else sighting_values(sighting),
     )
+    if context.wiring is not None:
+        context.wiring.look(context.clock.now(), pose, range_mm, sighting)
 
 
 def pose_values(pose: Pose) -> list[float]:

@@ -14,11 +14,11 @@ from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
-from behaviors.adaptive.pose_history import PoseHistory
 from behaviors.adaptive.slant import Slant
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
 from behaviors.ports import Glimpse, Point, Pose, Sighting
+from behaviors.pose_history import PoseHistory
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
 OTHER_RANGE_HEIGHTS = 12.0

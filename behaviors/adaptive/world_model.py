@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from behaviors.adaptive.attempts import Attempts
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.pose_history import PoseHistory
 from behaviors.adaptive.recent_echoes import RecentEchoes
 from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.adaptive.turn_scale import Beam
@@ -19,6 +18,7 @@ from behaviors.events import Event, Reason
 from behaviors.failures import Blocker, Failure
 from behaviors.mission import Mission
 from behaviors.ports import FloorRay, Glimpse, Point, Pose, Sighting
+from behaviors.pose_history import PoseHistory
 
 
 @dataclass(frozen=True, slots=True)

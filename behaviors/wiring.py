@@ -1,0 +1,239 @@
+"""Whether the motors are connected and mounted as the mission says, by what it sees and hears as it moves.
+
+A robot whose motor cables are exchanged, or whose motors are mounted the other way round, turns away from what it
+steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
+target that stood still is seen next, and from how far an echo comes, by the turns of both wheels; so each pair of
+sightings or echoes is evidence about them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple
+
+from behaviors.angles import wrapped_deg
+from behaviors.ports import Pose, Sighting
+from behaviors.pose_history import PoseHistory
+from behaviors.robot_description import CameraTable, RobotTable
+
+
+@dataclass(frozen=True, slots=True)
+class WiringNumbers:
+    """The numbers of the check.
+
+    Attributes:
+        described: Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess.
+        wrong: The mission is wrong once the chance that it is right is this low.
+        right: It is right, and the check is over, once the chance that it is wrong is this low.
+        turned_deg: Two sightings are compared once the robot turned this far between them,
+        approached: or drove this share of the distance.
+        rolled_mm: Two echoes are compared once a wheel turned this far between them.
+        within_s: Both are compared within this time: later something may have moved.
+        bearing_deg: Standard deviation of a bearing, to which `of_turn` of the turn is added, since field of view and
+        of_turn: track may be wrong.
+        of_distance: Standard deviation of a distance by size, as a share.
+        echo_mm: Standard deviation of the difference of two echoes.
+        straight_deg: Where the robot turned farther, its next echo may be of anything,
+        any_mm: over this span.
+        late: Chance that a frame or an echo is older than it says, or that the robot did not move.
+        stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
+    """
+
+    described: float = 0.98
+    wrong: float = 1e-4
+    right: float = 1e-6
+    turned_deg: float = 4.0
+    approached: float = 0.2
+    rolled_mm: float = 80.0
+    within_s: float = 6.0
+    bearing_deg: float = 2.0
+    of_turn: float = 0.25
+    of_distance: float = 0.1
+    echo_mm: float = 30.0
+    straight_deg: float = 5.0
+    any_mm: float = 1000.0
+    late: float = 0.3
+    stray: float = 0.1
+
+
+N = WiringNumbers()
+
+
+class WrongWiring(Exception):
+    """The motors are not connected and mounted as the mission says; the message says what to change."""
+
+
+class Wiring(NamedTuple):
+    """One way to connect and mount the motors, compared with the mission's.
+
+    Attributes:
+        left: Whether the motor of the mission's left wheel drives it as the mission says: 1 or -1.
+        right: The same for the right wheel.
+        exchanged: Whether that motor drives the right wheel instead, and the other one the left.
+    """
+
+    left: int = 1
+    right: int = 1
+    exchanged: bool = False
+
+    def true_motion(self, forward_mm: float, turned_deg: float, track_mm: float) -> tuple[float, float]:
+        """Return how far the robot really drove and turned, positive right, where its odometry has these values."""
+        arc_mm = math.radians(turned_deg) * track_mm / 2
+        wheels = self.left * (forward_mm + arc_mm), self.right * (forward_mm - arc_mm)
+        left_mm, right_mm = reversed(wheels) if self.exchanged else wheels
+        return (left_mm + right_mm) / 2, math.degrees((left_mm - right_mm) / track_mm)
+
+    def described(self, robot: RobotTable) -> RobotTable:
+        """Return the right description of a robot whose motors are connected and mounted like this."""
+        left = (robot.left, robot.left_reversed is not (self.left < 0))
+        right = (robot.right, robot.right_reversed is not (self.right < 0))
+        if self.exchanged:
+            left, right = right, left
+        return robot.model_copy(
+            update={"left": left[0], "left_reversed": left[1], "right": right[0], "right_reversed": right[1]}
+        )
+
+
+AS_DESCRIBED = Wiring()
+WIRINGS = [Wiring(*each) for each in product((1, -1), (1, -1), (False, True))]
+
+
+class WiringCheck:
+    """Compares what is seen and heard with how the wheels turn, until it is clear whether that fits.
+
+    Args:
+        robot: The description to check.
+        camera: Where the lens is.
+    """
+
+    def __init__(self, robot: RobotTable, camera: CameraTable) -> None:
+        self._robot, self._camera = robot, camera
+        self._poses = PoseHistory()
+        self._seen: tuple[Sighting, Pose] | None = None
+        self._heard: tuple[float, float, Pose] | None = None
+        wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
+        self._chances = {each: N.described if each == AS_DESCRIBED else wrong for each in WIRINGS}
+        self._over = False
+
+    def look(self, time_s: float, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
+        """Learn from a look.
+
+        Args:
+            time_s: Now, on the clock of the sighting.
+            pose: Of the robot now, by odometry.
+            range_mm: The sonar's echo now, or None.
+            sighting: The current target, or None.
+
+        Raises:
+            WrongWiring: The robot moves in another way than its wheels' turns say.
+        """
+        if self._over:
+            return
+        self._poses.add(time_s, pose)
+        if range_mm is not None:
+            self._hear(time_s, range_mm, pose)
+        if sighting is not None and self._in_view(sighting):
+            self._see(sighting, self._poses.at(sighting.time_s))
+
+    def _hear(self, time_s: float, range_mm: float, pose: Pose) -> None:
+        last_s, last_mm, last = self._heard or (-math.inf, 0.0, pose)
+        motion = forward_mm, turned_deg = _motion(last, pose)
+        rolled_mm = abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2
+        old = time_s - last_s > N.within_s
+        if old or rolled_mm >= N.rolled_mm:
+            self._heard = time_s, range_mm, pose
+        if not old and rolled_mm >= N.rolled_mm:
+            self._learn(motion, lambda *true: _echo_likelihood(last_mm, range_mm, *true))
+
+    def _see(self, seen: Sighting, pose: Pose) -> None:
+        last, then = self._seen or (seen, pose)
+        motion = forward_mm, turned_deg = _motion(then, pose)
+        moved = abs(turned_deg) >= N.turned_deg or abs(forward_mm) >= N.approached * last.distance_mm
+        unlike = last.target != seen.target or seen.time_s - last.time_s > N.within_s
+        if self._seen is None or unlike or moved:
+            self._seen = seen, pose
+        if moved and not unlike:
+            self._learn(motion, lambda *true: self._sighting_likelihood(last, seen, *true))
+
+    def _in_view(self, sighting: Sighting) -> bool:
+        """Return whether the middle of the target is in the frame, so that its bearing is accurate."""
+        return not sighting.cut and abs(sighting.bearing_deg - self._camera.yaw_deg) < self._camera.hfov_deg / 2
+
+    def _learn(self, motion: tuple[float, float], likelihood: Callable[[float, float], float]) -> None:
+        """Update the chances of all wirings.
+
+        Args:
+            motion: How far the robot drove and turned by odometry.
+            likelihood: Of what was seen or heard after it, if it really drove and turned so far.
+        """
+        for wiring in WIRINGS:
+            self._chances[wiring] *= likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
+        total = sum(self._chances.values())
+        self._chances = {wiring: chance / total for wiring, chance in self._chances.items()}
+        self._over = sum(chance for wiring, chance in self._chances.items() if wiring != AS_DESCRIBED) <= N.right
+        if self._chances[AS_DESCRIBED] <= N.wrong:
+            raise WrongWiring(self._advice())
+
+    def _sighting_likelihood(self, last: Sighting, seen: Sighting, forward_mm: float, turned_deg: float) -> float:
+        """Return how probable a sighting is after another one, if the robot really moved like this in between."""
+        start = Pose()
+        place = self._camera.lens_at(start).ahead(last.distance_mm, last.bearing_deg)
+        x_mm, y_mm = start.ahead(forward_mm, turned_deg / 2)
+        bearing_deg, distance_mm = self._camera.lens_at(Pose(x_mm, y_mm, turned_deg)).polar_to(place)
+        spread_deg = N.bearing_deg + N.of_turn * abs(turned_deg)
+
+        def density(bearing_deg: float, distance_mm: float) -> float:
+            nearer = math.log(seen.distance_mm / max(distance_mm, 1.0))
+            return _normal(wrapped_deg(seen.bearing_deg - bearing_deg), spread_deg) * _normal(nearer, N.of_distance)
+
+        anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
+        return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
+
+    def _advice(self) -> str:
+        """Say what else would explain what was seen and heard, and what to do."""
+        likely = sorted(WIRINGS, key=self._chances.__getitem__, reverse=True)
+        others = [each for each in likely if self._chances[each] >= self._chances[likely[0]] / 10]
+        keys = " or ".join(_changes(self._robot, each.described(self._robot)) for each in others)
+        mirrored = (
+            " So does a camera whose picture is mirrored or upside down." if Wiring(exchanged=True) in others else ""
+        )
+        return (
+            "The robot does not move as [robot] says: as it moved, what it saw or heard changed in another way. "
+            f"This fits {keys}.{mirrored} `nxtdrive calibrate motors` measures it and writes it to a robot file."
+        )
+
+
+def _echo_likelihood(last_mm: float, heard_mm: float, forward_mm: float, turned_deg: float) -> float:
+    """Return how probable an echo is after another one, if the robot really moved like this in between."""
+    farther_mm, anything = heard_mm - last_mm, 1.0 / N.any_mm
+    expected = anything if abs(turned_deg) > N.straight_deg else _normal(farther_mm + forward_mm, N.echo_mm)
+    return _mixed(expected, _normal(farther_mm, N.echo_mm), anything)
+
+
+def _mixed(moved: float, late: float, stray: float) -> float:
+    return (1.0 - N.late - N.stray) * moved + N.late * late + N.stray * stray
+
+
+def _normal(error: float, deviation: float) -> float:
+    """Return the density of a normal distribution."""
+    return math.exp(-0.5 * (error / deviation) ** 2) / (deviation * math.sqrt(2 * math.pi))
+
+
+def _motion(last: Pose, pose: Pose) -> tuple[float, float]:
+    """Return how far the robot drove and turned between two poses, by odometry."""
+    turned_deg = pose.heading_deg - last.heading_deg
+    between = replace(last, heading_deg=last.heading_deg + turned_deg / 2)
+    bearing_deg, distance_mm = between.polar_to((pose.x_mm, pose.y_mm))
+    return distance_mm * math.cos(math.radians(bearing_deg)), turned_deg
+
+
+def _changes(was: RobotTable, now: RobotTable) -> str:
+    """Return the keys of [robot] that differ, as a mission file has them."""
+    pairs = {name: value for name, value in now.model_dump().items() if value != getattr(was, name)}
+    return ", ".join(
+        f"{name} = {str(value).lower()}" if isinstance(value, bool) else f'{name} = "{value}"'
+        for name, value in pairs.items()
+    )

@@ -1,0 +1,47 @@
+"""A mission whose motors are not connected as it says ends soon, at rest, and says what to change."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.events import Event, Reason
+from behaviors.executive import Ending
+from behaviors.journal import Kind
+from behaviors.mission import Mission
+
+CAMERA_LOOKS_BACK = {"left": "C", "right": "B", "left_reversed": True, "right_reversed": True}
+
+
+def described(mission: Mission, **robot: object) -> Mission:
+    """Return the mission with another description of the robot, whose wheels are at B and C."""
+    return mission.model_copy(update={"robot": mission.robot.model_copy(update=robot)})
+
+
+@pytest.mark.parametrize(
+    ("robot", "keys"),
+    [
+        ({"left": "C", "right": "B"}, 'left = "B", right = "C"'),
+        ({"left_reversed": True, "right_reversed": True}, "left_reversed = false, right_reversed = false"),
+        ({"left_reversed": True}, "left_reversed = false"),
+        (CAMERA_LOOKS_BACK, 'left = "B", right = "C", left_reversed = false, right_reversed = false'),
+    ],
+)
+def test_a_wrong_wiring_ends_the_mission(perform, mission_for, robot, keys):
+    mission = described(mission_for("lena", profile="adaptive"), **robot)
+    done = perform("open", mission, geometric=True)
+    assert done.report.ending is Ending.WRONG_WIRING
+    assert done.report.duration_s < 60.0
+    assert keys in done.report.error.replace("right_reversed = false, left_reversed", "left_reversed")
+    assert done.simulation.truth.speed_mm_s < 1.0
+    trip = done.of(Kind.TRANSITION, event=Event.TRIP)[-1]
+    assert trip.data["reason"] == Reason.WRONG_WIRING
+
+
+def test_the_thesis_checks_it_too(perform, mission_for):
+    mission = described(mission_for("lena"), left_reversed=True, right_reversed=True)
+    assert perform("open", mission, geometric=True).report.ending is Ending.WRONG_WIRING
+
+
+def test_a_robot_as_described_reaches_its_target(perform, mission_for):
+    done = perform("open", mission_for("lena", profile="adaptive"), geometric=True)
+    assert done.report.ending is Ending.ACHIEVED
