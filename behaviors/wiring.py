@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
+from statistics import fmean
 from typing import NamedTuple
 
 from behaviors.angles import wrapped_deg
@@ -40,6 +41,7 @@ class WiringNumbers:
         any_mm: over this span.
         late: Chance that a frame or an echo is older than it says, or that the robot did not move.
         stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
+        slips: Chance that a wheel slips.
     """
 
     described: float = 0.98
@@ -57,6 +59,7 @@ class WiringNumbers:
     any_mm: float = 1000.0
     late: float = 0.3
     stray: float = 0.1
+    slips: float = 0.2
 
 
 N = WiringNumbers()
@@ -70,13 +73,13 @@ class Wiring(NamedTuple):
     """One way to connect and mount the motors, compared with the mission's.
 
     Attributes:
-        left: Whether the motor of the mission's left wheel drives it as the mission says: 1 or -1.
+        left: How far its left wheel's motor drives it, as a share: 1 forwards, -1 backwards, less if the wheel slips.
         right: The same for the right wheel.
         exchanged: Whether that motor drives the right wheel instead, and the other one the left.
     """
 
-    left: int = 1
-    right: int = 1
+    left: float = 1
+    right: float = 1
     exchanged: bool = False
 
     def true_motion(self, forward_mm: float, turned_deg: float, track_mm: float) -> tuple[float, float]:
@@ -99,6 +102,8 @@ class Wiring(NamedTuple):
 
 AS_DESCRIBED = Wiring()
 WIRINGS = [Wiring(*each) for each in product((1, -1), (1, -1), (False, True))]
+SLIPS = [Wiring(*each) for each in ((0.5, 1), (1, 0.5), (0, 1), (1, 0))]
+"""One wheel slips, on the robot as it is described."""
 
 
 class WiringCheck:
@@ -169,10 +174,14 @@ class WiringCheck:
             motion: How far the robot drove and turned by odometry.
             likelihood: Of what was seen or heard after it, if it really drove and turned so far.
         """
-        for wiring in WIRINGS:
-            self._chances[wiring] *= likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
-        total = sum(self._chances.values())
-        self._chances = {wiring: chance / total for wiring, chance in self._chances.items()}
+
+        def fit(wiring: Wiring) -> float:
+            return likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
+
+        fits = {wiring: fit(wiring) for wiring in WIRINGS}
+        fits[AS_DESCRIBED] += N.slips * (fmean(map(fit, SLIPS)) - fits[AS_DESCRIBED])
+        total = sum(self._chances[wiring] * fits[wiring] for wiring in WIRINGS)
+        self._chances = {wiring: self._chances[wiring] * fits[wiring] / total for wiring in WIRINGS}
         self._over = sum(chance for wiring, chance in self._chances.items() if wiring != AS_DESCRIBED) <= N.right
         if self._chances[AS_DESCRIBED] <= N.wrong:
             raise WrongWiring(self._advice())

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from behaviors.ports import Pose, Sighting
 from behaviors.robot_description import CameraTable, RobotTable
 from behaviors.skills import steering_deg_s
-from behaviors.wiring import AS_DESCRIBED, WIRINGS, WiringCheck, WrongWiring
+from behaviors.wiring import AS_DESCRIBED, WIRINGS, Wiring, WiringCheck, WrongWiring
 
 STEP_S = 1 / 15
 """From one frame to the next."""
@@ -86,6 +86,11 @@ def test_every_wrong_wiring_is_noticed_and_its_keys_are_named(wiring):
 @given(seed=st.integers(0, 10**6), fov=st.floats(0.85, 1.15), track=st.floats(0.9, 1.1), late=st.integers(0, 4))
 def test_a_robot_as_described_is_left_alone_though_its_numbers_are_a_little_off(seed, fov, track, late):
     assert drive(AS_DESCRIBED, seed, fov=fov, track=track, late_frames=late, for_s=40.0) == ""
+
+
+@given(seed=st.integers(0, 10**6), keeps=st.floats(0.2, 1.0), left=st.booleans())
+def test_a_wheel_that_slips_is_not_taken_for_a_reversed_one(seed, keeps, left):
+    assert drive(Wiring(keeps, 1) if left else Wiring(1, keeps), seed, for_s=60.0) == ""
 
 
 def test_the_keys_are_compared_with_the_missions_own():
