@@ -9,12 +9,13 @@ import math
 import tempfile
 import time
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import cast
 
-from behaviors.angles import wrapped_deg
+import numpy as np
+
 from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.observers import Observers
@@ -30,6 +31,7 @@ from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, RunFolder
 from sim_backend.judge import scene
+from sim_backend.scenarios.floor_plan import Goal
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
@@ -56,7 +58,7 @@ class Referee:
     trial: RandomMission
     wrong: list[str] = field(default_factory=list)
     choices: list[tuple[Record, Point]] = field(default_factory=list)
-    recent: list[tuple[int, dict[str, tuple[tuple[float, float], float]]]] = field(default_factory=list)
+    recent: list[dict[str, Goal]] = field(default_factory=list)
     here: Point = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -71,24 +73,22 @@ class Referee:
             self.choices.append((record, self.here))
         claims = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
         if claims and self.trial.described and not self._is_at(record.target):
-            here, there = self.simulation.truth.pose, self._prints().get(record.target)
+            here, there = self.simulation.truth.pose, self._goals().get(record.target)
             self.wrong.append(f"wrong stop at {record.time_s} s: {record.target} is at {there}, the robot at {here}")
 
-    def _prints(self) -> dict[str, tuple[tuple[float, float], float]]:
-        return {name: (goal.at_mm, goal.facing_deg) for name, goal in scene(self.simulation).goals.items()}
+    def _goals(self) -> dict[str, Goal]:
+        """Return where a stop counts at this moment, with margins."""
+        goals = scene(self.simulation).goals
+        return {name: replace(goal, reach_mm=CLAIM_MM, reach_deg=CLAIM_DEG) for name, goal in goals.items()}
 
     def _watch(self) -> None:
         now_ms = self.simulation.now_ms
-        self.recent = [*self.recent[-round(MOVED_S * 5) :], (now_ms, self._prints())]
+        self.recent = [*self.recent[-round(MOVED_S * 5) :], self._goals()]
         self.simulation.at(now_ms + 200, self._watch)
 
     def _is_at(self, target: str) -> bool:
-        pose = self.simulation.truth.pose
-        for at_mm, facing_deg in {each[target] for _, each in self.recent if target in each}:
-            away = math.degrees(math.atan2(pose.y_mm - at_mm[1], pose.x_mm - at_mm[0])) - facing_deg
-            if math.dist(pose[:2], at_mm) <= CLAIM_MM and abs(wrapped_deg(away)) <= CLAIM_DEG:
-                return True
-        return False
+        here = np.array(self.simulation.truth.pose[:2])
+        return any(goals[target].covers(here) for goals in self.recent if target in goals)
 
     def livelocks(self) -> list[str]:
         """Return the decisions that the rules of docs/adaptive.md forbid."""
