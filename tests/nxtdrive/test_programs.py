@@ -9,7 +9,10 @@ from firmware_protocol.direct import GetInputValues, StartProgram, StopProgram
 from firmware_protocol.enums import InputPort, SensorType
 from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError
 from firmware_protocol.status import Status
-from nxtdrive.brick import Brick
+from nxtdrive.brick import Brick, open_brick
+from nxtdrive.cli.main import DONE, main
+from nxtdrive.transports.sim import SimTransport, shared
+from sim_backend.simulation import Simulation
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "firmware.jsonl"
 
@@ -142,3 +145,32 @@ def test_the_monitor_leaves_the_sensors_of_a_running_program_alone(room):
     assert (row.name, row.value) == ("not set up", None)
     assert vars(sonar) == before
     assert brick.request(GetInputValues(InputPort.IN_4)).type is SensorType.NONE
+
+
+@pytest.fixture
+def busy():
+    """The address of a brick on which a program runs."""
+    simulation = Simulation("open")
+    with shared("busy", lambda: SimTransport(simulation)) as address:
+        with open_brick(address) as brick:
+            brick.files.write("loop.rxe", _content("loop.rxe"))
+            brick.programs.start("loop.rxe")
+        yield address
+
+
+@pytest.mark.parametrize("action", [("read", "1", "touch"), ("identify",), ("registers", "4", "0x10")])
+def test_a_command_that_sets_up_ports_says_that_a_program_is_running(busy, action, capsys):
+    assert main(["sensor", *action, "--nxt", busy]) == DONE
+    assert "loop.rxe is running" in capsys.readouterr().err
+    assert main(["program", "stop", "--nxt", busy]) == DONE
+    assert main(["sensor", *action, "--nxt", busy]) == DONE
+    assert capsys.readouterr().err == ""
+
+
+def test_the_doctor_leaves_motors_and_ports_of_a_running_program_alone(busy, capsys):
+    assert main(["doctor", "--nxt", busy, "--wiggle", "--yes"]) == DONE
+    printed = capsys.readouterr().out
+    assert "loop.rxe is running" in printed
+    assert "motor B" not in printed
+    with open_brick(busy) as brick:
+        assert brick.request(GetInputValues(InputPort.IN_4)).type is SensorType.NONE

@@ -184,6 +184,9 @@ def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]
     from nxtdrive.tools.doctor import brick as patient
     from nxtdrive.tools.doctor.finding import warning
 
+    if program := brick.programs.running:
+        yield warning("wiggle", f"skipped: {program} is running on the brick.", "Stop it: nxtdrive program stop")
+        return
     if not asked and not (can_ask() and agrees(MAY_TURN)):
         yield warning("wiggle", "skipped: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
         return

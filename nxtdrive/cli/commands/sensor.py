@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, number, on_brick
-from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.cli.output import complain, write_json, write_line
 from nxtdrive.ports import SENSOR_PORTS
 
 if TYPE_CHECKING:
@@ -25,8 +25,9 @@ DESCRIPTION = """\
 Read a sensor once (read) or as fast as the link allows (watch), identify digital
 sensors (identify), or read their registers (registers). KIND is touch, light,
 ambient, sound, sound-dba, ultrasonic, color, temperature, rcx-temperature or
-compass; without it, a digital sensor is identified. docs/sensors.md has their
-units and ranges."""
+compass; without it, a digital sensor is identified. Each action sets up the ports
+that it reads; `nxtdrive monitor` leaves those of a running program as they are.
+docs/sensors.md has units and ranges."""
 EXAMPLES = """\
   nxtdrive sensor read 4 ultrasonic
   nxtdrive sensor watch 1 touch --every 0.1 --count 20
@@ -107,6 +108,7 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
 
     if kind is not None and kind not in KINDS:
         return make_sensor(kind, brick.link, port)  # which refuses it before the brick is asked
+    _warn_of_program(brick)
     identity = identify(brick.link, port)
     found = identity.kind if identity else ""
     if kind is None and found not in KINDS:
@@ -119,6 +121,12 @@ def _sensor(brick: Brick, port: SensorPort, kind: str | None) -> Measuring[Any]:
             remedy=f"Name that kind, or the port of the {kind} sensor.",
         )
     return make_sensor(kind or found, brick.link, port)
+
+
+def _warn_of_program(brick: Brick) -> None:
+    """Say that a running program will find its ports changed."""
+    if name := brick.programs.running:
+        complain(f"warning: {name} is running on the brick, and reads the ports that are set up here in another mode.")
 
 
 def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> None:
@@ -134,6 +142,7 @@ def _print(sensor: Measuring[Any], reading: Reading[Any], *, as_json: bool) -> N
 def _identify(args: argparse.Namespace, brick: Brick) -> None:
     from nxtdrive.sensors import identify
 
+    _warn_of_program(brick)
     found = {port: identify(brick.link, port) for port in SENSOR_PORTS}
     if args.json:
         write_json({port: asdict(who) if who else None for port, who in found.items()}, indent=2)
@@ -144,6 +153,7 @@ def _identify(args: argparse.Namespace, brick: Brick) -> None:
 
 
 def _registers(args: argparse.Namespace, brick: Brick) -> None:
+    _warn_of_program(brick)
     data = brick.i2c(args.port, args.address).read(args.register, args.size)
     if args.json:
         write_json({"register": args.register, "data": data.hex()})
