@@ -8,7 +8,7 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.errors import AddressError
+from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, writing
@@ -88,10 +88,17 @@ def record(args: argparse.Namespace) -> int:
 def _bench(address: Address) -> BenchPartner | None:
     """Return the bench of `nxtdrive sim check` for ``sim://``, alone or with a firmware; None for other addresses."""
     from nxtdrive.tools.conformance.recorder import BenchPartner
+    from nxtdrive.transports.record import brick_address
 
-    if address.scheme != "sim" or address.target or address.options.keys() - {"firmware"}:
+    brick = brick_address(address)
+    if brick.scheme != "sim" or brick.target or brick.options.keys() - {"firmware"}:
         return None
-    firmware = address.options.get("firmware", FIRMWARES[0])
+    if brick != address:
+        raise ConfigError(
+            f"{brick} is a bench here, without a link whose traffic --trace could record.",
+            remedy="Leave out --trace, or name a room: --nxt sim://arena.",
+        )
+    firmware = brick.options.get("firmware", FIRMWARES[0])
     if firmware not in FIRMWARES:
         raise AddressError(
             f"{address}: there is no simulated firmware {firmware!r}.", remedy=f"Choose from {', '.join(FIRMWARES)}."

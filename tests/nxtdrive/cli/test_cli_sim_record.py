@@ -88,8 +88,15 @@ def test_a_recording_is_what_the_golden_ones_are(script):
 
 
 def test_a_recording_that_is_traced_says_over_what_it_was(script):
-    assert record(script("GetBatteryLevel\n"), "--trace", "talk.nxttrace") == DONE
+    assert record(script("GetBatteryLevel\n"), "--nxt", "sim://open", "--trace", "talk.nxttrace") == DONE
     assert steps()[0]["about"] == "a brick over sim"
+
+
+def test_the_bench_has_no_link_to_trace(script, capsys):
+    """With one, another brick would be recorded: that in the room of ``sim://``, which a check does not repeat."""
+    assert record(script("GetBatteryLevel\n"), "--trace", "talk.nxttrace") == USAGE
+    assert "--trace" in capsys.readouterr().err
+    assert not Path("questions.jsonl").exists()
 
 
 def test_time_that_an_exchange_took_is_recorded_as_a_wait(script):
