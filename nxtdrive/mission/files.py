@@ -18,6 +18,11 @@ ROBOT_FILE = Path("robot.toml")
 """Where `nxtdrive calibrate` writes when no robot file is named."""
 
 
+def own_room(mission: Path) -> Path:
+    """Return where `nxtdrive mission new` writes the simulated room of a mission."""
+    return mission.with_name(f"{mission.stem}-world.toml")
+
+
 def usual_robot() -> Path | None:
     """Return the robot file of the environment, if it names one."""
     named = os.environ.get(ROBOT_VARIABLE)

@@ -20,6 +20,7 @@ from behaviors.profile_names import THESIS
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
+from nxtdrive.mission.files import own_room
 from nxtdrive.mission.truth import Truth, recognised
 from nxtdrive.transports.address import Address
 
@@ -161,7 +162,7 @@ class RunReview:
             return
         known = ", ".join(truth.front_images())
         has = f"It has {known}" if known else "It has no objects"
-        room = self._file and self._file.with_name(f"{self._file.stem}-world.toml")
+        room = self._file and own_room(self._file)
         advice = (
             f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
             if room is not None and room.is_file()

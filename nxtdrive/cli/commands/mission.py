@@ -162,12 +162,13 @@ def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.mission_template import template
     from nxtdrive.cli.template_target import RED_BOX
     from nxtdrive.cli.world_template import world_text
+    from nxtdrive.mission.files import own_room
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.transports.address import Address
 
     target = _new_target(args)
     mission = args.file or Path("my-mission.toml" if target is RED_BOX else f"{target.name}.toml")
-    world = mission.with_name(f"{mission.stem}-world.toml")
+    world = own_room(mission)
     text = world_text(target, world.parent)
     contents = {mission: template(target, mission.parent).encode(), world: text.encode()}
     if target.picture and target.sheet:

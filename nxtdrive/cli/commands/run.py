@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -163,9 +164,21 @@ def _mission(args: argparse.Namespace) -> Mission:
     mission = read_mission_file(args.mission, args.robot)
     if args.profile is not None:
         mission = with_profile(mission, args.profile)
-    for warning in warnings(mission):
+    for warning in (*warnings(mission), *_other_room(args.mission, args.nxt)):
         complain(f"warning: {warning}")
     return mission
+
+
+def _other_room(mission: Path | None, nxt: str) -> Iterator[str]:
+    """Warn of a simulated brick that is by default in another room than the one written with the mission."""
+    from nxtdrive.mission.files import own_room
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import brick_address
+
+    brick = brick_address(Address.parse(nxt))
+    if mission is not None and brick.scheme == "sim" and not brick.target and (room := own_room(mission)).is_file():
+        own = shlex.quote(str(Address("sim", str(room))))
+        yield f"{brick} is the built-in room; the one written with this mission is --nxt {own}"
 
 
 def _console(style: str) -> Callable[[Record], None]:

@@ -344,3 +344,14 @@ def test_control_characters_in_a_pictures_name_are_escaped(capsys):
     assert main(["mission", "new", "--picture", str(path), "--height-mm", "200"]) == DONE
     assert load_mission(Path("cat.toml")).target["cat"].pictures == [str(path.resolve())]
     load_world("cat-world.toml")
+
+
+@pytest.mark.parametrize(
+    ("nxt", "warned"), [("sim://?seed=3", True), ("sim://my-mission-world.toml", False), ("sim://empty", False)]
+)
+def test_a_run_in_another_room_than_the_missions_own_begins_with_a_warning(nxt, warned, capsys):
+    assert main(["mission", "new"]) == DONE
+    text = Path("my-mission.toml").read_text(encoding="utf-8").replace("# time_limit_s = 600", "time_limit_s = 1")
+    Path("my-mission.toml").write_text(text, encoding="utf-8")
+    main(["run", "my-mission.toml", "--nxt", nxt, "--camera", "geometric", "--no-video"])
+    assert ("--nxt sim://my-mission-world.toml" in capsys.readouterr().err) == warned
