@@ -119,6 +119,8 @@ def _read_run(path: Path) -> tuple[str, list[Prediction]]:
 
 def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
     """Read the lines of the adaptive profile, and how they were made."""
+    from pydantic import TypeAdapter
+
     from input_files.json_text import MAX_BYTES, parse_object
     from input_files.plain import read_text
     from nxtdrive.recording.predictions import Prediction
@@ -133,9 +135,8 @@ def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
         made = parse_object(read_text(summary_path(path), MAX_BYTES))
     except ValueError:
         made = {}
-    return [Prediction(**each) for line in lines for each in line.get("chances", [])], {
-        key: made[key] for key in ("command", "versions", "seeds") if key in made
-    }
+    found = TypeAdapter(list[Prediction]).validate_python([each for line in lines for each in line.get("chances", [])])
+    return found, {key: made[key] for key in ("command", "versions", "seeds") if key in made}
 
 
 def _text(sources: list[dict[str, Any]], numbers: Counts) -> str:
