@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .performance import Line
-from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate
+from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate, times_drawn
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
@@ -41,7 +41,7 @@ class Bin:
 
 def reliability(values: NDArray[np.float64]) -> list[Bin]:
     """Return the bins with predictions; the columns are the chance and whether it succeeded."""
-    places = np.minimum((values[:, 0] * BINS).astype(int), BINS - 1)
+    places = _bins(values)
     return [
         Bin(i / BINS, (i + 1) / BINS, len(part), float(part[:, 0].mean()), float(part[:, 1].mean()))
         for i in range(BINS)
@@ -51,17 +51,15 @@ def reliability(values: NDArray[np.float64]) -> list[Bin]:
 
 def calibration_error(lines: Sequence[Line]) -> Estimate:
     """Return the expected calibration error with its bootstrap interval, whole missions resampled."""
-    missions = [part for line in lines if len(part := pairs([line]))]
-    if not missions:
+    sums = np.array([_sums(part) for line in lines if len(part := pairs([line]))])
+    if not len(sums):
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    whole = np.concatenate(missions)
-    if len(missions) < LEAST_MISSIONS:
-        return Estimate(_error(whole), float("nan"), float("nan"), len(whole))
-    draws = np.random.default_rng(SEED).integers(0, len(missions), (RESAMPLES // 4, len(missions)))
-    errors = [_error(np.concatenate([missions[i] for i in draw])) for draw in draws]
+    mean, number = float(_errors(sums.sum(axis=0))), int(sums[:, BINS].sum())
+    if len(sums) < LEAST_MISSIONS:
+        return Estimate(mean, float("nan"), float("nan"), number)
     tail = (1.0 - CONFIDENCE) / 2
-    low, high = np.quantile(errors, [tail, 1.0 - tail])
-    return Estimate(_error(whole), float(low), float(high), len(whole))
+    low, high = np.quantile(_errors(times_drawn(len(sums))[: RESAMPLES // 4] @ sums), [tail, 1.0 - tail])
+    return Estimate(mean, float(low), float(high), number)
 
 
 def error_of_true_chances(lines: Sequence[Line]) -> float:
@@ -70,12 +68,21 @@ def error_of_true_chances(lines: Sequence[Line]) -> float:
     if not len(chances):
         return float("nan")
     draws = np.random.default_rng(SEED).random((TRUE_DRAWS, len(chances)))
-    return float(np.mean([_error(np.stack([chances, draw < chances], axis=1)) for draw in draws]))
+    return float(np.mean([_errors(_sums(np.stack([chances, draw < chances], axis=1))) for draw in draws]))
 
 
-def _error(values: NDArray[np.float64]) -> float:
-    """Return the mean calibration error of the bins, weighted by their predictions."""
-    return sum(each.number * abs(each.predicted - each.came_true) for each in reliability(values)) / len(values)
+def _bins(values: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.minimum((values[:, 0] * BINS).astype(np.int64), BINS - 1)
+
+
+def _sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much the chances of each bin exceed its successes, and last the number of predictions."""
+    return np.append(np.bincount(_bins(values), values[:, 0] - values[:, 1], BINS), len(values))
+
+
+def _errors(sums: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the calibration error of each row of `_sums`: that of the bins, weighted by their predictions."""
+    return np.asarray(np.abs(sums[..., :BINS]).sum(axis=-1) / sums[..., BINS])
 
 
 def pairs(lines: Sequence[Line], choice: str = "") -> NDArray[np.float64]:
