@@ -67,6 +67,9 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
     return read
 
 
+tcp_port = number("port", int, 0, 65535)
+
+
 def target_height_mm(text: str) -> float:
     """Convert an argument of argparse: the height of a target, as a mission may have it."""
     from behaviors.mission_targets import HEIGHT_MM

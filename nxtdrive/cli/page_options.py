@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, tcp_port
 from nxtdrive.host.environment import require
 
 PORT = 7080
@@ -37,10 +37,10 @@ def missions_folder(args: argparse.Namespace) -> Path:
     return folder
 
 
-def add_port_argument(parser: argparse.ArgumentParser, what: str) -> None:
+def add_port_argument(parser: argparse.ArgumentParser, what: str, default: int = PORT) -> None:
     """Declare the argument ``--port``, described as `what`."""
-    port = number("port", int, 0, 65535)
-    parser.add_argument("--port", type=port, default=PORT, help=f"{what}; 0 takes a free one (default: {PORT})")
+    text = f"{what}; 0 takes a free one (default: {default})"
+    parser.add_argument("--port", metavar="N", type=tcp_port, default=default, help=text)
 
 
 def require_page() -> None:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
+from nxtdrive.cli.page_options import add_port_argument
 from nxtdrive.signals import until_signal
 
 if TYPE_CHECKING:
@@ -42,13 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_brick_arguments(parser)
     add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    parser.add_argument(
-        "--port",
-        metavar="N",
-        type=number("port", int, 0, 65535),
-        default=PORT,
-        help=f"TCP port; 0 takes a free one (default: {PORT})",
-    )
+    add_port_argument(parser, "TCP port", PORT)
     parser.add_argument(
         "--host",
         metavar="ADDRESS",

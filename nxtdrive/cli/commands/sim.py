@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 from input_files.plain import whole_number
 from nxtdrive.cli.commands.sim_check import add_check_arguments, check
 from nxtdrive.cli.commands.sim_record import add_record_arguments, record
-from nxtdrive.cli.options import add_action, add_json_argument, number
+from nxtdrive.cli.options import add_action, add_json_argument, number, tcp_port
 
 DESCRIPTION = """\
 Let any program written for a real brick use the simulated one, in real time.
@@ -56,12 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_serve(serve: argparse.ArgumentParser) -> None:
-    port = number("port", int, 0, 65535)
-    _add_doors(serve.add_argument_group("how programs connect", "at least one; each may be given several times"), port)
+    _add_doors(serve.add_argument_group("how programs connect", "at least one; each may be given several times"))
     serve.add_argument(
         "--camera-port",
         metavar="N",
-        type=port,
+        type=tcp_port,
         default=0,
         help="port of the stream on 127.0.0.1 (default: a free one)",
     )
@@ -77,7 +75,7 @@ def _add_serve(serve: argparse.ArgumentParser) -> None:
     serve.set_defaults(refuse=serve.error)
 
 
-def _add_doors(doors: argparse._ArgumentGroup, port: Callable[[str], int]) -> None:
+def _add_doors(doors: argparse._ArgumentGroup) -> None:
     doors.add_argument(
         "--pty",
         metavar="LINK",
@@ -87,7 +85,7 @@ def _add_doors(doors: argparse._ArgumentGroup, port: Callable[[str], int]) -> No
         help="create a serial port (pseudo-terminal) of this name",
     )
     for option, what in TCP_DOORS.items():
-        doors.add_argument(option, metavar="PORT", type=port, action="append", default=[], help=what)
+        doors.add_argument(option, metavar="PORT", type=tcp_port, action="append", default=[], help=what)
     doors.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1", help="local address to listen on (default: 127.0.0.1)"
     )
