@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 from firmware_protocol.errors import RemoteProtocolError
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 
 ATTEMPTS = 3
 
@@ -26,7 +26,7 @@ def pieces(size: int, limit: int) -> Iterator[tuple[int, int]]:
         start += before
 
 
-def in_step(link: RequestLink, transfer: Callable[[], T]) -> T:
+def in_step(link: Link, transfer: Callable[[], T]) -> T:
     """Return the result of `transfer`; repeat it if the result is wrong, or a reply belongs to no request.
 
     Replies have no sequence numbers. After a duplicate, each reply may be taken for the answer to the next request,

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable
 
 from behaviors.angles import wrapped_deg
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.motion.odometry import NOWHERE, Odometry, Trip
 from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
 from nxtdrive.sensors import Compass
@@ -99,9 +99,7 @@ class CompassCorrection:
         health: Whether the compass answers.
     """
 
-    def __init__(
-        self, compass: Compass, odometry: Odometry, read_wheels: Callable[[], None], link: RequestLink
-    ) -> None:
+    def __init__(self, compass: Compass, odometry: Odometry, read_wheels: Callable[[], None], link: Link) -> None:
         self.health = SensorHealth("compass", link)
         self._compass = compass
         self._odometry = odometry

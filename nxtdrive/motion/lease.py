@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.link import Link
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
 LEASE_S = 0.6
@@ -37,7 +37,7 @@ class Lease:
         power: The power last sent, percent.
     """
 
-    def __init__(self, link: MotorLink, port: OutputPort, lease_s: float = LEASE_S, *, trips: int = 0) -> None:
+    def __init__(self, link: Link, port: OutputPort, lease_s: float = LEASE_S, *, trips: int = 0) -> None:
         self.power = 0
         self._link = link
         self._port = port

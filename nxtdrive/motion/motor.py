@@ -9,7 +9,7 @@ from typing import Literal, overload
 
 from behaviors.ports import StopReason
 from firmware_protocol.errors import LocalProtocolError
-from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, braked, coasting, held, sample
@@ -87,7 +87,7 @@ class Motor:
     """
 
     def __init__(
-        self, link: MotorLink, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
+        self, link: Link, port: MotorPort, *, reversed: bool = False, settings: MotorSettings = SETTINGS
     ) -> None:
         self.port = port
         self.settings = settings

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from behaviors.ports import Pose, StopReason
 from firmware_protocol.errors import BrickError
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
 from nxtdrive.ports import in_range
 from nxtdrive.sensors import Touch, Ultrasonic
@@ -83,9 +83,7 @@ class ObstacleMonitor:
         uses_sonar: Whether echoes may stop the robot.
     """
 
-    def __init__(
-        self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyLimits, link: RequestLink
-    ) -> None:
+    def __init__(self, sonar: Ultrasonic | None, bumper: Touch | None, settings: SafetyLimits, link: Link) -> None:
         self._sonar = sonar
         self._bumper = bumper
         self._settings = settings

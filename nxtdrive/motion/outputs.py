@@ -20,7 +20,7 @@ from firmware_protocol.iomap import OUTPUT, OutputFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead, IOMapWrite
 
 if TYPE_CHECKING:
-    from nxtdrive.link.protocol import RequestLink
+    from nxtdrive.link.link import Link
 
 FULL_SPEED_DEG_S = 100 / 0.101
 """Regulated speed at 100 %: 100 counts of one degree per regulation period of 101 ms. Source: docs/firmware.md 9.6."""
@@ -91,7 +91,7 @@ class Sample:
     transport: object
 
 
-def sample(link: RequestLink, *ports: OutputPort) -> Sample:
+def sample(link: Link, *ports: OutputPort) -> Sample:
     """Read the RotationCount of one or several motors.
 
     Neighbouring ports are read from the IO map in one telegram, so both counts are of the same millisecond. If that

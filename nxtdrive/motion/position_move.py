@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Cancelled, Steps
 from nxtdrive.motion.brake_predictor import CREEP_DEG_S, BrakePredictor
 from nxtdrive.motion.lease import LEASE_S, Lease, brake_all
@@ -116,7 +116,7 @@ class PositionMove:
 
     def __init__(
         self,
-        link: MotorLink,
+        link: Link,
         wheels: Sequence[Wheel],
         pace: Pace,
         *,

@@ -12,7 +12,7 @@ from behaviors.ports import MotionResult, Pose, SensorListener, StopReason
 from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LocalProtocolError
-from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
@@ -90,7 +90,7 @@ class Rover:
 
     def __init__(
         self,
-        link: MotorLink,
+        link: Link,
         left: MotorPort = "B",
         right: MotorPort = "C",
         wheel_diameter_mm: float = 56.0,
@@ -383,7 +383,7 @@ class Rover:
                 self._sensor_lock.release()
 
 
-def _sensor(link: MotorLink, kind: Callable[[MotorLink, SensorPort], S], at: SensorPort | S | None) -> S | None:
+def _sensor(link: Link, kind: Callable[[Link, SensorPort], S], at: SensorPort | S | None) -> S | None:
     """Return the sensor at a port; a sensor is returned as it is."""
     return at if at is None or isinstance(at, Sensor) else kind(link, at)
 

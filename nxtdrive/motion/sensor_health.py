@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from behaviors.ports import SensorListener
 from firmware_protocol.errors import BrickError, NXTError
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.sensors.port import SensorTimeout
 
 T = TypeVar("T")
@@ -34,7 +34,7 @@ class SensorHealth:
         lost: Whether the sensor is left out.
     """
 
-    def __init__(self, name: str, link: RequestLink) -> None:
+    def __init__(self, name: str, link: Link) -> None:
         self.listener: SensorListener | None = None
         self.lost = False
         self._name = name

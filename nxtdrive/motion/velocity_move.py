@@ -8,7 +8,7 @@ import math
 from behaviors.ports import StopReason
 from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError
-from nxtdrive.link.protocol import MotorLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Cancelled, Steps
 from nxtdrive.motion.lease import Lease
 from nxtdrive.motion.outputs import sample
@@ -33,7 +33,7 @@ class VelocityMove:
     """
 
     def __init__(
-        self, link: MotorLink, port: OutputPort, lease_s: float, acceleration_deg_s2: float, stall_s: float
+        self, link: Link, port: OutputPort, lease_s: float, acceleration_deg_s2: float, stall_s: float
     ) -> None:
         self.speed_deg_s = 0.0
         self._link = link

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.iomap import DISPLAY, DISPLAY_HEIGHT, DISPLAY_WIDTH, DisplayFlag
 from firmware_protocol.system import IO_MAP_READ_HEADER, IOMapRead
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.transfer import in_step, pieces
 
 Picture = NDArray[np.bool_]
@@ -23,7 +23,7 @@ class Display:
         link: The link to the brick.
     """
 
-    def __init__(self, link: RequestLink) -> None:
+    def __init__(self, link: Link) -> None:
         self.link = link
 
     def image(self) -> Picture:

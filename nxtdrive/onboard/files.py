@@ -28,7 +28,7 @@ from firmware_protocol.system import (
     Read,
     Write,
 )
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.link.transfer import in_step, pieces
 
 NAME_LIMIT = 19
@@ -75,7 +75,7 @@ class Files:
         link: The link to the brick.
     """
 
-    def __init__(self, link: RequestLink) -> None:
+    def __init__(self, link: Link) -> None:
         self._link = link
         self._lock = threading.Lock()
         self._owner = 0

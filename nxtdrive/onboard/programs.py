@@ -12,7 +12,7 @@ from firmware_protocol.direct import GetCurrentProgramName, MessageRead, Message
 from firmware_protocol.errors import BrickBusy, BrickError, LocalProtocolError
 from firmware_protocol.iomap import COMMAND, UI, ProgramStatus, UiFlag
 from firmware_protocol.status import Status
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.onboard.files import Files
 from nxtdrive.ports import in_range
 
@@ -39,7 +39,7 @@ class Programs:
         stop_motors: Called before a program starts, as that resets all ports.
     """
 
-    def __init__(self, link: RequestLink, files: Files, stop_motors: Callable[[], None]) -> None:
+    def __init__(self, link: Link, files: Files, stop_motors: Callable[[], None]) -> None:
         self._link = link
         self._files = files
         self._stop_motors = stop_motors

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_protocol.direct import GetProperty, PlaySoundFile, PlayTone, SetProperty, StopSoundPlayback
 from firmware_protocol.enums import Property
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.onboard.files import Files
 from nxtdrive.ports import in_range
 
@@ -22,7 +22,7 @@ class Speaker:
         files: The files on the brick.
     """
 
-    def __init__(self, link: RequestLink, files: Files) -> None:
+    def __init__(self, link: Link, files: Files) -> None:
         self._link = link
         self._files = files
 

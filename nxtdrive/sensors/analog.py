@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from firmware_protocol.enums import SensorMode, SensorType
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.port import Sensor, SensorTimeout
 from nxtdrive.sensors.reading import Measuring
@@ -69,7 +69,7 @@ class Light(Percentage):
     type = SensorType.LIGHT_ACTIVE
     quantity = "brightness"
 
-    def __init__(self, link: RequestLink, port: SensorPort, *, lamp: bool = True) -> None:
+    def __init__(self, link: Link, port: SensorPort, *, lamp: bool = True) -> None:
         super().__init__(link, port)
         self.lamp = lamp
 
@@ -92,7 +92,7 @@ class Sound(Percentage):
     type = SensorType.SOUND_DB
     quantity = "loudness"
 
-    def __init__(self, link: RequestLink, port: SensorPort, *, dba: bool = False) -> None:
+    def __init__(self, link: Link, port: SensorPort, *, dba: bool = False) -> None:
         super().__init__(link, port)
         self.dba = dba
 

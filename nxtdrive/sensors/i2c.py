@@ -10,7 +10,7 @@ from firmware_protocol.direct import LSGetStatus, LSRead, LSWrite
 from firmware_protocol.enums import SensorType
 from firmware_protocol.errors import BrickError, CommunicationPending
 from firmware_protocol.status import Status
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, in_range, of_type
 from nxtdrive.sensors.port import STEP_S, Sensor, SensorTimeout
 
@@ -46,7 +46,7 @@ class I2CSensor(Sensor):
     type = SensorType.LOW_SPEED_9V
     address = ADDRESS
 
-    def __init__(self, link: RequestLink, port: SensorPort, address: int | None = None) -> None:
+    def __init__(self, link: Link, port: SensorPort, address: int | None = None) -> None:
         super().__init__(link, port)
         if address is not None:
             self.address = int(in_range("address", address & ~1, 0x02, 0xFE))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from firmware_protocol.errors import BrickError
 from firmware_protocol.status import Status
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.digital import Temperature
 from nxtdrive.sensors.i2c import I2CSensor
@@ -35,7 +35,7 @@ class Identity:
     kind: str
 
 
-def identify(link: RequestLink, port: SensorPort) -> Identity | None:
+def identify(link: Link, port: SensorPort) -> Identity | None:
     """Identify the digital sensor on a port.
 
     This changes the port's type: set up other sensors again.
@@ -52,7 +52,7 @@ def identify(link: RequestLink, port: SensorPort) -> Identity | None:
     return Identity(version, vendor, product, _KINDS.get((vendor, product), "i2c"))
 
 
-def _silent_ones(link: RequestLink, port: SensorPort) -> Identity | None:
+def _silent_ones(link: Link, port: SensorPort) -> Identity | None:
     """Look for LEGO's temperature sensor, which has another address and no name."""
     try:
         I2CSensor(link, port, Temperature.address).read(1, 1)

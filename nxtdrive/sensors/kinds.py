@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.analog import Light, RcxTemperature, Sound, Touch
 from nxtdrive.sensors.color import Color, ColorSensor
@@ -15,7 +15,7 @@ from nxtdrive.sensors.digital import Compass, Temperature
 from nxtdrive.sensors.reading import Measuring
 from nxtdrive.sensors.ultrasonic import Ultrasonic
 
-KINDS: dict[str, Callable[[RequestLink, SensorPort], Measuring[Any]]] = {
+KINDS: dict[str, Callable[[Link, SensorPort], Measuring[Any]]] = {
     "touch": Touch,
     "light": Light,
     "ambient": partial(Light, lamp=False),
@@ -30,7 +30,7 @@ KINDS: dict[str, Callable[[RequestLink, SensorPort], Measuring[Any]]] = {
 """Name to constructor; to add a sensor, add its class and a line here."""
 
 
-def make_sensor(kind: str, link: RequestLink, port: SensorPort) -> Measuring[Any]:
+def make_sensor(kind: str, link: Link, port: SensorPort) -> Measuring[Any]:
     """Make a sensor by the name of its kind.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol.direct import GetInputValues, InputValues, SetInputMode
 from firmware_protocol.enums import SensorMode, SensorType
 from firmware_protocol.errors import LinkTimeout
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort, input_port
 
 SETTLING_S = 0.5
@@ -31,7 +31,7 @@ class Sensor:
     type = SensorType.NONE
     mode = SensorMode.RAW
 
-    def __init__(self, link: RequestLink, port: SensorPort) -> None:
+    def __init__(self, link: Link, port: SensorPort) -> None:
         self.link = link
         self.port = port
         self._input = input_port(port)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 
 T = TypeVar("T")
 
@@ -40,7 +40,7 @@ class Measuring(ABC, Generic[T]):
 
     quantity: ClassVar[str]
     unit: ClassVar[str] = ""
-    link: RequestLink
+    link: Link
 
     @property
     @abstractmethod

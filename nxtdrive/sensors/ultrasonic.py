@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from nxtdrive.link.protocol import RequestLink
+from nxtdrive.link.link import Link
 from nxtdrive.ports import SensorPort
 from nxtdrive.sensors.i2c import I2CSensor
 from nxtdrive.sensors.reading import Measuring, Reading
@@ -29,7 +29,7 @@ class Ultrasonic(I2CSensor, Measuring[float | None]):
 
     quantity, unit = "distance", "mm"
 
-    def __init__(self, link: RequestLink, port: SensorPort) -> None:
+    def __init__(self, link: Link, port: SensorPort) -> None:
         super().__init__(link, port)
         self._silent = True
         self._reading = link.lock()
