@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from behaviors.adaptive.follow_path import N as PATH
-from behaviors.adaptive.path_planner import PathPlanner
-from behaviors.adaptive.target_memory import TargetEstimate, TargetMemory
+from behaviors.adaptive.target_memory import TargetEstimate
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.evidence import AlternativeTarget, Detour, Viewpoint
 from behaviors.mission import AdaptiveParameters
 from behaviors.ports import Point
@@ -76,37 +76,6 @@ class ViewpointGain(NamedTuple):
     chance: float
 
 
-class WorldView(Protocol):
-    """The world model as candidates are generated from it: queries only."""
-
-    @property
-    def here(self) -> Point:
-        """Where the robot is."""
-        ...
-
-    @property
-    def targets(self) -> TargetMemory:
-        """What is known of the targets."""
-        ...
-
-    @property
-    def paths(self) -> PathPlanner:
-        """All paths from here."""
-        ...
-
-    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
-        """Return whether the robot could drive straight from `start` to `standoff_mm` short of `end`."""
-        ...
-
-    def tried(self, target: str, destination: Point) -> bool:
-        """Return whether the robot set off for that destination from here before."""
-        ...
-
-    def new_approach(self, target: str, start: Point) -> bool:
-        """Return whether no approach to a target failed lately on the straight path from `start`."""
-        ...
-
-
 class CandidateGenerator:
     """Generates candidates from the world model without changing it.
 
@@ -115,7 +84,7 @@ class CandidateGenerator:
         parameters: The mission's numbers.
     """
 
-    def __init__(self, world: WorldView, parameters: AdaptiveParameters) -> None:
+    def __init__(self, world: WorldModel, parameters: AdaptiveParameters) -> None:
         self._world = world
         self._parameters = parameters
 
@@ -154,7 +123,7 @@ class CandidateGenerator:
         found = []
         for i in np.argsort(travel_s)[: N.considered]:
             place = float(places[i, 0]), float(places[i, 1])
-            if not world.tried(target, place):
+            if not world.attempts.tried(target, world.here, place):
                 chance = world.targets.chance_from(target, place)
                 chance += N.frontier_hit * world.targets.frontier_chance_from(target, place)
                 found.append(ViewpointGain(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
@@ -173,7 +142,7 @@ class CandidateGenerator:
 
     def _seconds_to(self, target: str, known: TargetEstimate) -> float:
         """Return the time to a target that was seen; infinity where the map shows no path."""
-        if self._world.clear_between(self._world.here, known.place, N.nearest_end_mm):
+        if self._world.floor.clear_between(self._world.here, known.place, N.nearest_end_mm):
             return N.turn_s + self._straight_s(known)
         end = self._detour_end(target, known)
         return 2 * N.turn_s + end[1] if end else math.inf
@@ -195,7 +164,7 @@ class CandidateGenerator:
         for clearance_mm in N.clearances_mm:
             for i in order:
                 place = float(places[i, 0]), float(places[i, 1])
-                free = world.clear_between(place, known.place, N.nearest_end_mm, clearance_mm)
+                free = world.floor.clear_between(place, known.place, N.nearest_end_mm, clearance_mm)
                 if free and world.new_approach(target, place):
                     return place, float(seconds[i])
         return None

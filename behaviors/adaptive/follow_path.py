@@ -131,7 +131,7 @@ class FollowPathSkill:
                 self._from = self._route.pop(0)
             if not self._route:
                 return None
-            bearing_deg, _ = perception.world.polar_to(self._route[0])
+            bearing_deg, _ = perception.world.pose.polar_to(self._route[0])
             stop = perception.drive(*self._speeds(bearing_deg, observation))
             if stop is not None:
                 return self._stopped(stop, observation)

@@ -85,7 +85,7 @@ class ScanSkill:
         known = perception.world.targets.known.get(perception.target)
         if known is None:
             return None
-        _, distance_mm = perception.world.polar_to(known.place)
+        _, distance_mm = perception.world.pose.polar_to(known.place)
         if distance_mm > N.remembered_share * perception.world.targets.detection_range_mm[perception.target]:
             return None
         fact = self._face(perception.world.camera_turn_deg(known.place))

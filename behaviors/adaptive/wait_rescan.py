@@ -90,7 +90,7 @@ class WaitSkill:
         known = world.targets.known.get(self._perception.target)
         limit_mm = self._limit_mm
         if known is not None:
-            limit_mm = min(limit_mm, world.polar_to(known.place)[1] - N.before_mm)
+            limit_mm = min(limit_mm, world.pose.polar_to(known.place)[1] - N.before_mm)
         return observation.range_mm is not None and observation.range_mm <= limit_mm
 
     def _in_view(self) -> bool:

@@ -198,25 +198,13 @@ class WorldModel:
             heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)
             self._hear(replace(pose, heading_deg=heading_deg), range_mm)
 
-    def polar_to(self, point: Point) -> tuple[float, float]:
-        """Return a point's bearing in degrees, positive right, and its distance in millimetres."""
-        return self.pose.polar_to(point)
-
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""
-        return self.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
+        return self.pose.polar_to(point)[0], self.camera.lens_at(self.pose).polar_to(point)[1]
 
     def camera_turn_deg(self, point: Point) -> float:
         """Return the turn after which the camera, which may be mounted turned, points at a point."""
-        return wrapped_deg(self.polar_to(point)[0] - self.camera.yaw_deg)
-
-    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
-        """Return whether the robot could drive straight; see `OccupancyGrid.clear_between`."""
-        return self.floor.clear_between(start, end, standoff_mm, clearance_mm)
-
-    def tried(self, target: str, destination: Point) -> bool:
-        """Return whether the robot set off for that destination from here before."""
-        return self.attempts.tried(target, self.here, destination)
+        return wrapped_deg(self.pose.polar_to(point)[0] - self.camera.yaw_deg)
 
     def new_approach(self, target: str, start: Point) -> bool:
         """Return whether no approach to a target failed lately on the straight path from `start`."""

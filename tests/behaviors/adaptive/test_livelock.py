@@ -102,7 +102,7 @@ class Decider:
         viewpoints = [
             Viewpoint(random.uniform(1.0, 20.0), 7.0, random.random(), (place,))
             for place in PLACES
-            if place != world.here and not world.tried(target, place)
+            if place != world.here and not world.attempts.tried(target, world.here, place)
         ]
         return Evidence(
             target,

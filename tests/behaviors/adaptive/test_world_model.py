@@ -92,7 +92,7 @@ def test_a_target_that_is_seen_while_turning_is_placed_right(world, rate_deg_s):
         then = Pose(0.0, 0.0, rate_deg_s * then_s)
         world.perceive(now_s, pose, None, ["door"], Glimpse(then_s, {"door": _sighting(place, then, then_s)}))
     assert math.dist(world.targets.known["door"].place, place) < 20.0
-    bearing_deg, distance_mm = world.polar_to(place)
+    bearing_deg, distance_mm = world.pose.polar_to(place)
     expected_deg = math.degrees(math.atan2(place[1], place[0])) - pose.heading_deg
     assert bearing_deg == pytest.approx((expected_deg + 180.0) % 360.0 - 180.0)
     assert distance_mm == pytest.approx(math.hypot(*place))
