@@ -63,7 +63,7 @@ class SimWorld:
             in pytest the marker ``real_time_limit`` ends those, too.
 
     Raises:
-        ConfigError: There is no such world, or its file has mistakes.
+        ConfigError: There is no such world, its file has mistakes, or the limit is no number or not positive.
 
     Attributes:
         simulation: The simulation itself.
@@ -86,7 +86,9 @@ class SimWorld:
         self._latency_ms = latency_ms
         self._links: list[SimTransport] = []
         self._ends = contextlib.ExitStack()
-        self._time_limit_s = time_limit_s
+        self._time_limit_s = _number("time_limit_s", time_limit_s)
+        if not time_limit_s > 0:
+            raise ConfigError(f"time_limit_s must be more than 0, not {time_limit_s:g}.")
         if time_limit_s < math.inf:
             self._stood = self.truth.pose, 0.0
             self._watch_standing()
@@ -144,11 +146,9 @@ class SimWorld:
         """Let time pass without a program.
 
         Raises:
-            ConfigError: The duration is no number, or negative.
+            ConfigError: The duration is no number, negative or infinite.
         """
-        if not 0 <= _number("duration_s", duration_s) < math.inf:
-            raise ConfigError(f"duration_s must be 0 or more and finite, not {duration_s:g}.")
-        self.simulation.advance(round(duration_s * 1000))
+        self.simulation.advance(_duration_ms("duration_s", duration_s))
 
     def put(
         self,
@@ -172,6 +172,8 @@ class SimWorld:
             ConfigError: Nothing has this name, or the place is outside the room.
         """
         at_mm = self._inside(x_mm, y_mm)
+        if facing_deg is not None:
+            _finite("facing_deg", facing_deg)
         if not self._knows(name):
             self._add(Picture(name=name, at_mm=at_mm, facing_deg=0.0, present=False))
         return self._later(after_s, lambda: self._place(name, x_mm, y_mm, facing_deg))
@@ -222,6 +224,8 @@ class SimWorld:
             ConfigError: Nothing has this name.
         """
         self._check(name)
+        if for_s is not None:
+            _duration_ms("for_s", for_s)
         world = self.simulation.world
         self._later(after_s, lambda: world.place(name, None, None, present=False))
         if for_s is not None:
@@ -242,7 +246,7 @@ class SimWorld:
 
     def place_robot(self, *, x_mm: float, y_mm: float, heading_deg: float = 0.0) -> Self:
         """Lift the robot up and put it down elsewhere."""
-        self.simulation.world.place_robot(self._inside(x_mm, y_mm), heading_deg)
+        self.simulation.world.place_robot(self._inside(x_mm, y_mm), _finite("heading_deg", heading_deg))
         return self
 
     def plug(self, port: int, sensor: AnalogSensor | I2CDevice | None) -> Self:
@@ -297,8 +301,8 @@ class SimWorld:
         return self.simulation.world.robot.y_mm if y_mm is None else y_mm
 
     def _later(self, after_s: float, action: Callable[[], None]) -> Self:
-        if after_s > 0:
-            self.simulation.at(self.simulation.now_ms + round(after_s * 1000), action)
+        if delay_ms := _duration_ms("after_s", after_s):
+            self.simulation.at(self.simulation.now_ms + delay_ms, action)
         else:
             action()
         return self
@@ -335,3 +339,15 @@ def _number(name: str, value: object) -> float:
     if not isinstance(value, Real):
         raise ConfigError(f"{name} must be a number, not {value!r}.")
     return float(value)
+
+
+def _finite(name: str, value: object) -> float:
+    if not math.isfinite(number := _number(name, value)):
+        raise ConfigError(f"{name} must be finite, not {number:g}.")
+    return number
+
+
+def _duration_ms(name: str, value: object) -> int:
+    if not 0 <= (duration_s := _number(name, value)) < math.inf:
+        raise ConfigError(f"{name} must be 0 or more and finite, not {duration_s:g}.")
+    return round(duration_s * 1000)

@@ -1,5 +1,6 @@
 """The world that tests arrange."""
 
+import math
 import os
 import re
 
@@ -213,6 +214,40 @@ def test_a_place_must_be_numbers(sim_world, value):
         sim_world.put_box("crate", x_mm=value)
     with pytest.raises(ConfigError, match="y_mm must be a number, not 'left'"):
         sim_world.place_robot(x_mm=1000, y_mm="left")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1, "1"])
+@pytest.mark.parametrize(
+    "arrange",
+    [
+        lambda world, value: world.put("lena", x_mm=1000, after_s=value),
+        lambda world, value: world.hide("fox", after_s=value),
+        lambda world, value: world.hide("fox", for_s=value),
+        lambda world, value: world.advance(value),
+    ],
+)
+def test_a_time_must_lie_ahead(sim_world, arrange, value):
+    sim_world.put("fox", x_mm=1500)
+    with pytest.raises(ConfigError, match="_s must be"):
+        arrange(sim_world, value)
+    sim_world.advance(1)
+    assert "fox" in sim_world.truth.pictures
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, "left"])
+def test_a_direction_must_be_a_finite_number(sim_world, value):
+    before = sim_world.truth.pose
+    with pytest.raises(ConfigError, match="facing_deg must be"):
+        sim_world.put("lena", x_mm=1000, facing_deg=value)
+    with pytest.raises(ConfigError, match="heading_deg must be"):
+        sim_world.place_robot(x_mm=1000, y_mm=1000, heading_deg=value)
+    assert sim_world.truth.pose == before
+
+
+@pytest.mark.parametrize("value", [math.nan, 0, -1, "3"])
+def test_a_limit_of_time_must_be_positive(value):
+    with pytest.raises(ConfigError, match="time_limit_s must be"):
+        SimWorld(time_limit_s=value)
 
 
 def test_time_does_not_go_back(sim_world):
