@@ -22,7 +22,7 @@ def known_lines(evidence: Evidence) -> Text:
     return Text("\n".join(map(printable, evidence_lines(evidence))))
 
 
-def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], chosen: int | None = None) -> Table:
+def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], chosen: int | None) -> Table:
     """Make a table of the candidates with the policy's estimates.
 
     Args:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from nxtdrive.drawing.sheet import Color, Point, Sheet
 
-SAMPLE_PX = 52
-"""Width of a sample."""
+SAMPLE_PX, PATCH_PX = 52, 18.0
+"""Width of a sample, and of one of an area."""
 
 Paint = Callable[[Sheet, Point], None]
 """Draws a sample around a place."""
@@ -48,6 +48,7 @@ def dot_sample(radius: float, color: Color) -> Paint:
     return lambda sheet, at: sheet.circle(at, radius, color)
 
 
-def patch_sample(fill: Color, outline: Color, size: float = 9.0) -> Paint:
+def patch_sample(fill: Color, outline: Color) -> Paint:
     """Return a sample of an area."""
-    return lambda sheet, at: sheet.box((at[0] - size, at[1] - size, at[0] + size, at[1] + size), fill, outline)
+    half = PATCH_PX / 2
+    return lambda sheet, at: sheet.box((at[0] - half, at[1] - half, at[0] + half, at[1] + half), fill, outline)

@@ -84,14 +84,14 @@ class RunFolder:
         self._reserve.unlink(missing_ok=True)
         values = summary(report, error, details)
         try:
-            self._write_json(SUMMARY, values)
+            self._write_summary(values)
         except OSError:
             if values.pop("path", None) is None:
                 raise
-            self._write_json(SUMMARY, values)
+            self._write_summary(values)
 
-    def _write_json(self, name: str, values: dict[str, object]) -> None:
-        write_file(self.path / name, (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode())
+    def _write_summary(self, values: dict[str, object]) -> None:
+        write_file(self.path / SUMMARY, (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 def summary(report: Report | None, error: str, details: dict[str, object]) -> dict[str, object]:

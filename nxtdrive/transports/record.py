@@ -103,7 +103,7 @@ class RecordTransport:
         self._writer.write(Entry(self.now() - self._started_s, kind, telegram, name, text))
 
 
-def recording_address(path: Path, address: str, command: str = "") -> str:
+def recording_address(path: Path, address: str, command: str) -> str:
     """Return the address that opens and records `address`.
 
     Args:
@@ -111,8 +111,7 @@ def recording_address(path: Path, address: str, command: str = "") -> str:
         address: Address of the brick.
         command: The command line to note in the trace, quoted for a shell.
     """
-    options = {"nxt": address, "command": command} if command else {"nxt": address}
-    return str(Address("record", str(path), options))
+    return str(Address("record", str(path), {"nxt": address, "command": command}))
 
 
 def brick_address(address: Address) -> Address:

@@ -224,9 +224,9 @@ class UsbDoor(SocketDoor):
     That program is greeted with the brick's serial number; others are disconnected without a greeting.
     """
 
-    def __init__(self, serial_number: str, port: int = 0, *, now: Callable[[], float]) -> None:
-        """Start to listen on the loopback interface; see `SocketDoor`."""
-        super().__init__(PacketClient, port, now=now)
+    def __init__(self, serial_number: str, *, now: Callable[[], float]) -> None:
+        """Start to listen on a free port of the loopback interface; see `SocketDoor`."""
+        super().__init__(PacketClient, 0, now=now)
         self._serial_number = serial_number
         self._owner: SocketClient | None = None
         self._queue: list[tuple[float, SocketClient]] = []

@@ -12,7 +12,7 @@ LINKS = pytest.mark.parametrize("latency_ms", [2, 45])
 @pytest.mark.slow
 @LINKS
 def test_angles_of_any_size_at_any_speed_are_exact(latency_ms):
-    middle, high = error_figures("run_angle", angle_errors(latency_ms, 30), "deg", 2.0, 5.0)
+    middle, high = error_figures("run_angle", angle_errors(latency_ms, 30), 2.0, 5.0)
     assert middle.met
     assert high.met
 
@@ -21,7 +21,7 @@ def test_angles_of_any_size_at_any_speed_are_exact(latency_ms):
 @LINKS
 def test_turns_are_exact_and_straights_are_straight_though_the_wheels_differ(latency_ms):
     turns, drifts = heading_errors(latency_ms, 6)
-    assert all(figure.met for figure in error_figures("turn", turns, "deg", 2.0, 5.0))
+    assert all(figure.met for figure in error_figures("turn", turns, 2.0, 5.0))
     assert max(map(abs, drifts)) <= 1.0
 
 
@@ -35,7 +35,7 @@ def test_a_cut_link_is_measured(latency_ms):
 
 
 def test_figures_without_goals_have_no_verdict():
-    middle, high = error_figures("x", [-4.0, 1.0, 2.0], "deg")
+    middle, high = error_figures("x", [-4.0, 1.0, 2.0])
     assert (middle.value, high.value) == (2.0, 4.0)
     assert (middle.met, high.met) == (None, None)
     assert not math.isnan(high.value)

@@ -62,11 +62,11 @@ def measure_motion(address: str | None = None) -> Iterable[Figure]:
         yield from _of_a_real_brick(address)
         return
     for latency_ms in LATENCIES_MS:
-        yield from error_figures(f"run_angle, {latency_ms} ms", angle_errors(latency_ms), "deg", 2.0, 5.0)
+        yield from error_figures(f"run_angle, {latency_ms} ms", angle_errors(latency_ms), 2.0, 5.0)
     for latency_ms in LATENCIES_MS:
         turns, drifts = heading_errors(latency_ms)
         _, slipping = heading_errors(latency_ms, slip_percent=1.0)
-        yield from error_figures(f"rover.turn, {latency_ms} ms", turns, "deg", 2.0, 5.0)
+        yield from error_figures(f"rover.turn, {latency_ms} ms", turns, 2.0, 5.0)
         worst = max(map(abs, drifts))
         name = f"rover.straight, {latency_ms} ms, wheels differ by {MISMATCH_PERCENT:g} %: largest drift"
         yield Figure(name, worst, "deg/m", "<= 1", worst <= 1.0)
@@ -154,7 +154,7 @@ def _of_a_real_brick(address: str) -> Iterator[Figure]:
     draw = random.Random(0)  # noqa: S311 - repeatable
     with open_brick(address) as brick:
         errors = [_angle_error(brick, power, draw) for power in POWERS * 5]
-        yield from error_figures("run_angle", errors, "deg", 2.0, 5.0)
+        yield from error_figures("run_angle", errors, 2.0, 5.0)
     for power in POWERS:
         yield from _cuts(f"dc({power})", "deg", [_cut_real(address, power) for _ in range(3)])
     yield Figure("turns, straights: only where the simulator tells the true pose", math.nan, "")
@@ -189,16 +189,16 @@ def rotation(brick: Brick) -> int:
 
 
 def error_figures(
-    name: str, errors: Sequence[float], unit: str, median: float = math.nan, p95: float = math.nan
+    name: str, errors: Sequence[float], median: float = math.nan, p95: float = math.nan
 ) -> Iterator[Figure]:
-    """Yield median and 95th percentile of the errors' sizes, against goals where they are given."""
+    """Yield median and 95th percentile of the errors' sizes in degrees, against goals where they are given."""
     sizes = sorted(map(abs, errors))
     middle, high = statistics.median(sizes), sizes[math.ceil(0.95 * len(sizes)) - 1]
     for what, value, goal in (("median error", middle, median), ("95 % of the errors", high, p95)):
         if math.isnan(goal):
-            yield Figure(f"{name}: {what}", value, unit)
+            yield Figure(f"{name}: {what}", value, "deg")
         else:
-            yield Figure(f"{name}: {what}", value, unit, f"<= {goal:g}", value <= goal)
+            yield Figure(f"{name}: {what}", value, "deg", f"<= {goal:g}", value <= goal)
 
 
 def _cuts(name: str, unit: str, cuts: Sequence[Cut]) -> Iterator[Figure]:

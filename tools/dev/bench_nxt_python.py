@@ -52,11 +52,11 @@ def measure_nxt_python(address: str | None = None) -> Iterator[Figure]:
 
 def _compare(address: str, link: str) -> Iterator[Figure]:
     printed = run_nxt_python(PROGRAM, where(address), json.dumps(MOVES), str(REST_S))
-    ours = error_figures(f"run_angle{link}", _our_errors(address), "deg", 2.0, 5.0)
+    ours = error_figures(f"run_angle{link}", _our_errors(address), 2.0, 5.0)
     if printed is None:
         yield from ours
         return
-    theirs = error_figures("Motor.turn", [int(line) for line in printed.split()], "deg")
+    theirs = error_figures("Motor.turn", [int(line) for line in printed.split()])
     for figure, peer in zip(ours, theirs, strict=True):
         yield replace(figure, peer=peer.value)
 

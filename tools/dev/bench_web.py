@@ -183,15 +183,15 @@ def _client(program: str, *arguments: object) -> list[list[float]]:
 
 def installed_mb(extra: str) -> float:
     """Return the size of the packages that an extra adds to those that nxtdrive needs anyway, without bytecode."""
-    added = _needed("nxtdrive", extra) - _needed("nxtdrive", "")
+    added = _needed(extra) - _needed("")
     files = [Path(str(path.locate())) for name in added for path in distribution(name).files or ()]
     return sum(path.stat().st_size for path in files if path.is_file() and path.suffix != ".pyc") / 1e6
 
 
-def _needed(name: str, extra: str) -> set[str]:
-    """Return the normalised names of the installed distributions that one needs with an extra, without itself."""
+def _needed(extra: str) -> set[str]:
+    """Return the normalised names of the installed distributions that nxtdrive needs with an extra."""
     found: set[str] = set()
-    waiting = [(name, extra)]
+    waiting = [("nxtdrive", extra)]
     while waiting:
         each, with_extra = waiting.pop()
         for requirement in distribution(each).requires or []:

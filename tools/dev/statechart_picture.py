@@ -171,6 +171,7 @@ NOTES = (
     ("H", "history: back to where it was (H*: deep)"),
 )
 LINE_PX = 14
+CORNER_RADIUS = 10.0
 WIDEST = 28
 """Number of characters that fit into the width of a state."""
 
@@ -296,9 +297,9 @@ def _path(parent: Xml.Element, points: Sequence[Place], color: str) -> None:
     Xml.SubElement(parent, "path", {"d": d, **style})
 
 
-def _towards(corner: Place, end: Place, radius: float = 10.0) -> Place:
+def _towards(corner: Place, end: Place) -> Place:
     length = max(abs(end[0] - corner[0]), abs(end[1] - corner[1]))
-    share = min(0.5, radius / length)
+    share = min(0.5, CORNER_RADIUS / length)
     return corner[0] + share * (end[0] - corner[0]), corner[1] + share * (end[1] - corner[1])
 
 

@@ -24,17 +24,9 @@ class BenchMotor:
 
     __slots__ = ("_reported", "deadband", "gain", "locked", "position", "tau", "tau_brake", "tau_coast", "velocity")
 
-    def __init__(
-        self,
-        gain: int = 590,
-        tau: int = 60,
-        tau_brake: int = 12,
-        tau_coast: int = 150,
-        deadband: int = 5,
-        locked: bool = False,
-    ) -> None:
+    def __init__(self, gain: int = 590, *, locked: bool = False) -> None:
         self.velocity = self.position = self._reported = 0
-        self.configure(gain, tau, tau_brake, tau_coast, deadband, locked)
+        self.configure(gain, 60, 12, 150, 5, locked)
 
     def configure(self, gain: int, tau: int, tau_brake: int, tau_coast: int, deadband: int, locked: bool) -> None:
         """Change the motor's properties; position and speed stay, except that a locked shaft stops."""
