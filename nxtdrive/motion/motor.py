@@ -212,8 +212,11 @@ class Motor:
         return self._sign * sample(self._link, self._output).angles_deg[0] - self._zero
 
     def reset_angle(self, angle_deg: float = 0.0) -> None:
-        """Set `angle` to `angle_deg`. The brick's own counter is not reset, as odometry may use it."""
-        self._zero += self.angle - angle_deg
+        """Set `angle` to `angle_deg`, up to 1,000,000 either way.
+
+        The brick's own counter is not reset, as odometry may use it.
+        """
+        self._zero += self.angle - in_range("angle_deg", angle_deg, -ANGLE_RANGE_DEG, ANGLE_RANGE_DEG)
 
     def speed(self) -> float:
         """Measure the speed of the shaft, deg/s; takes a tenth of a second."""

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from behaviors.ports import Pose
 from nxtdrive.motion.lease import LEASE_S
 from nxtdrive.motion.outputs import Sample
 from nxtdrive.motion.wheel_geometry import WheelGeometry
+from nxtdrive.ports import in_range
 
 JUMP_DEG, JUMP_DEG_S = 180.0, 1200.0
 """A jump beyond these, faster than any motor, means that the counter was reset."""
 RESET_DEG = 10.0
 """A step beyond this that ends with both counters at zero means the same; turning wheels rarely pass it together."""
+POSE_RANGE = 1e6
+"""Millimetres or degrees; a pose beyond it is a mistake."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +89,13 @@ class Odometry:
             return True
 
     def put(self, pose: Pose) -> None:
-        """Set the pose."""
+        """Set the pose.
+
+        Raises:
+            LocalProtocolError: One of its values is not a number up to `POSE_RANGE` either way.
+        """
+        for name, value in asdict(pose).items():
+            in_range(name, value, -POSE_RANGE, POSE_RANGE)
         with self._lock:
             self.pose = pose
 

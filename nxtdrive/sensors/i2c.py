@@ -58,16 +58,15 @@ class I2CSensor(Sensor):
         Raises:
             BrickError: The sensor does not answer, even after repetitions.
             SensorTimeout: The bus hangs.
-            LocalProtocolError: `size` is out of range; nothing was sent.
+            LocalProtocolError: `register` or `size` is out of range; nothing was sent.
         """
         in_range("size", size, 1, I2C_RECEIVE_LIMIT)
-        return self._transact(bytes((self.address, register)), size)
+        return self._transact(bytes((self.address, _byte("register", register))), size)
 
     def write(self, register: int, *values: int) -> None:
         """Write bytes, 0..255, starting at `register`; errors as for `read`."""
-        for value in values:
-            in_range("values", of_type("values", value, int), 0, 255)
-        self._transact(bytes((self.address, register, *values)), 0)
+        written = [_byte("values", value) for value in values]
+        self._transact(bytes((self.address, _byte("register", register), *written)), 0)
 
     def ask(self, register: int) -> None:
         """Start reading one byte without waiting; `answer` fetches it."""
@@ -168,6 +167,10 @@ class I2CSensor(Sensor):
             self._judge(error)
             if error.status is not Status.BUS_ERROR:
                 raise
+
+
+def _byte(name: str, value: int) -> int:
+    return int(in_range(name, of_type(name, value, int), 0, 0xFF))
 
 
 class _Unanswered(SensorTimeout):

@@ -7,6 +7,7 @@ import pytest
 from behaviors.ports import StopReason
 from firmware_protocol.direct import GetOutputState, SetOutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
+from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.motion.motor import MotorSettings, Then
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
@@ -106,6 +107,8 @@ def test_targets_are_angles_since_the_reset_and_the_bricks_counter_goes_on(lab):
     assert rotation(room.brick) == pytest.approx(180, abs=3)
     motor.run_target(400, 1090)
     assert motor.angle == pytest.approx(1090, abs=3)
+    with pytest.raises(LocalProtocolError, match="angle_deg must be"):
+        motor.reset_angle(math.nan)
 
 
 def test_a_reversed_motor_turns_the_other_way(lab):

@@ -387,6 +387,8 @@ def test_a_robot_that_cannot_be_is_refused(lab, parts, says):
         lambda rover: rover.turn(math.nan),
         lambda rover: rover.drive(math.inf, 0.0),
         lambda rover: rover.drive(100.0, math.nan),
+        lambda rover: rover.reset_pose(Pose(0.0, math.inf, 0.0)),
+        lambda rover: rover.reset_pose(Pose(heading_deg=math.nan)),
     ],
 )
 def test_motions_beyond_reason_are_refused(lab, motion):

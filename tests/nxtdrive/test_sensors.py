@@ -88,8 +88,12 @@ def test_registers_can_be_written(lab):
 def test_a_value_that_is_no_byte_is_refused(lab, value):
     room = lab()
     room.attach(4, GenericI2CDevice())
+    sensor = I2CSensor(room.brick.link, 4)
     with pytest.raises(LocalProtocolError, match="values"):
-        I2CSensor(room.brick.link, 4).write(0x20, 1, value)
+        sensor.write(0x20, 1, value)
+    for use in (sensor.write, sensor.read):
+        with pytest.raises(LocalProtocolError, match="register"):
+            use(value, 1)
 
 
 def test_a_sensor_that_is_not_there_is_a_bus_error_and_may_come_back(lab):
