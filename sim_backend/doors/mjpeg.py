@@ -10,7 +10,6 @@ import asyncio
 import contextlib
 import logging
 import socket
-import threading
 from functools import partial
 from http import HTTPStatus
 from typing import cast
@@ -19,12 +18,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.errors import ConfigError, system_words
 from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
+from sim_backend.doors.loop_door import LoopDoor
 
 LOG = logging.getLogger(__name__)
 
-LAST_PORT = 0xFFFF
 STREAM = "/camera.mjpg"
 BOUNDARY = "frame"
 JPEG_QUALITY = 80
@@ -55,7 +53,7 @@ def coded(image: NDArray[np.uint8]) -> bytes:
     return jpeg.tobytes()
 
 
-class MjpegDoor:
+class MjpegDoor(LoopDoor):
     """Serves ``http://127.0.0.1:PORT/camera.mjpg`` until closed.
 
     Attributes:
@@ -70,28 +68,15 @@ class MjpegDoor:
                 available to other computers.
 
         Raises:
-            ConfigError: The port is taken or not allowed.
+            ConfigError: See `LoopDoor`.
         """
-        try:
-            if not 0 <= port <= LAST_PORT:
-                raise OSError(f"ports are numbered from 0 to {LAST_PORT}")
-            with contextlib.ExitStack() as on_error:
-                self._listener = on_error.enter_context(socket.create_server((LOOPBACK, port)))
-                self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
-                self._loop = self._runner.get_loop()
-                on_error.pop_all()
-        except OSError as error:
-            raise ConfigError(
-                f"the camera stream cannot use port {port}: {system_words(error)}.",
-                remedy="Take another one; 0 finds a free one.",
-            ) from error
-        self.url = f"http://{LOOPBACK}:{self._listener.getsockname()[1]}{STREAM}"
+        super().__init__("camera stream", LOOPBACK, port)
+        self.url = f"http://{LOOPBACK}:{self.port}{STREAM}"
         self._waiting: dict[asyncio.Task[None], None] = {}
         self._viewers: set[asyncio.Task[None]] = set()
         self._full = False
         self._frame, self._number = b"", 0
-        self._ended, self._published = asyncio.Event(), asyncio.Event()
-        self._thread = threading.Thread(target=self._run, name="camera stream")
+        self._published = asyncio.Event()
         self._thread.start()
 
     @property
@@ -103,17 +88,7 @@ class MjpegDoor:
         """Publish the BGR `image` as the latest frame; does not wait for slow viewers."""
         self._loop.call_soon_threadsafe(self._publish, coded(image))
 
-    def close(self) -> None:
-        """Disconnect all viewers and free the port; waits for no viewer. May be called again."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._ended.set)
-            self._thread.join()
-
     # --- in the thread ---
-
-    def _run(self) -> None:
-        with self._runner:  # at its end it cancels the tasks of all connections
-            self._runner.run(self._serve())
 
     async def _serve(self) -> None:
         self._listener.setblocking(False)

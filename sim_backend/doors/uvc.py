@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import struct
-import threading
 from enum import IntEnum
 from typing import cast
 
@@ -16,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend.doors.door import LOOPBACK
+from sim_backend.doors.loop_door import LoopDoor
 from sim_backend.doors.mjpeg import coded
-from sim_backend.doors.sockets import BACKLOG, bracketed, listen
+from sim_backend.doors.sockets import BACKLOG, bracketed
 from sim_backend.doors.usb_device import Setup, Speed, Stall, UsbDevice
 from sim_backend.doors.usbip import REQUEST_S, UsbIpClient, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
@@ -156,7 +156,7 @@ class Webcam(UsbDevice):
         return struct.pack("<HBBI5HII", 1, 1, 1, self._interval, 0, 0, 0, 0, 0, _frame_limit(self._size), PAYLOAD_SIZE)
 
 
-class UvcDoor:
+class UvcDoor(LoopDoor):
     """A USB/IP server with one device, the webcam; one computer at a time has it.
 
     One thread serves it; publishing a frame never waits. A connection has a deadline for its request, and a further one
@@ -181,19 +181,14 @@ class UvcDoor:
             host: Address of this computer; any other than the loopback interface lets other computers watch.
 
         Raises:
-            ConfigError: The port is taken or not allowed, or the host is not an address of this computer.
+            ConfigError: See `LoopDoor`.
         """
-        self._listener = listen(host, port)
-        self.port: int = self._listener.getsockname()[1]
+        super().__init__("webcam", host, port)
         self.address = f"{UsbIpClient.scheme}://{bracketed(host)}:{self.port}"
         self.command = attach_command(host, self.port)
         self._device = Webcam(size, fps)
         self._asking: dict[_Cable, None] = {}
         self._cable: _Cable | None = None
-        self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
-        self._loop = self._runner.get_loop()
-        self._ended = asyncio.Event()
-        self._thread = threading.Thread(target=self._run, name="webcam")
         self._thread.start()
 
     @property
@@ -209,17 +204,7 @@ class UvcDoor:
         """Pull the cable."""
         self._loop.call_soon_threadsafe(self._pull)
 
-    def close(self) -> None:
-        """Unplug, free the port; may be called again."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._ended.set)
-            self._thread.join()
-
     # --- in the thread ---
-
-    def _run(self) -> None:
-        with self._runner:
-            self._runner.run(self._serve())
 
     async def _serve(self) -> None:
         server = await self._loop.create_server(lambda: _Cable(self), sock=self._listener)

@@ -7,6 +7,7 @@ import socket
 import threading
 import urllib.error
 import urllib.request
+from functools import partial
 from urllib.parse import urlsplit
 
 import cv2
@@ -17,6 +18,7 @@ from firmware_protocol.errors import ConfigError
 from sim_backend.doors import mjpeg
 from sim_backend.doors.door import wait_readable
 from sim_backend.doors.mjpeg import STREAM, VIEWER_LIMIT, WAITING_LIMIT, MjpegDoor
+from sim_backend.doors.uvc import UvcDoor
 
 LIMITS = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 10_000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 10_000]
 GRAY = np.full((120, 160, 3), 90, np.uint8)
@@ -221,19 +223,20 @@ def test_it_listens_on_this_computer_only(door):
 
 
 def test_a_port_in_use_is_one_sentence(door):
-    with pytest.raises(ConfigError, match="cannot use port"):
+    with pytest.raises(ConfigError, match="cannot listen on"):
         MjpegDoor(urlsplit(door.url).port)
 
 
 # asyncio's own: the finaliser of an event loop that could not be made
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_camera_that_gets_no_file_descriptors_is_an_error():
+@pytest.mark.parametrize("make", [MjpegDoor, partial(UvcDoor, (320, 240), 15.0)])
+def test_a_camera_that_gets_no_file_descriptors_is_an_error(make):
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     spare = os.dup(0)
     os.close(spare)
     resource.setrlimit(resource.RLIMIT_NOFILE, (spare + 1, hard))  # one for the listener, none for its event loop
     try:
         with pytest.raises(ConfigError, match="Too many open files"):
-            MjpegDoor()
+            make()
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
