@@ -10,25 +10,26 @@ import heapq
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.journal import Kind, Record
+from behaviors.robot_description import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
 from nxtdrive.recording.map_scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
+from nxtdrive.recording.progress_lines import lines_of
+from nxtdrive.recording.run_reader import PastRun
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
 MAP, ROBOT, CAMERA = "map", "robot", "camera"
 """Frames of reference: the robot's start, the robot, the camera's picture."""
-SONAR_AHEAD_M = 0.1
-"""The sonar in front of the axle."""
 INFO, WARNING = 2, 3
 """Levels of a log."""
 LINE_LOOP = 2
@@ -59,14 +60,11 @@ class Message:
         return round(self.time_s * 1e9)
 
 
-def write_mcap(
-    records: Sequence[Record], lines: Sequence[tuple[float, str]], camera: CameraPictures | None, path: Path
-) -> int:
+def write_mcap(run: PastRun, camera: CameraPictures | None, path: Path) -> int:
     """Write a run; the file appears when it is complete.
 
     Args:
-        records: The journal.
-        lines: What the robot did, each with its time.
+        run: Its journal and mission.
         camera: The pictures; those that cannot be read are left out.
         path: The file to write.
 
@@ -80,8 +78,10 @@ def write_mcap(
     require("mcap", "mcap", what="an MCAP file")
     from mcap.writer import Writer
 
-    recorded = sorted((each for record in records for each in _of_record(record)), key=lambda each: each.time_s)
-    logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines]
+    robot = run.mission.robot if run.mission else RobotTable()
+    made = (each for record in run.records for each in _of_record(record, robot))
+    recorded = sorted(made, key=lambda each: each.time_s)
+    logged = [Message(time_s, "/log", _log(INFO, text)) for time_s, text in lines_of(run.records)]
     seen = (each for picture in camera.pictures for each in _of_picture(camera, picture)) if camera else ()
     part = path.with_name(f"{path.name}.part")
     count = 0
@@ -115,7 +115,7 @@ def _stamp(message: Message) -> dict[str, int]:
     return {"sec": seconds, "nsec": nanoseconds}
 
 
-def _of_record(record: Record) -> Iterator[Message]:
+def _of_record(record: Record, robot: RobotTable) -> Iterator[Message]:
     """Yield the messages of a record; values of an unknown form are left out."""
     now_s, data = record.time_s, record.data
     yield Message(now_s, "/state", {"state": record.state, "target": record.target})
@@ -128,7 +128,9 @@ def _of_record(record: Record) -> Iterator[Message]:
     if "range_mm" in data:
         ranges = [range_mm / 1000] if is_number(range_mm := data["range_mm"]) else []
         beam = {"start_angle": 0.0, "end_angle": 0.0, "ranges": ranges, "intensities": []}
-        yield Message(now_s, "/sonar", {"frame_id": ROBOT, "pose": _pose(SONAR_AHEAD_M, 0.0, 0.0), **beam})
+        yield Message(
+            now_s, "/sonar", {"frame_id": ROBOT, "pose": _pose(robot.sonar_forward_mm / 1000, 0.0, 0.0), **beam}
+        )
     if is_number(battery_mv := data.get("battery_mv")):
         yield Message(now_s, "/battery", {"voltage": battery_mv / 1000})
     if record.kind is Kind.CHOICE:

@@ -104,11 +104,10 @@ def _fitting_fps(camera: CameraPictures) -> float:
 
 def _write_mcap(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:
     from nxtdrive.recording.mcap_file import write_mcap
-    from nxtdrive.recording.progress_lines import lines_of
 
     path = _file(past, file, MESSAGES)
     with writing(path):
-        count = write_mcap(past.records, lines_of(past.records), pictures, path)
+        count = write_mcap(past, pictures, path)
     _say(path, f"{count} messages")
 
 

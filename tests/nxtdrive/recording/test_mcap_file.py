@@ -5,18 +5,21 @@ from __future__ import annotations
 import base64
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 
 from behaviors.journal import Kind, Record
+from behaviors.mission import Mission
 from behaviors.ports import Sighting
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import looked, read_pictures
 from nxtdrive.recording.mcap_file import write_mcap
 from nxtdrive.recording.mcap_schemas import SCHEMAS
+from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.vision.detection import Detection
 
 SIGHTING = {"bearing_deg": 3.0, "distance_mm": 900.0, "confidence": 1.0, "box": [10, 10, 20, 20]}
@@ -50,6 +53,10 @@ def _run(tmp_path):
     camera.add(np.zeros((48, 64, 3), np.uint8), 0.9, look)
     camera.close()
     return path
+
+
+def _past(records, mission=None):
+    return PastRun(Path("journal.jsonl"), tuple(records), (), mission)
 
 
 def _read(path):
@@ -107,6 +114,20 @@ def test_places_are_as_in_ros(topics):
     assert [values["voltage"] for _, values in topics["/battery"]] == [7.412]
 
 
+@pytest.mark.parametrize("sonar_mm", [None, 150.0])
+def test_the_sonar_is_where_the_robot_has_it(tmp_path, sonar_mm):
+    mission = sonar_mm and Mission.model_validate(
+        {
+            "mission": {"targets": ["lena"]},
+            "target": {"lena": {"detector": "color", "color": "red"}},
+            "robot": {"sonar_forward_mm": sonar_mm},
+        }
+    )
+    write_mcap(_past(RECORDS, mission), None, tmp_path / "x.mcap")
+    for _, values in _read(tmp_path / "x.mcap")["/sonar"]:
+        assert values["pose"]["position"]["x"] == (sonar_mm or 100.0) / 1000
+
+
 def test_pictures_boxes_and_decisions_are_there(topics, run):
     jpeg = (run / "camera" / "000002.jpg").read_bytes()
     assert base64.b64decode(topics["/camera"][1][1]["data"]) == jpeg
@@ -135,13 +156,13 @@ def test_without_camera_there_are_no_pictures(run):
 )
 def test_values_of_an_unknown_form_are_left_out(tmp_path, data):
     records = [Record(2.0, kind, "x", "\ud800", data) for kind in Kind] + [RECORDS[0]]
-    write_mcap(records, [], None, tmp_path / "x.mcap")
-    assert set(_read(tmp_path / "x.mcap")) <= {"/state", "/decisions", "/sonar"}
+    write_mcap(_past(records), None, tmp_path / "x.mcap")
+    assert set(_read(tmp_path / "x.mcap")) <= {"/state", "/decisions", "/sonar", "/log"}
 
 
 def test_a_picture_that_is_gone_is_left_out(run, tmp_path):
     (run / "camera" / "000001.jpg").unlink()
-    write_mcap([], [], read_pictures(run), tmp_path / "x.mcap")
+    write_mcap(_past([]), read_pictures(run), tmp_path / "x.mcap")
     assert len(_read(tmp_path / "x.mcap")["/camera"]) == 1
 
 
