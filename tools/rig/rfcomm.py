@@ -22,7 +22,8 @@ from bumble.link import LocalLink
 from bumble.transport.common import AsyncPipeSink
 
 from sim_backend.doors.door import CHUNK, LOOPBACK, Client
-from sim_backend.doors.sockets import StreamClient, listen
+from sim_backend.doors.loop_door import LoopDoor
+from sim_backend.doors.sockets import StreamClient
 
 from .bluetooth_radio import Radio
 
@@ -36,7 +37,7 @@ SUPERVISION_S = 1.0
 long."""
 
 
-class RfcommDoor:
+class RfcommDoor(LoopDoor):
     """The brick over Bluetooth.
 
     Attributes:
@@ -56,19 +57,15 @@ class RfcommDoor:
             now: Returns seconds of a monotonic clock.
 
         Raises:
-            ConfigError: The port is taken or not allowed.
+            ConfigError: See `LoopDoor`.
         """
-        self._listener = listen(LOOPBACK, port)
-        self.port: int = self._listener.getsockname()[1]
+        super().__init__("bluetooth", LOOPBACK, port)
         self.address = f"bt://{brick}"
-        self._now = now
+        self._brick, self._now = brick, now
         self._arrived: queue.SimpleQueue[socket.socket] = queue.SimpleQueue()
-        self._runner = asyncio.Runner(loop_factory=asyncio.SelectorEventLoop)
-        self._loop = self._runner.get_loop()
-        self._ended, self._ready = asyncio.Event(), threading.Event()
+        self._ready = threading.Event()
         self._cables: set[asyncio.StreamWriter] = set()
         self._air = LocalLink()
-        self._thread = threading.Thread(target=self._run, args=(brick,), name="bluetooth")
         self._thread.start()
         self._ready.wait()
 
@@ -83,12 +80,6 @@ class RfcommDoor:
     def fileno(self) -> int | None:
         """Return None: connections come from another thread."""
         return None
-
-    def close(self) -> None:
-        """Switch both off; may be called again."""
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._ended.set)
-            self._thread.join()
 
     def vanish(self) -> None:
         """Take the brick out of range: connections are lost after `SUPERVISION_S`, new ones find no brick."""
@@ -111,15 +102,11 @@ class RfcommDoor:
     def _call(self, task: Coroutine[Any, Any, None]) -> None:
         asyncio.run_coroutine_threadsafe(task, self._loop).result()
 
-    def _run(self, brick: str) -> None:
-        with self._runner:
-            self._runner.run(self._serve(brick))
-
-    async def _serve(self, brick: str) -> None:
+    async def _serve(self) -> None:
         self._adapter = Radio("adapter", link=self._air, public_address=ADAPTER_ADDRESS)
-        self._radio = Radio("brick", link=self._air, public_address=brick)
+        self._radio = Radio("brick", link=self._air, public_address=self._brick)
         self._device = Device(
-            name="NXT", address=hci.Address(brick), host=Host(self._radio, AsyncPipeSink(self._radio))
+            name="NXT", address=hci.Address(self._brick), host=Host(self._radio, AsyncPipeSink(self._radio))
         )
         self._device.classic_enabled, self._device.le_enabled = True, False
         self._device.classic_ssp_enabled = self._device.classic_sc_enabled = False
