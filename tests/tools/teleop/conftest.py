@@ -16,6 +16,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
+from tests.tools.teleop.on_screen import PATIENCE
 
 ROOM = """
 [floor]
@@ -36,10 +37,6 @@ def room():
             return simulation, stack.enter_context(Brick(transport))
 
         yield make
-
-
-PATIENCE = 400
-"""Looks at something that will happen, before it is held to be missing."""
 
 
 class Tmux:

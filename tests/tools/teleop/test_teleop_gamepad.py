@@ -1,6 +1,5 @@
 """A gamepad made of SDL alone: plugged in, moved, pulled out; read as a real one is, and driving a robot."""
 
-import asyncio
 import os
 import signal
 import subprocess
@@ -10,11 +9,9 @@ import pytest
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import USAGE
-from nxtdrive.tools.teleop.controls import Controls
-from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.sticks import Sticks
+from tests.tools.teleop.on_screen import app_of, play, text, until
 
-PATIENCE = 400
 LEFT_X, LEFT_Y, RIGHT_X = range(3)
 A, B, LB, RB, UP, DOWN, LEFT, RIGHT = 0, 1, 9, 10, 11, 12, 13, 14
 """Of the virtual gamepad."""
@@ -141,36 +138,17 @@ def test_not_asked_for_one_teleop_does_without_pygame(terminal):
 @pytest.fixture
 def teleop(room, pad):
     """(simulation, app, virtual gamepad) in real time."""
-    from nxtdrive.tools.teleop.app import Teleop
-
     gamepad, virtual = pad
     simulation, brick = room(realtime=True)
-    controls = Controls(300.0, 120.0)
-    return simulation, Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://", gamepad), virtual
+    return simulation, app_of(brick, gamepad), virtual
 
 
-def _panel(app):
-    return str(app.query_one("#panel").render())
+def _play(app, act):
+    async def rested(pilot):
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await act(pilot)
 
-
-async def _until(pilot, true):
-    for _ in range(PATIENCE):
-        if true():
-            return
-        await pilot.pause(0.02)
-    raise AssertionError("it never came")
-
-
-def _play(app, play):
-    async def go():
-        async with app.run_test(size=(100, 30)) as pilot:
-            await _until(pilot, lambda: "at rest" in _panel(app))
-            await play(pilot)
-
-    try:
-        asyncio.run(go())
-    finally:
-        app.finish()
+    play(app, rested)
     assert app.failure is None
 
 
@@ -179,56 +157,56 @@ def test_the_stick_drives_as_long_as_it_is_held_and_its_middle_stops(teleop):
     simulation, app, virtual = teleop
     start = simulation.truth.pose
 
-    async def play(pilot):
+    async def act(pilot):
         virtual.plug()
-        await _until(pilot, lambda: "Virtual" in _panel(app))
+        await until(pilot, lambda: "Virtual" in text(app, "panel"))
         virtual.move(LEFT_Y, -1.0)
-        await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250)
-        assert "driving" in _panel(app)
+        await until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250)
+        assert "driving" in text(app, "panel")
         virtual.move(LEFT_Y, 0.0)
-        await _until(pilot, lambda: "at rest" in _panel(app))
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
 
-    _play(app, play)
+    _play(app, act)
 
 
 @pytest.mark.slow
 def test_unplugging_stops_with_the_stick_held_and_plugging_in_drives_again(teleop):
     _, app, virtual = teleop
 
-    async def play(pilot):
+    async def act(pilot):
         for axis in (LEFT_X, RIGHT_X):
             virtual.plug()
-            await _until(pilot, lambda: "Virtual" in _panel(app))
+            await until(pilot, lambda: "Virtual" in text(app, "panel"))
             virtual.move(axis, 1.0)
-            await _until(pilot, lambda: "driving" in _panel(app))
+            await until(pilot, lambda: "driving" in text(app, "panel"))
             virtual.unplug()
-            await _until(pilot, lambda: "at rest" in _panel(app) and "UNPLUGGED" in _panel(app))
+            await until(pilot, lambda: "at rest" in text(app, "panel") and "UNPLUGGED" in text(app, "panel"))
 
-    _play(app, play)
+    _play(app, act)
 
 
 @pytest.mark.slow
 def test_b_is_an_emergency_stop_a_ends_it_and_shoulders_change_the_speed(teleop):
     _, app, virtual = teleop
 
-    async def play(pilot):
+    async def act(pilot):
         virtual.plug()
-        await _until(pilot, lambda: "Virtual" in _panel(app))
+        await until(pilot, lambda: "Virtual" in text(app, "panel"))
         virtual.press(RB)
-        await _until(pilot, lambda: "(70 %)" in _panel(app))
+        await until(pilot, lambda: "(70 %)" in text(app, "panel"))
         virtual.press(LB)
-        await _until(pilot, lambda: "(60 %)" in _panel(app))
+        await until(pilot, lambda: "(60 %)" in text(app, "panel"))
         virtual.move(RIGHT_X, 1.0)
-        await _until(pilot, lambda: "driving" in _panel(app))
+        await until(pilot, lambda: "driving" in text(app, "panel"))
         virtual.press(B)
-        await _until(pilot, lambda: "EMERGENCY" in _panel(app))
+        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
         virtual.press(A)
-        await _until(pilot, lambda: "at rest" in _panel(app))
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
         await pilot.pause(0.3)
-        assert "at rest" in _panel(app), "the stick is still held, and has not been in the middle"
+        assert "at rest" in text(app, "panel"), "the stick is still held, and has not been in the middle"
         virtual.move(RIGHT_X, 0.0)
         await pilot.pause(0.1)
         virtual.move(RIGHT_X, 1.0)
-        await _until(pilot, lambda: "driving" in _panel(app))
+        await until(pilot, lambda: "driving" in text(app, "panel"))
 
-    _play(app, play)
+    _play(app, act)

@@ -1,19 +1,15 @@
 """The camera's picture and the list of keys on the screen, from a phone's width to a desk's."""
 
-import asyncio
-
 import numpy as np
 import pytest
 
 from behaviors.ports import Sighting
-from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.picture import BOXES_LAST_S, STALE_S, Picture
-from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.vision.annotate import CONFIRMED, UNCONFIRMED
 from nxtdrive.vision.camera import Frame
 from nxtdrive.vision.detection import Detection
+from tests.tools.teleop.on_screen import app_of, play, text, until, widget
 
-PATIENCE = 400
 RED, BLUE = (0, 0, 200), (200, 0, 0)
 BOX = (80, 60, 40, 40)
 
@@ -86,44 +82,22 @@ def test_two_pixels_share_a_character():
 
 @pytest.fixture
 def screen(room):
-    """Plays on a screen of a size: screen(size, play, picture=None, camera="") and checks that it ended well."""
-    from nxtdrive.tools.teleop.app import Teleop
+    """Plays on a screen of a size: screen(size, act, picture=None, camera="") and checks that it ended well."""
 
-    def show(size, play, **options):
+    def show(size, act, **options):
         _, brick = room(realtime=True)
-        controls = Controls(300.0, 120.0)
-        app = Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://", **options)
+        app = app_of(brick, **options)
 
-        async def go():
-            async with app.run_test(size=size) as pilot:
-                await until(pilot, lambda: "at rest" in text(app, "panel"))
-                await play(app, pilot, brick.now)
-                app.action_leave()
-                await until(pilot, lambda: not app.is_running)
+        async def to_the_end(pilot):
+            await until(pilot, lambda: "at rest" in text(app, "panel"))
+            await act(app, pilot, brick.now)
+            app.action_leave()
+            await until(pilot, lambda: not app.is_running)
 
-        try:
-            asyncio.run(go())
-        finally:
-            app.finish()
+        play(app, to_the_end, size)
         assert app.failure is None
 
     return show
-
-
-async def until(pilot, true):
-    for _ in range(PATIENCE):
-        if true():
-            return
-        await pilot.pause(0.02)
-    raise AssertionError("it never came")
-
-
-def widget(app, name):
-    return app.screen_stack[0].query_one(f"#{name}")
-
-
-def text(app, name):
-    return str(widget(app, name).render())
 
 
 @pytest.mark.slow
@@ -134,7 +108,7 @@ def text(app, name):
 def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, seen):
     picture = Picture()
 
-    async def play(app, pilot, now):
+    async def act(app, pilot, now):
         picture.frame(frame(now() + 60))
         app._controls.emergency_stop()
         await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
@@ -150,31 +124,31 @@ def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, see
         assert "EMERGENCY" in shown
         assert "STOP" in shown
 
-    screen(size, play, picture=picture)
+    screen(size, act, picture=picture)
 
 
 @pytest.mark.slow
 def test_a_picture_that_no_longer_comes_is_said(screen):
     picture = Picture()
 
-    async def play(app, pilot, now):
+    async def act(app, pilot, now):
         picture.frame(frame(now() - STALE_S - 3))
         await until(pilot, lambda: widget(app, "camera").has_class("alarm"))
         assert "NO PICTURE" in str(widget(app, "camera").border_subtitle)
         picture.frame(frame(now() + 60))
         await until(pilot, lambda: not widget(app, "camera").has_class("alarm"))
 
-    screen((80, 24), play, picture=picture)
+    screen((80, 24), act, picture=picture)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(40, 20), (80, 24)])
 def test_without_a_camera_one_line_says_so(screen, size):
-    async def play(app, pilot, now):
+    async def act(app, pilot, now):
         await until(pilot, lambda: "camera 0 gives no frames." in text(app, "panel"))
         assert not app.query("#camera")
 
-    screen(size, play, camera="camera 0 gives no frames.")
+    screen(size, act, camera="camera 0 gives no frames.")
 
 
 def listed(app):
@@ -183,7 +157,7 @@ def listed(app):
 
 @pytest.mark.slow
 def test_any_key_closes_the_list_of_keys_and_does_its_work(screen):
-    async def play(app, pilot, now):
+    async def act(app, pilot, now):
         await pilot.press("question_mark")
         await until(pilot, lambda: listed(app))
         await until(pilot, lambda: "Ctrl-C" in app.export_screenshot())
@@ -206,4 +180,4 @@ def test_any_key_closes_the_list_of_keys_and_does_its_work(screen):
         await pilot.pause(0.2)
         assert "EMERGENCY" in text(app, "panel")
 
-    screen((40, 20), play)
+    screen((40, 20), act)

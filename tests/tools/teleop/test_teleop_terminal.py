@@ -16,9 +16,7 @@ from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import TurnSpotter
 from nxtdrive.tools.teleop.terminal import LastingStream
-
-PATIENCE = 400
-"""Looks at something that will happen, before it is held to be missing."""
+from tests.tools.teleop.on_screen import app_of, play, text, until
 
 
 class _Terminal(io.StringIO):
@@ -29,12 +27,10 @@ class _Terminal(io.StringIO):
 @pytest.fixture
 def teleop(room):
     """Makes (simulation, app) on a robot in real time."""
-    from nxtdrive.tools.teleop.app import Teleop
 
     def make():
         simulation, brick = room(realtime=True)
-        controls = Controls(300.0, 120.0)
-        return simulation, Teleop(Pilot(brick, brick.rover(), controls), controls, brick.now, "sim://")
+        return simulation, app_of(brick)
 
     return make
 
@@ -44,44 +40,19 @@ def _place(simulation):
     return pose.x_mm, pose.y_mm, pose.heading_deg
 
 
-async def _until(pilot, true, key=None):
-    for _ in range(PATIENCE):
-        if true():
-            return
-        if key:
-            await pilot.press(key)
-        await pilot.pause(0.02)
-    raise AssertionError("it never came")
-
-
-def _text(app, name):
-    return str(app.query_one(f"#{name}").render())
-
-
-def _play(app, play):
-    async def go():
-        async with app.run_test(size=(100, 30)) as pilot:
-            await play(pilot)
-
-    try:
-        asyncio.run(go())
-    finally:
-        app.finish()
-
-
 @pytest.mark.slow
 def test_keys_drive_and_letting_go_stops(teleop):
     simulation, app = teleop()
     start = simulation.truth.pose
 
-    async def play(pilot):
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
-        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="up")
-        await _until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
-        assert "·" in _text(app, "map")
+    async def act(pilot):
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        await until(pilot, lambda: "driving" in text(app, "panel"), key="up")
+        await until(pilot, lambda: simulation.truth.pose.x_mm > start.x_mm + 250, key="up")
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
+        assert "·" in text(app, "map")
 
-    _play(app, play)
+    play(app, act)
     assert app.failure is None
 
 
@@ -89,46 +60,46 @@ def test_keys_drive_and_letting_go_stops(teleop):
 def test_letters_drive_and_halt_with_caps_lock_as_well(teleop):
     _, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="W")
+    async def act(pilot):
+        await until(pilot, lambda: "driving" in text(app, "panel"), key="W")
         app._controls.steer(0.0, 0.0, math.inf)
         app._controls.steer(1.0, 0.0, math.inf)  # never old
-        await _until(pilot, lambda: "driving" in _text(app, "panel"))
+        await until(pilot, lambda: "driving" in text(app, "panel"))
         await pilot.press("X")
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
 
-    _play(app, play)
+    play(app, act)
 
 
 @pytest.mark.slow
 def test_space_stops_at_once_and_stays_until_enter(teleop):
     _, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="d")
+    async def act(pilot):
+        await until(pilot, lambda: "driving" in text(app, "panel"), key="d")
         await pilot.press("space")
-        await _until(pilot, lambda: "EMERGENCY" in _text(app, "panel"))
+        await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
         await pilot.press("d")
         await pilot.pause(0.3)
-        assert "EMERGENCY" in _text(app, "panel")
+        assert "EMERGENCY" in text(app, "panel")
         await pilot.press("enter")
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
 
-    _play(app, play)
+    play(app, act)
 
 
 @pytest.mark.slow
 def test_plus_and_minus_change_the_speed(teleop):
     _, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "(60 %)" in _text(app, "panel"))
+    async def act(pilot):
+        await until(pilot, lambda: "(60 %)" in text(app, "panel"))
         await pilot.press("plus")
-        await _until(pilot, lambda: "(70 %)" in _text(app, "panel"))
+        await until(pilot, lambda: "(70 %)" in text(app, "panel"))
         await pilot.press("minus", "minus")
-        await _until(pilot, lambda: "(50 %)" in _text(app, "panel"))
+        await until(pilot, lambda: "(50 %)" in text(app, "panel"))
 
-    _play(app, play)
+    play(app, act)
 
 
 @pytest.mark.slow
@@ -141,23 +112,23 @@ def test_a_screen_that_closes_slowly_shows_nothing_more(teleop):
 
     _, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+    async def act(pilot):
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
         await app.mount(SlowToClose())
 
-    _play(app, play)
+    play(app, act)
 
 
 @pytest.mark.slow
 def test_leaving_stops_the_robot(teleop):
     simulation, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "driving" in _text(app, "panel"), key="w")
+    async def act(pilot):
+        await until(pilot, lambda: "driving" in text(app, "panel"), key="w")
         await pilot.press("escape")
-        await _until(pilot, lambda: not app.is_running)
+        await until(pilot, lambda: not app.is_running)
 
-    _play(app, play)
+    play(app, act)
     simulation.advance(300)
     rest = _place(simulation)
     simulation.advance(1000)
@@ -168,12 +139,12 @@ def test_leaving_stops_the_robot(teleop):
 def test_a_lost_link_ends_it_with_the_reason(teleop):
     simulation, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+    async def act(pilot):
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
         simulation.brick.receive = lambda telegram: None
-        await _until(pilot, lambda: not app.is_running)
+        await until(pilot, lambda: not app.is_running)
 
-    _play(app, play)
+    play(app, act)
     assert app.failure is not None
 
 
@@ -181,12 +152,12 @@ def test_a_lost_link_ends_it_with_the_reason(teleop):
 def test_a_defect_of_the_pilot_ends_it_too(teleop, monkeypatch):
     _, app = teleop()
 
-    async def play(pilot):
-        await _until(pilot, lambda: "at rest" in _text(app, "panel"))
+    async def act(pilot):
+        await until(pilot, lambda: "at rest" in text(app, "panel"))
         monkeypatch.setattr(Pilot, "step", lambda self: 1 / 0)
-        await _until(pilot, lambda: not app.is_running)
+        await until(pilot, lambda: not app.is_running)
 
-    _play(app, play)
+    play(app, act)
     assert isinstance(app.failure, ZeroDivisionError)
 
 
@@ -208,10 +179,10 @@ def test_a_detector_that_breaks_while_it_drives_stops_the_robot(room):
     driven.append(brick.request(GetOutputState(OutputPort.B)).power)
     app = Teleop(pilot, controls, brick.now, "sim://")
 
-    async def play(screen):
-        await _until(screen, lambda: app.failure is not None)
+    async def act(screen):
+        await until(screen, lambda: app.failure is not None)
 
-    _play(app, play)
+    play(app, act)
     assert driven[0] > 0
     assert brick.request(GetOutputState(OutputPort.B)).power == 0
 
