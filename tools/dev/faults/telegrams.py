@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from random import Random
-from typing import Any, Protocol
+from typing import Any
 
 from firmware_protocol.direct import GetBatteryLevel, LSRead
 from firmware_protocol.errors import RemoteProtocolError
@@ -47,17 +48,13 @@ CHECK, GOOD = GetBatteryLevel().encode(), GetBatteryLevel.encode_reply()
 """A plain request, sent after one telegram in ten, and the head of its reply."""
 
 
-class _Clock(Protocol):
-    def __call__(self, duration_ms: int, /) -> None: ...
-
-
 class _Rig:
     """A brick, and how its time passes."""
 
     def __init__(self, rng: Random) -> None:
         self.firmware = rng.choice(FIRMWARES)
         self.bluetooth = rng.random() < 0.5
-        self.advance: _Clock
+        self.advance: Callable[[int], None]
         if rng.random() < WORLDS:
             simulation = Simulation(rng.choice(("arena", "open")), firmware=self.firmware)
             self.brick, self.advance = simulation.brick, simulation.advance
