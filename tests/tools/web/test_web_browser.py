@@ -280,6 +280,25 @@ def test_pause_and_resume_a_mission(browser, url):
     assert "suspended" not in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active")]
 
 
+def test_the_result_of_a_mission_is_in_view_when_it_ends(browser, url):
+    resize(browser, 1440, 900)
+    browser.get(url)
+    _until(browser, "doing", "at rest")
+    browser.find_element(By.ID, "start").click()
+    _until(browser, "lines", "searching for lena")
+    for turn in range(1, 8):  # more lines than the list has room for
+        for word in ("paused", "resumed"):
+            browser.find_element(By.ID, "pause").click()
+            WebDriverWait(browser, WAIT_S).until(
+                lambda page, word=word, turn=turn: page.find_element(By.ID, "lines").text.count(word) == turn
+            )
+    browser.find_element(By.ID, "end").click()
+    _until(browser, "lines", "interrupted after")
+    browser.execute_async_script("setTimeout(arguments[0], 200)")
+    list_below_its_view = "const list = arguments[0]; return list.scrollHeight - list.scrollTop - list.clientHeight"
+    assert browser.execute_script(list_below_its_view, browser.find_element(By.ID, "lines")) <= 1
+
+
 def test_why_something_is_refused_can_be_read(browser, url):
     browser.get(url)
     _until(browser, "doing", "at rest")

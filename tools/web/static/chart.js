@@ -19,8 +19,8 @@ export class Chart {
     connection.on("record", ({ record }) => {
       if (record.kind !== "transition") return;
       const to = this.boxes.has(record.to) ? record.to : record.state; // after a pause: history
+      if (record.source !== to && this.active.get(this.region(to)) !== to) this.note(record, to); // the end is recorded twice
       this.enter(to);
-      if (record.source !== to) this.note(record, to);
     });
   }
 

@@ -20,8 +20,8 @@ export class FloorMap {
     connection.on("ended", () => { this.origin = this.pose; });
     connection.on("state", (state) => this.moved(placed(this.origin, state.pose), state.range_mm));
     connection.on("record", ({ record }) => this.record(record));
-    connection.on(`image ${GRID}`, ({ bitmap }) => { this.grid = tinted(bitmap, gridColour); this.draw(); });
-    connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); this.draw(); });
+    connection.on(`image ${GRID}`, ({ bitmap }) => { this.free = tinted(bitmap, freeColour); this.obstacles = tinted(bitmap, obstacleColour); bitmap.close(); this.draw(); });
+    connection.on(`image ${BELIEF}`, ({ bitmap }) => { this.belief = tinted(bitmap, beliefColour); bitmap.close(); this.draw(); });
     connection.on("true_room", (room) => { this.room = { ...room, origin: this.origin }; this.draw(); });
     for (const layer of Object.values(layers)) layer.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(canvas);
@@ -35,7 +35,7 @@ export class FloorMap {
     this.pose = [0, 0, 0];
     this.origin = [0, 0, 0]; // of the messages' frame: after a mission it begins where the robot stands
     this.range = null;
-    this.grid = this.belief = this.room = null;
+    this.free = this.obstacles = this.belief = this.room = null;
     this.box = [0, 0, 0, 0]; // least and greatest x, least and greatest y
     this.draw();
   }
@@ -92,10 +92,11 @@ export class FloorMap {
     const wide = Math.max(x1 - x0, y1 - y0) + 2 * MARGIN_MM, scale = side / wide;
     // x forward is up, y to the right
     context.setTransform(scale, 0, 0, scale, side / 2 - ((y0 + y1) / 2) * scale, side / 2 + ((x0 + x1) / 2) * scale);
-    context.imageSmoothingEnabled = false;
-    if (this.grid && this.layers.grid.checked) paintLayer(context, this.grid, CELL_MM);
-    context.imageSmoothingEnabled = true;
-    if (this.belief && this.layers.belief.checked && !this.inView) paintLayer(context, this.belief, PLACE_MM);
+    // the belief covers whole rooms: obstacles come after it, or they would take its colour
+    const known = this.obstacles && this.layers.grid.checked;
+    if (known) paintLayer(context, this.free, CELL_MM);
+    if (this.belief && this.layers.belief.checked && !this.inView) paintLayer(context, this.belief, PLACE_MM, true);
+    if (known) paintLayer(context, this.obstacles, CELL_MM);
     if (this.room && this.layers.truth?.checked) this.paintRoom(context, 2 / scale * devicePixelRatio);
     this.paintLines(context, 1 / scale * devicePixelRatio);
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
@@ -133,7 +134,7 @@ export class FloorMap {
     context.stroke();
     const [lensX, lensY] = this.lens();
     wedge(context, [lensX, lensY, heading + this.robot.yaw_deg], this.robot.hfov_deg / 2, VIEW_MM, "#0b5fb022");
-    if (this.range !== null) wedge(context, this.pose, CONE_DEG, this.range, "#e0701033");
+    if (this.range !== null) wedge(context, this.pose, CONE_DEG, this.range, "#00857a38");
     for (const [name, at] of this.sightings) {
       disc(context, at, 45, "#1b9a4a");
       label(context, name, at, 14 * pixel, "#0d5c2a");
@@ -228,17 +229,21 @@ function ranges(numbers) {
 }
 
 // evidence 0 is grey 128 and unknown; above it something stands there, below it the floor is free
-function gridColour(grey) {
-  if (grey > 140) return [60, 66, 74, Math.min(255, (grey - 128) * 2)];
-  return grey < 116 ? [255, 255, 255, Math.min(255, (128 - grey) * 2.5)] : [0, 0, 0, 0];
+function obstacleColour(grey) {
+  return [60, 66, 74, grey > 140 ? Math.min(255, (grey - 128) * 2) : 0];
 }
 
-// the square lets the places stand out from the plain that the target is in with little chance
-function paintLayer(context, image, pixelMm) {
+function freeColour(grey) {
+  return [255, 255, 255, grey < 116 ? Math.min(255, (128 - grey) * 2.5) : 0];
+}
+
+function paintLayer(context, image, pixelMm, smooth = false) {
   const side = image.width * pixelMm;
+  context.imageSmoothingEnabled = smooth;
   context.drawImage(image, -side / 2, -side / 2, side, side);
 }
 
+// the square lets the places stand out from the plain that the target is in with little chance
 function beliefColour(grey) {
   return [230, 120, 0, 150 * (grey / 255) ** 2];
 }
@@ -248,7 +253,6 @@ function tinted(bitmap, colour) {
   [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
   const context = canvas.getContext("2d", { willReadFrequently: true });
   context.drawImage(bitmap, 0, 0);
-  bitmap.close();
   const image = context.getImageData(0, 0, canvas.width, canvas.height);
   for (let i = 0; i < image.data.length; i += 4) image.data.set(colour(image.data[i]), i);
   context.putImageData(image, 0, 0);

@@ -3,6 +3,9 @@
 export class Lines {
   constructor(connection, list) {
     this.list = list;
+    this.follows = true; // until a reader scrolls up; also when the list gets smaller, as at the end of a mission
+    list.addEventListener("scroll", () => { this.follows = list.scrollHeight - list.scrollTop - list.clientHeight < 40; });
+    new ResizeObserver(() => this.follow()).observe(list);
     connection.on("hello", () => list.replaceChildren()); // what is known comes again
     connection.on("run", ({ name }) => {
       list.replaceChildren();
@@ -16,10 +19,12 @@ export class Lines {
   }
 
   add(text) {
-    const list = this.list;
-    const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 40;
-    list.append(element("li", text, text.startsWith(" ") ? "timed" : ""));
-    if (atEnd) list.scrollTop = list.scrollHeight;
+    this.list.append(element("li", text, text.startsWith(" ") ? "timed" : ""));
+    this.follow();
+  }
+
+  follow() {
+    if (this.follows) this.list.scrollTop = this.list.scrollHeight;
   }
 }
 
