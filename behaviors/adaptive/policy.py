@@ -138,10 +138,10 @@ class AdaptivePolicy:
         in_sight = evidence.blocker is not None and not evidence.blocker.hides
         if not in_sight and here is not None and (here.chance >= N.worth_a_look or not evidence.viewpoints):
             chance, situation = self.chances.of(RESCAN, evidence, here.chance)
-            choice = Choice(RESCAN, f"a {chance:.0%} chance that it was overlooked here")
+            choice = Choice(RESCAN, f"{chance:.0%} chance that it was overlooked here")
             yield Candidate(choice, here.seconds, chance, situation=situation)
         best = max((each.chance for each in evidence.viewpoints), default=0.0)
         for each in evidence.viewpoints:
             chance, situation = self.chances.of(MOVE_TO, evidence, each.chance, best)
-            why = f"{each.seconds:.0f} s to go there and look, with a {chance:.0%} chance to see it"
+            why = f"{each.seconds:.0f} s to go there and look, {chance:.0%} chance to see it"
             yield Candidate(Choice(MOVE_TO, why, route=each.route), each.seconds, chance, situation=situation)

@@ -129,7 +129,7 @@ export class MissionPanel {
     this.find("question-known").replaceChildren(...known.map((text) => element("li", text)));
     const buttons = candidates.map((each, choice) => {
       const numbers = each.chance === undefined ? "" : ` (${seconds(each.seconds)}, chance ${chance(each.chance)})`;
-      const button = element("button", `${each.text}${numbers}${choice ? "" : `: proposed, since ${each.why}`}`);
+      const button = element("button", `${each.text}${numbers}${choice ? "" : `, proposed: ${each.why}`}`);
       button.type = "button";
       button.addEventListener("click", () => this.connection.send({ type: "answer", question: number, choice }));
       return button;
