@@ -33,7 +33,7 @@ export class Results {
   async fetch() {
     const answer = await fetch("api/results");
     if (!answer.ok) return;
-    this.rows = (await answer.json()).map((row) => COLUMNS.map(([, value]) => value(row)));
+    this.rows = await answer.json();
     this.show();
   }
 
@@ -44,12 +44,12 @@ export class Results {
   }
 
   show() {
-    const { column, down } = this;
-    this.rows.sort((one, other) => order.compare(one[column], other[column]) * (down ? -1 : 1));
+    const { column, down } = this, [, sorted] = COLUMNS[column];
+    this.rows.sort((one, other) => order.compare(sorted(one), sorted(other)) * (down ? -1 : 1));
     this.heads.forEach((head, number) => head.setAttribute("aria-sort", number !== column ? "none" : down ? "descending" : "ascending"));
-    const rows = this.rows.map((values) => {
+    const rows = this.rows.map((result) => {
       const row = document.createElement("tr");
-      for (const value of values) row.insertCell().textContent = value;
+      for (const [title, value] of COLUMNS) row.insertCell().append(title === "run" ? replay(result) : value(result));
       return row;
     });
     this.find("results").tBodies[0].replaceChildren(...rows);
@@ -69,4 +69,11 @@ export class Results {
     if (!copied) getSelection().addRange(range);
     setTimeout(() => (this.find("copy").textContent = "Copy"), 3000);
   }
+}
+
+function replay({ robot, run }) {
+  const link = document.createElement("a");
+  link.href = `robot/${encodeURIComponent(robot)}/replay.html?run=${encodeURIComponent(run)}`;
+  link.textContent = run;
+  return link;
 }

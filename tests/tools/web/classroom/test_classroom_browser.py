@@ -96,3 +96,6 @@ def test_twelve_robots_are_started_stopped_and_their_results_sorted(url, browser
     _until(browser, "#doing", "at rest")
     browser.find_element(By.LINK_TEXT, "classroom").click()
     _until(browser, "#summary", f"{ROBOTS} of {ROBOTS} open")
+    WebDriverWait(browser, WAIT_S).until(lambda page: page.find_elements(By.CSS_SELECTOR, "#results tbody a"))
+    browser.find_element(By.CSS_SELECTOR, "#results tbody a").send_keys(Keys.ENTER)
+    _until(browser, "#what", "lena, then rilakkuma")
