@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageOps
 
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 
@@ -26,13 +26,13 @@ log = logging.getLogger(__name__)
 
 
 def read_picture(path: Path) -> NDArray[np.uint8]:
-    """Read a picture as BGR; one of more than 16 million pixels is reduced.
+    """Read a picture as BGR; one of more than 16 million pixels is reduced, and what is transparent becomes white.
 
     Raises:
         InputFileError: The file cannot be read, is not a picture, or has more than 64 million pixels.
     """
     data = read_bytes(path, MAX_BYTES)
-    width, height = _size(path, data)
+    width, height, transparent = _header(path, data)
     pixels = width * height
     if pixels > MAX_PIXELS:
         raise InputFileError(
@@ -40,28 +40,43 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         )
     factor = next(each for each in REDUCED if each == max(REDUCED) or pixels <= KEPT_PIXELS * each**2)
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), REDUCED[factor])
-    except cv2.error:
+        image = _on_paper(data, factor) if transparent else cv2.imdecode(np.frombuffer(data, np.uint8), REDUCED[factor])
+    except (cv2.error, OSError, SyntaxError, ValueError):  # as OpenCV and Pillow report damage
         image = None
     if image is None:
-        raise _no_picture(path)
+        raise InputFileError(f"{path} is damaged or incomplete. Copy it again, or save it again as PNG or JPEG.")
     if factor > 1:
         log.info("%s has %dx%d pixels and is reduced to 1/%d of its width and height.", path, width, height, factor)
     return image.astype(np.uint8, copy=False)
 
 
-def _size(path: Path, data: bytes) -> tuple[int, int]:
-    """Return width and height as the file's header says."""
+def _header(path: Path, data: bytes) -> tuple[int, int, bool]:
+    """Return width, height and whether there may be transparent pixels, as the file's header says."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about the size, which is judged here, and damage, which OpenCV judges
             with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-                return image.size
+                return *image.size, image.has_transparency_data
     except Image.DecompressionBombError as error:
         raise InputFileError(f"{path} has far too many pixels ({error}). Make it smaller.") from None
     except Exception:  # noqa: BLE001 - whatever a damaged header makes of the library
-        raise _no_picture(path) from None
+        raise InputFileError(_why_no_picture(path, data)) from None
 
 
-def _no_picture(path: Path) -> InputFileError:
-    return InputFileError(f"{path} is not an image OpenCV can read. Use a PNG or JPEG file.")
+def _on_paper(data: bytes, factor: int) -> NDArray[np.uint8]:
+    """Decode a picture with transparent pixels as it comes out of a printer; their colours under it are arbitrary."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            layer = ImageOps.exif_transpose(image).convert("RGBA")
+    paper = Image.new("RGBA", layer.size, "white")
+    paper.alpha_composite(layer)
+    return np.asarray(paper.convert("RGB").reduce(factor))[:, :, ::-1].copy()
+
+
+def _why_no_picture(path: Path, data: bytes) -> str:
+    if not data:
+        return f"{path} is empty. Copy it again."
+    if data[4:8] == b"ftyp":  # the box that files of this family begin with
+        return f"{path} is a HEIC or AVIF picture or a video, whatever its name ends in. Save it as JPEG or PNG."
+    return f"{path} is not an image OpenCV can read. Use a PNG or JPEG file."
