@@ -21,6 +21,7 @@ from nxtdrive.recording.map_painter import MapPainter, middle, on_page
 from nxtdrive.recording.map_scene import START, Line, MapScene, gather
 from nxtdrive.recording.map_style import mark_style, target_color
 from nxtdrive.recording.run_reader import start_of
+from nxtdrive.recording.wording import target_outcome_words
 
 AXES = Axes("to the right of the start, m", "ahead of the start, m", up=True)
 MARGIN_MM, SMALLEST_MM = 250.0, 1600.0
@@ -107,7 +108,7 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
     outcomes = end.data.get("targets")
     for target, outcome in outcomes.items() if isinstance(outcomes, dict) else ():
         when = f" at {times_s[target]:.1f} s" if target in times_s and outcome == "reached" else ""
-        yield f"{target}: {str(outcome).replace('_', ' ')}{when}"
+        yield f"{target}: {target_outcome_words(str(outcome))}{when}"
 
 
 def number_notes(shown: Numbering, color_of: Callable[[MapEvent], Color]) -> Iterator[Note]:

@@ -8,6 +8,7 @@ from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
 from behaviors.journal import Record
+from behaviors.target_queue import TargetOutcome
 from firmware_protocol.wording import number_of
 
 FAILURES: dict[Reason, str] = {
@@ -53,6 +54,11 @@ UNITS = {"mm": 0, "s": 1, "deg": 0}
 def failure_words(reason: str) -> str:
     """Say what a failure's name means, or the name itself."""
     return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
+
+
+def target_outcome_words(outcome: str) -> str:
+    """Say what a mission's end made of a target: what was pending then has not been reached."""
+    return "not reached" if outcome == TargetOutcome.PENDING else spaced(outcome)
 
 
 def outage_words(record: Record) -> str:

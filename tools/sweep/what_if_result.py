@@ -123,13 +123,14 @@ def mean_figures(results: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]
 def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Rollout) -> None:
     """Raise a `ConfigError` that names the first decision in which a mission differs from its record."""
     choices = [(each.time_s, each.chose) for each in base.decisions]
-    for was, now in zip_longest(recorded, choices):
+    for number, (was, now) in enumerate(zip_longest(recorded, choices), 1):
         if was != now:
-            then, instead = (f"{each[1]} at {each[0]:.1f} s" if each else "the end" for each in (was, now))
+            then, instead = (f"{each[1]} at {each[0]:.3f} s" if each else "the end" for each in (was, now))
             raise ConfigError(
-                f"{name} cannot be repeated: where it has {then}, the same mission now leads to {instead}.",
-                remedy="It was made with another version of nxtdrive or of its world file, or a person or another "
-                "program intervened.",
+                f"{name} cannot be repeated: its decision {number} is {then}, and the same mission now leads to "
+                f"{instead}.",
+                remedy="It was started on the page of `nxtdrive web`, made with another version of nxtdrive or of its "
+                "world file, or a person or another program intervened.",
             )
 
 

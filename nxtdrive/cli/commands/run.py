@@ -227,10 +227,14 @@ def _print_json(record: Record) -> None:
 
 def _say_where(report: Report, recording: Recording) -> None:
     """Print the result of each target and the paths of the run's files."""
+    from nxtdrive.recording.wording import target_outcome_words
+
     print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
-        print_line(f"  {progress.target}: {progress.outcome.replace('_', ' ')}{when}, searches: {progress.attempts}")
+        print_line(
+            f"  {progress.target}: {target_outcome_words(progress.outcome)}{when}, searches: {progress.attempts}"
+        )
     for hint in report.hints:  # again, for the reader of a long run's last lines
         _say_hint(hint)
     if report.error:

@@ -108,6 +108,14 @@ def test_a_mission_that_is_not_achieved_ends_with_one(small):
     assert _journal(folder)[-1]["ending"] == "exhausted"
 
 
+def test_a_target_that_is_pending_at_the_end_is_not_reached(capsys, small):
+    mission = Path(small)
+    mission.write_text(MISSION.replace("[target", "time_limit_s = 1\n\n[target", 1), encoding="utf-8")
+    code, _ = _run(small, "--nxt", "sim://open", *UNSEEN)
+    assert code == 1
+    assert "lena: not reached, searches: 1" in capsys.readouterr().out
+
+
 @pytest.mark.slow
 def test_the_policy_can_be_chosen_whatever_the_mission_says(capsys, small):
     hard = Path(small)

@@ -262,7 +262,9 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
     journal = folder / "journal.jsonl"
     journal.write_text(journal.read_text().replace('"choice": "', '"choice": "un', 1))
     assert main(["what-if", str(folder), "--workers", "1"]) != 0
-    assert re.search(r"where it has un\w+ at [\d.]+ s, the same mission now leads to \w+ at", capsys.readouterr().err)
+    assert re.search(
+        r"decision 1 is un\w+ at [\d.]+ s, and the same mission now leads to \w+ at", capsys.readouterr().err
+    )
     (folder / "what-if.json").unlink()
     (folder / "what-if.json").mkdir()  # cannot be written, which is said before the mission is repeated
     assert main(["what-if", str(folder), "--workers", "1"]) == 2

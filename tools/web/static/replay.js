@@ -28,7 +28,7 @@ async function load() {
 
 function doing({ kind, state, target, ending, targets }, recoveries) {
   const spaced = (name) => name.replaceAll("_", " ");
-  if (kind === "end") return [spaced(ending), ...Object.entries(targets ?? {}).map(([name, how]) => `${name}: ${spaced(how)}`)].join("; ");
+  if (kind === "end") return [spaced(ending), ...Object.entries(targets ?? {}).map(([name, how]) => `${name}: ${how === "pending" ? "not reached" : spaced(how)}`)].join("; ");
   return state === "finished" ? state : `${recoveries[state]?.label ?? spaced(state)}: ${target}`;
 }
 
