@@ -37,7 +37,11 @@ def follow(brick: Brick, edge_percent: float, duration_s: float) -> None:
 def main() -> None:
     """Follow the line for a minute with the brick that $NXT names, or the first one on USB."""
     with open_brick() as brick:
-        follow(brick, calibrate(brick), duration_s=60)
+        edge_percent = calibrate(brick)
+        print(f"The edge of the line reflects {edge_percent:.0f} %. Following it for a minute.")
+        follow(brick, edge_percent, duration_s=60)
+        turned = brick.motor("B").angle / 360
+    print(f"The left wheel turned {turned:.0f} times.")
 
 
 if __name__ == "__main__":

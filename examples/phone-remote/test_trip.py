@@ -8,7 +8,7 @@ from contextlib import closing
 
 import pytest
 import websockets
-from trip import session, watch
+from trip import main, session, watch
 
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.access import Pin
@@ -53,3 +53,14 @@ def test_the_trip_of_a_phone_is_written_down(page, tmp_path):
     assert len(rows) == 12
     assert "driving" in {row["doing"] for row in rows}
     assert float(rows[-1]["x_mm"]) > 20
+
+
+def test_a_missing_pin_and_a_missing_page_are_one_sentence(page, tmp_path, monkeypatch):
+    address, _ = page
+    monkeypatch.setattr("sys.argv", ["trip.py", str(tmp_path / "trip.csv")])
+    with pytest.raises(SystemExit, match="wants the PIN"):
+        main(address)
+    with closing(socket.create_server(("127.0.0.1", 0))) as unused:
+        nowhere = f"127.0.0.1:{unused.getsockname()[1]}"
+    with pytest.raises(SystemExit, match="Nothing answers"):
+        main(nowhere)

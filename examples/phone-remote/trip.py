@@ -10,6 +10,7 @@ import csv
 import json
 import sys
 from pathlib import Path
+from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
 import websockets
@@ -43,7 +44,23 @@ async def watch(file: Path, page: str = PAGE, pin: str = "", rows: int | None = 
                     written += 1
 
 
-if __name__ == "__main__":
+def main(page: str = PAGE) -> None:
+    """Write the file of the first argument, with the PIN of the second."""
     if len(sys.argv) < 2:
         sys.exit("Name the file to write: python trip.py trip.csv [PIN]")
-    asyncio.run(watch(Path(sys.argv[1]), pin=sys.argv[2] if len(sys.argv) > 2 else ""))
+    try:
+        asyncio.run(watch(Path(sys.argv[1]), page, sys.argv[2] if len(sys.argv) > 2 else ""))
+    except (HTTPError, websockets.InvalidStatus):
+        sys.exit("The page wants the PIN that `nxtdrive web --lan` prints: python trip.py trip.csv PIN")
+    except ConnectionRefusedError:
+        sys.exit(f"Nothing answers at {page}. Start `nxtdrive web` first, in another terminal.")
+    except URLError as error:
+        sys.exit(f"Nothing answers at {page} ({error.reason}). Start `nxtdrive web --lan` first, in another terminal.")
+    except websockets.ConnectionClosed:
+        print("The page has ended.")
+    except KeyboardInterrupt:
+        print()  # the usual end
+
+
+if __name__ == "__main__":
+    main()

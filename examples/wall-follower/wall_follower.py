@@ -38,7 +38,10 @@ def follow(brick: Brick, duration_s: float) -> None:
 def main() -> None:
     """Follow the wall for a minute with the brick that $NXT names, or the first one on USB."""
     with open_brick() as brick:
+        print("Following the wall for a minute.")
         follow(brick, duration_s=60)
+        turned = brick.motor("B").angle / 360
+    print(f"The left wheel turned {turned:.0f} times.")
 
 
 if __name__ == "__main__":
