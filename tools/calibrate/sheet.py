@@ -135,7 +135,7 @@ def _caption(draw: ImageDraw.ImageDraw, per_mm: float) -> None:
     draw.line([(left, top), (right, top)], 0, line)
     for x in (left, right):
         draw.line([(x, top - tick), (x, top + tick)], 0, line)
-    words = f"This line is {RULE_MM:g} mm long: print at 100 %. Hang it upright and flat, lens-high, on a wall."
+    words = f"This line is {RULE_MM:g} mm long: print at 100 %. Hang it flat on a wall, its middle as high as the lens."
     draw.text((right + 4 * per_mm, top), words, 0, font(BUNDLED, round(3.2 * per_mm)), anchor="lm")
 
 

@@ -26,7 +26,7 @@ SIZES = {"web-phone": (390, 844), "web-screen": (1440, 1110)}
 DECISIONS = 2
 WAIT_S = 240
 COLORS = 256
-"""Number of colours of a picture's palette; this keeps it below 200 kB."""
+"""Number of colours of a picture's palette; this keeps it below 200 kB. Small coloured marks keep their colour."""
 
 
 def main() -> None:
@@ -50,7 +50,7 @@ def _take(browser: WebDriver, size: tuple[int, int], path: Path) -> None:
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
     picture = Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
-    picture.quantize(COLORS, kmeans=2, dither=Image.Dither.NONE).save(path, optimize=True)
+    picture.quantize(COLORS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path}: {picture.width} x {picture.height}, {path.stat().st_size / 1000:.0f} kB")
 
 
