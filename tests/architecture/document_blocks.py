@@ -84,6 +84,7 @@ def simulated(command: str) -> list[str]:
     room = "sim://my-mission-world.toml" if "run my-mission.toml" in command else "sim://"
     command = re.sub(r" --camera \S+", "", command.replace("usb://", room))
     words = shlex.split(command.replace("detect try 0", "detect try my-cat.jpg"))[1:]
+    words += ["--force"] if words[:2] == ["mission", "new"] else []  # what it writes may be here from `make_home`
     return [*words, "--once"] if words[0] == "monitor" else words
 
 
