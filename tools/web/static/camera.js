@@ -6,8 +6,19 @@ const BOX_MS = 700;
 const STALE_MS = 2000;
 const LABEL_PX = 15;
 
+// on a canvas that would be plain until its first picture comes
+export function sayEmpty(canvas) {
+  const context = canvas.getContext("2d");
+  context.font = "16px sans-serif";
+  context.textAlign = "center";
+  context.fillStyle = "gray";
+  context.fillText("no picture yet", canvas.width / 2, canvas.height / 2);
+  context.textAlign = "start";
+}
+
 export function showCamera(connection, canvas) {
   const context = canvas.getContext("2d");
+  sayEmpty(canvas);
   const stale = (is) => canvas.classList.toggle("stale", is);
   let seen = null, drawn = performance.now();
   connection.on("state", () => stale(performance.now() - drawn > STALE_MS)); // while it is driven by hand

@@ -1,5 +1,6 @@
 // A target by photograph: takes the camera's picture, lets one draw a box on it, and has the server add the target.
 
+import { sayEmpty } from "./camera.js";
 import { ask } from "./page.js";
 
 export class Photograph {
@@ -15,15 +16,7 @@ export class Photograph {
     });
     for (const side of this.sides) side.addEventListener("input", () => this.draw());
     this.listen(find("photo"));
-    this.write("no picture yet");
-  }
-
-  write(text) {
-    const canvas = this.find("photo"), context = canvas.getContext("2d");
-    context.font = "16px sans-serif";
-    context.textAlign = "center";
-    context.fillStyle = "gray";
-    context.fillText(text, canvas.width / 2, canvas.height / 2);
+    sayEmpty(find("photo"));
   }
 
   listen(canvas) {

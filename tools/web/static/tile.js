@@ -1,5 +1,7 @@
 // One robot of a classroom: picture, state, last result, and a link to its own page.
 
+import { sayEmpty } from "./camera.js";
+
 export class Tile {
   constructor({ name, colour }, connection, chosen) {
     this.name = name;
@@ -12,6 +14,7 @@ export class Tile {
     this.part(".name").textContent = name;
     this.part(".name").href = this.part(".view").href = page;
     this.part(".view").setAttribute("aria-label", `page of ${name}`);
+    sayEmpty(this.part("canvas"));
     this.part("canvas").setAttribute("aria-label", `what the camera of ${name} sees`);
     this.box = this.part("input");
     this.box.setAttribute("aria-label", `choose ${name}`);
