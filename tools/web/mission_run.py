@@ -32,6 +32,8 @@ from .true_room import TrueRoom
 MAP_EVERY_S = 1.0
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
+WAITING = {"select": "waiting for your choice"}
+"""States that last only while an operator is asked."""
 
 
 def doing(record: Record) -> str:
@@ -41,7 +43,7 @@ def doing(record: Record) -> str:
     if record.state == "finished":  # whatever target was the last one: it need not have been reached
         return record.state
     recovery = RECOVERIES.get(record.state)
-    state = recovery.label if recovery else record.state.replace("_", " ")
+    state = recovery.label if recovery else WAITING.get(record.state, record.state.replace("_", " "))
     return f"{state}: {record.target}" if record.target else state
 
 

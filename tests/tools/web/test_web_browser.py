@@ -367,6 +367,7 @@ def test_start_a_mission_confirm_a_recovery_and_end_it(browser, url, width, heig
     _until(browser, "lines", "searching for lena")
     assert "search" in [each.text for each in browser.find_elements(By.CSS_SELECTOR, ".state.active:not(.compound)")]
     _until(browser, "question", "proposed")
+    _until(browser, "doing", "waiting for your choice: lena")
     browser.find_element(By.CSS_SELECTOR, "#question-choices button").click()
     _until(browser, "lines", "->")
     _until(browser, "decision", "chosen")

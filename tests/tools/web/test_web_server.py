@@ -269,7 +269,7 @@ def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
             _until(late, lambda each: each["type"] == "run")
             status = _until(late, lambda each: each["type"] == "status")
         assert status.keys() == before.keys() - {"pose", "touching"}
-        assert status["doing"] == "select: lena"
+        assert status["doing"] == "waiting for your choice: lena"
         assert [each["ending"] for each in client.get("/api/runs").json()] == ["running"]
         page.send_json({"type": "speed_limit", "percent": 40})
         page.send_json({"type": "answer", "question": 1, "choice": 0})
