@@ -136,7 +136,7 @@ class Pilot:
             return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
         if self.moving:
             self.stop()
-        return "EMERGENCY STOP, Enter releases" if self._controls.stopped else "at rest"
+        return "EMERGENCY STOP until Enter" if self._controls.stopped else "at rest"
 
     def _sense(self, now: float, pose: Pose) -> None:
         if now >= self._senses_due_s:
