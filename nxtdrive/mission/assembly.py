@@ -130,9 +130,8 @@ class MissionRun:
         self._eyes = robot.eyes(mission)
         body, clock = build_body(robot.brick, mission), MissionClock(robot.brick)
         self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
-        self._review = RunReview(
-            mission, truth_of(robot.brick), say_hint, file, by_name=not isinstance(self._eyes, CameraEyes)
-        )
+        by_name = not isinstance(self._eyes, CameraEyes)
+        self._review = RunReview(mission, truth_of(robot.brick), say_hint, file, by_name=by_name, camera=robot.source)
 
     def on_look(self, observer: OnLook) -> None:
         """Call `observer` after each look at a frame; eyes that look at no frames never do."""

@@ -50,6 +50,7 @@ class RunReview:
         say: Called with each hint, as soon as there is one.
         file: The mission's file, for the command in a hint; None for the built-in one.
         by_name: Whether a target is the simulated world's object of its name, whatever that looks like.
+        camera: The camera's source, for the command in a hint.
 
     Attributes:
         hints: What to check or change, one sentence or two each.
@@ -65,11 +66,12 @@ class RunReview:
         file: Path | None = None,
         *,
         by_name: bool = False,
+        camera: str = "0",
     ) -> None:
         self.hints: list[str] = []
         self.arrivals: list[dict[str, object]] = []
         self._mission, self._truth, self._say, self._file = mission, truth, say, file
-        self._by_name = by_name
+        self._by_name, self._camera = by_name, shlex.quote(camera)
         self._seen: set[str] = set()
         self._reached: set[str] = set()
         self._told: set[str] = set()
@@ -179,7 +181,7 @@ class RunReview:
         self._hint(
             target,
             f"Nothing in sight looked like {target}. Give it more light, stand it nearer and upright, and check its "
-            f"height_mm; `nxtdrive detect try 0{mission} --target {shlex.quote(target)}` shows what the camera finds."
+            f"height_mm; `nxtdrive detect try {self._camera}{mission} --target {shlex.quote(target)}` shows what the camera finds."
             f"{more}",
         )
 

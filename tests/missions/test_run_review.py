@@ -76,12 +76,12 @@ def test_what_has_been_carried_off_belongs_to_the_world(mission_for):
 
 def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try(mission_for):
     said: list[str] = []
-    review = RunReview(mission_for("lena"), None, said.append, Path("my mission.toml"))
+    review = RunReview(mission_for("lena"), None, said.append, Path("my mission.toml"), camera="http://pi:8081/a b")
     review(_unsuccessful("lena"))
     review(_unsuccessful("lena"))
     [hint] = said
     assert hint == review.hints[0]
-    assert "nxtdrive detect try 0 --mission 'my mission.toml' --target lena" in hint
+    assert "nxtdrive detect try 'http://pi:8081/a b' --mission 'my mission.toml' --target lena" in hint
     assert "`nxtdrive mission check 'my mission.toml'` warns of a picture that is hard to find" in hint
 
 
