@@ -175,14 +175,14 @@ class RunReview:
     def _unseen(self, target: str) -> None:
         file = shlex.quote(str(self._file)) if self._file else ""
         mission = f" --mission {file}" if file else ""
+        command = f"nxtdrive detect try {self._camera}{mission} --target {shlex.quote(target)}"
         # a run does not try the pictures: that takes a second for each
         pictured = file and isinstance(self._mission.target[target], PictureTarget)
         more = f" `nxtdrive mission check {file}` warns of a picture that is hard to find." if pictured else ""
         self._hint(
             target,
             f"Nothing in sight looked like {target}. Give it more light, stand it nearer and upright, and check its "
-            f"height_mm; `nxtdrive detect try {self._camera}{mission} --target {shlex.quote(target)}` shows what the camera finds."
-            f"{more}",
+            f"height_mm; `{command}` shows what the camera finds.{more}",
         )
 
     def _wrong_size(self, target: str, range_mm: float, distance_mm: float) -> None:

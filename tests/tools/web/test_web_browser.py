@@ -240,6 +240,9 @@ def test_calibrate_and_save_the_robot_file(browser, tmp_path):
         browser.find_element(By.ID, "free").click()
         browser.find_element(By.ID, "start").click()
         _until(browser, "values", "robot.left_reversed false false")
+        resize(browser, 320, 700)
+        assert browser.execute_script(PROTRUDING) == []
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         assert browser.execute_script(CONTRASTS) == []
         assert not browser.find_element(By.ID, "ask-form").is_displayed()
         browser.find_element(By.ID, "save").click()
