@@ -13,6 +13,7 @@ const find = (id) => document.getElementById(id);
 try {
   show(await load());
 } catch (error) {
+  find("doing").textContent = "";
   find("notice").textContent = error.message;
   find("notice").hidden = false;
 }
