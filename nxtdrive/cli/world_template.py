@@ -19,6 +19,8 @@ START_X_MM = 600.0
 FRAMES = 3
 """Looks at one place: a code may be illegible in one frame by its noise."""
 LENS_FORWARD_MM = 60.0
+STAMP_MM = 60.0
+"""What is not higher on a photograph was probably measured in centimetres."""
 
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
@@ -167,7 +169,9 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
         raise ConfigError(
             f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
             f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm it has too few details for that.",
-            remedy="Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
+            remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
+            if target.height_mm < STAMP_MM
+            else "Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
             "or use a marker (--marker).",
         )
 
