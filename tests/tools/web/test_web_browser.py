@@ -327,7 +327,7 @@ def test_photograph_a_target_and_save_the_mission(browser, url, tmp_path):
     WebDriverWait(browser, WAIT_S).until(lambda _: list(tmp_path.glob("*.png")))
     _until(browser, "verdict", "No mistakes. Save it to start it.")
     browser.find_element(By.ID, "save").click()
-    _until(browser, "verdict", "No mistakes. It can be started.")
+    _until(browser, "verdict", "No mistakes. Start it on the robot's page.")
     WebDriverWait(browser, WAIT_S).until(lambda _: (tmp_path / "new.toml").exists())
     assert 'targets = ["what stands there"]' in (tmp_path / "new.toml").read_text(encoding="utf-8")
     text = browser.find_element(By.ID, "text")

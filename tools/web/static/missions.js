@@ -86,7 +86,7 @@ async function check() {
   if (!answer.ok) return notice(await answer.text());
   const { mistakes, warnings } = await answer.json();
   const count = mistakes.length === 1 ? "1 mistake" : `${mistakes.length} mistakes`;
-  find("verdict").textContent = mistakes.length ? count : `No mistakes. ${unsaved() ? "Save it to start it." : "It can be started."}`;
+  find("verdict").textContent = mistakes.length ? count : `No mistakes. ${unsaved() ? "Save it to start it." : "Start it on the robot's page."}`;
   find("verdict").className = mistakes.length ? "bad" : "good";
   find("mistakes").replaceChildren(...[...mistakes, ...warnings.map((each) => `warning: ${each}`)].map(item));
 }
