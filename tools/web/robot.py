@@ -103,9 +103,15 @@ class Robot:
             self._thread.join(CLOSE_S)
 
     def drive(self, ahead: float, aside: float) -> None:
-        """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread."""
+        """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread.
+
+        Raises:
+            ValueError: The robot is stopped or does something else; the text says so.
+        """
         self.controls.steer(ahead, aside, self._now())
         self._news.set()
+        if ahead or aside:
+            self._slot.check_hand_drive()
 
     def let_go(self) -> None:
         """Stop driving by hand; any thread."""

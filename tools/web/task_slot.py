@@ -11,6 +11,8 @@ from .motions import ShortMotion
 
 Task = ShownMission | ShownCalibration | ShortMotion
 
+STOPPED = "The robot is stopped. Release the stop first."
+
 
 class TaskSlot:
     """Holds the task that runs or is about to; all methods may be called from any thread.
@@ -54,10 +56,21 @@ class TaskSlot:
             if end_count not in (None, self.end_count):
                 raise ValueError("It was ended before it began.")
             if self._controls.stopped and task.drives:
-                raise ValueError("The robot is stopped. Release the stop first.")
+                raise ValueError(STOPPED)
             if (running := self.current) is not None:
                 raise ValueError(f"A {running.kind} is running. End it first.")
             self._latest = task
+
+    def check_hand_drive(self) -> None:
+        """Check that nothing keeps the robot from being driven by hand.
+
+        Raises:
+            ValueError: Something does; the text says what.
+        """
+        if self._controls.stopped:
+            raise ValueError(STOPPED)
+        if (running := self.current) is not None and running.drives:
+            raise ValueError(f"A {running.kind} is running. End it first, to drive by hand.")
 
     def end(self) -> None:
         """End the current task, if there is one."""

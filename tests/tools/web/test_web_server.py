@@ -239,10 +239,21 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
             page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
         other.send_json({"type": "stop"})
         _until(page, lambda each: each.get("stopped") is True)
-        page.send_json({"type": "start_mission"})
-        assert "stopped" in _until(page, lambda each: each["type"] == "refused")["text"]
+        for asked in ({"type": "drive", "ahead": 1, "aside": 0}, {"type": "start_mission"}):
+            page.send_json(asked)
+            assert "stopped" in _until(page, lambda each: each["type"] == "refused")["text"]
         other.send_json({"type": "release"})
         _until(page, lambda each: each.get("stopped") is False)
+
+
+@pytest.mark.slow
+def test_who_drives_during_a_mission_is_told_why_the_robot_does_not_obey(tmp_path):
+    with _running(tmp_path) as client, client.websocket_connect("/ws") as page:
+        page.send_json({"type": "start_mission"})
+        _until(page, lambda each: each["type"] == "run")
+        for ahead in (0, 1):
+            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+        assert "A mission is running" in _until(page, lambda each: each["type"] == "refused")["text"]
 
 
 @pytest.mark.slow
