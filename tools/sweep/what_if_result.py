@@ -125,10 +125,10 @@ def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Roll
     choices = [(each.time_s, each.chose) for each in base.decisions]
     for number, (was, now) in enumerate(zip_longest(recorded, choices), 1):
         if was != now:
-            then, instead = (f"{each[1]} at {each[0]:.3f} s" if each else "the end" for each in (was, now))
+            then = f"its decision {number} is {was[1]} at {was[0]:.3f} s" if was else f"it has no decision {number}"
+            instead = f"{now[1]} at {now[0]:.3f} s" if now else "the end"
             raise ConfigError(
-                f"{name} cannot be repeated: its decision {number} is {then}, and the same mission now leads to "
-                f"{instead}.",
+                f"{name} cannot be repeated: {then}, and the same mission now leads to {instead}.",
                 remedy="It was started on the page of `nxtdrive web`, made with another version of nxtdrive or of its "
                 "world file, or a person or another program intervened.",
             )

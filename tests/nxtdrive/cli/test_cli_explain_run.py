@@ -183,7 +183,7 @@ def test_damaged_lines_and_unknown_evidence_do_not_stop_it(runs, explained, tmp_
 def test_a_run_without_a_decision_says_so(explained, tmp_path):
     journal = tmp_path / "journal.jsonl"
     journal.write_text('{"t": 0.0, "kind": "start", "state": "idle", "target": "lena", "mission": "m"}\n')
-    assert "The journal holds no decision." in explained(journal)
+    assert "The journal holds no decision: no attempt had failed." in explained(journal)
     assert explained(journal, "--json")["decisions"] == []
 
 
