@@ -233,7 +233,7 @@ class Server:
         match message:
             case Drive():
                 if not self._arbiter.take(client.name) and (message.ahead or message.aside):
-                    raise ValueError(f"{self._arbiter.driver} drives; it has been asked for control.")
+                    raise ValueError(f"Another page ({self._arbiter.driver}) drives. It has been asked for control.")
                 if self._arbiter.driver == client.name:
                     robot.drive(message.ahead, message.aside)
             case Release():

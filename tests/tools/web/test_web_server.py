@@ -190,7 +190,7 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
             page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
         assert _until(page, lambda each: each.get("doing") == "driving")
         other.send_json({"type": "drive", "ahead": -1, "aside": 0})
-        assert "page 1 drives" in _until(other, lambda each: each["type"] == "refused")["text"]
+        assert "(page 1) drives" in _until(other, lambda each: each["type"] == "refused")["text"]
         # no further sign of the driver: the dead-man switch stops
         stopped = _until(page, lambda each: each.get("doing") == "at rest")
         assert 20 < stopped["pose"][0] < 400

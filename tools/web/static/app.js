@@ -44,7 +44,7 @@ connection.on("status", showState);
 connection.on("true_room", () => (find("layer-truth-label").hidden = false));
 connection.on("control", ({ driver, asking }) => {
   const mine = driver === me;
-  find("control").textContent = !driver ? "Nobody is driving." : mine ? (asking ? `${asking} asks for control.` : "You drive.") : `${driver} drives.`;
+  find("control").textContent = !driver ? "Nobody is driving." : mine ? (asking ? `Another page (${asking}) asks for control.` : "You drive.") : `Another page (${driver}) drives.`;
   find("take").hidden = mine || !driver || asking === me;
   find("give").hidden = !mine;
 });
