@@ -87,7 +87,7 @@ class CommandModule:
         """
         self._clock, self._loader, self._layout, self._dialect = clock, loader, layout, dialect
         self._equip, self._on_end, self._reset_devices = equip, on_end, reset_devices
-        loader.on_erase = self._erase_code
+        loader.flash.memory.on_write = self._read_code
         self._phase = _Phase.IDLE
         self._memory: Memory | None = None
         self._machine: Machine | None = None
@@ -283,11 +283,13 @@ class CommandModule:
     def _activate(self, now_ms: int) -> None:
         """Load the program into a fresh pool; it runs from the next pass on. Without its file the pool stays."""
         self.program_name = unpack_name(self.file_name)
-        self._handle, content = self._loader.open_program(self.program_name)
-        if self._handle is not None:
+        status, handle, file = self._loader.open_block(self.program_name)
+        opened = None if status else file
+        self._handle = handle if opened else None
+        if opened:
             self._pool = fresh_pool(self.after_pool)
         try:
-            program = parse(content, self._layout.types, self._loader.address_of(self._handle))
+            program = parse(opened.block if opened else b"", self._layout.types, opened.start if opened else 0)
             self._records = ClumpRecords(self._pool, self._layout, self._dialect.records, program)
             self._written = {}
             self._memory = memory = Memory(program, self._layout, self._pool)
@@ -304,15 +306,18 @@ class CommandModule:
         if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
             with suppress(OutOfMemory):
                 name = file.name.split(".")[0].encode("latin-1")
-                calibrations.load(name, bytes(file.content[: file.data_size]))
+                calibrations.load(name, file.content)
         self._reset_devices()
         self.due_ms = now_ms + 1
 
-    def _erase_code(self) -> None:
-        """Take the code from a program that runs: it is read from the flash."""
+    def _read_code(self) -> None:
+        """Give a program that runs the code that is in the flash now: the firmware reads it from there."""
         if self._machine:
-            self._machine.erase_code()
-            self.wake()
+            program = self._machine.program
+            content = self._loader.flash.memory.read(program.address, len(program.content))
+            if content != program.content:
+                self._machine.change_code(content)
+                self.wake()
 
     def records_with(self, clump: int) -> ClumpRecords | None:
         """Return the records of the program's clumps, if there is such a clump; they have its breakpoints."""
@@ -324,8 +329,6 @@ class CommandModule:
             self._records.show(self._machine.tasks)
 
     def _refuse(self, fault: Fault) -> None:
-        if self._handle is None:
-            fault = Fault.NO_FILE
         self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
 
     def _execute(self, now_ms: int, most: int | None = None) -> bool:

@@ -23,7 +23,7 @@ from nxtdrive.onboard.files import FileEntry, _free_sectors, _sectors
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.files.file_handle import Use
-from sim_backend.firmware.files.flash import free_bytes
+from sim_backend.firmware.files.sector_table import free_bytes
 from sim_backend.simulation import LinkFaults, Simulation
 
 SETTINGS_FILE = "NVConfig.sys"
@@ -149,8 +149,10 @@ def test_sectors_are_counted_as_by_the_brick(sectors, data):
     brick = SimBrick()
     before = brick.loader.flash.free
     size = data.draw(st.integers(1, before))
-    assert brick.loader.create("data.bin", size).status == Status.OK
-    brick.loader.flash.files.insert(0, brick.loader.handles[0].file)
+    status, handle, _ = brick.loader.create("data.bin", size)
+    assert status == Status.OK
+    brick.loader.write(handle, bytes(size))
+    brick.loader.close(handle)
     brick.loader.flash.count()
     assert _free_sectors(before) - _free_sectors(brick.loader.flash.free) == _sectors(size)
 
@@ -427,7 +429,8 @@ def test_a_size_beyond_the_flash_is_refused_although_both_agree(watched):
     brick, _ = watched
     brick.files.write("data.bin", b"x")
     file = brick.link.transport._simulation.brick.loader.flash.files[0]
-    file.size = file.data_size = 2**18 + 1
+    file.resize(2**18 + 1, file.address)
+    file.set_data_size(2**18 + 1)
     with pytest.raises(RemoteProtocolError, match="262145"):
         brick.files.read("data.bin")
 

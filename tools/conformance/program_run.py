@@ -18,7 +18,7 @@ from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMMAND, DISPLAY, LOADER, UI, ProgramStatus, UiFlag
 from firmware_protocol.iomap_layout import IOMapVariable
 from firmware_protocol.telegram import Command
-from sim_backend.firmware.files.flash import SETTINGS
+from sim_backend.firmware.ui.stored_settings import SETTINGS
 
 INTERVAL_MS = 20
 LONGEST_MS = 4000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
 from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, reply_with
-from sim_backend.firmware.files.flash import File
+from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import pack_name
 from sim_backend.firmware.limits import Channel
@@ -36,7 +36,7 @@ class FileHandlers:
     @handles(system.OpenWrite)
     def open_write(self, command: system.OpenWrite) -> HandlerResult:
         """Start a download."""
-        return _opened(self._noted(self._loader.create(command.name, command.size)))
+        return _opened(self._noted(self._loader.create_by_telegram(command.name, command.size)))
 
     @handles(system.OpenWriteLinear)
     def open_write_linear(self, command: system.OpenWriteLinear) -> HandlerResult:
@@ -46,7 +46,7 @@ class FileHandlers:
     @handles(system.OpenWriteData)
     def open_write_data(self, command: system.OpenWriteData) -> HandlerResult:
         """Create a data file."""
-        return _opened(self._noted(self._loader.create_data(command.name, command.size)))
+        return _opened(self._noted(self._loader.create_by_telegram(command.name, command.size, appendable=True)))
 
     @handles(system.OpenAppendData)
     def open_append_data(self, command: system.OpenAppendData) -> HandlerResult:
@@ -122,4 +122,5 @@ def _opened(opened: Opened) -> HandlerResult:
 def _found(status: Status, handle: int, file: File | None) -> HandlerResult:
     if file is None:
         return reply_with(system.FileFound(handle, "", 0), status)
-    return reply_with(system.FileFound(handle, file.name, file.size))
+    # packed here, as data in the place of a header may be a name without an end
+    return HandlerResult(payload=bytes([handle]) + pack_name(file.name) + file.size.to_bytes(4, "little"))

@@ -6,26 +6,26 @@ and leaks its own, and handles beyond the table can be "closed".
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.files.file_handle import Handle, Use
-from sim_backend.firmware.files.flash import SETTINGS, File, Flash
+from sim_backend.firmware.files.file_handle import Handle, Use, WriteBuffer
+from sim_backend.firmware.files.file_header import File, Kind
+from sim_backend.firmware.files.flash import Flash
 from sim_backend.firmware.files.names import NAME_LIMIT, fold, looked_for, matcher
 from sim_backend.firmware.versions import Version
 
 HANDLES = 16
 WRITERS = 4
 
-_NOWHERE = 0xFF
+NOWHERE = 0xFF
 """Index before the first entry: it counts as -1 in an unsigned byte."""
 
 _ADDRESSABLE = 256
 """Handles that a telegram can name; beyond the table FindNext reads memory that is assumed to be zero."""
 
 _LINEAR = (".rxe", ".sys", ".rtm")
-"""Files whose names contain one of these are contiguous: programs are executed in place."""
+"""Files whose names contain one of these become one block: programs are executed in place."""
 
 
 class Opened(NamedTuple):
@@ -44,7 +44,6 @@ class Loader:
         handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
         over_usb: Numbers of the handles that were opened over USB and not closed by a telegram.
-        on_erase: Called when all files are erased.
     """
 
     def __init__(self, flash: Flash, version: Version) -> None:
@@ -54,15 +53,14 @@ class Loader:
             flash: The flash at power-on.
             version: The firmware version.
         """
-        flash.power_up()
         self.flash = flash
+        flash.count()
         self.free_flash = flash.free
         self.over_usb = set[int]()
-        self.on_erase: Callable[[], None] = lambda: None
         self._version = version
-        self._addressable = [Handle() for _ in range(_ADDRESSABLE)]
+        self._addressable = [Handle(flash.memory) for _ in range(_ADDRESSABLE)]
         self.handles = self._addressable[:HANDLES]
-        self._find(SETTINGS)
+        self._buffers = [WriteBuffer() for _ in range(WRITERS)]
 
     def exists(self, name: str) -> bool:
         """Return whether a file exists; False without a free handle for the search.
@@ -76,64 +74,58 @@ class Loader:
         self.close(0)
         return True
 
-    def open_program(self, name: str) -> tuple[int | None, bytes]:
-        """Open a program to execute it: its handle and its content; None if it fails."""
-        status, number, _ = self.open_read(name, use=Use.EXECUTE)
-        file = self._addressable[number].file
-        if status or file is None:
-            return None, b""
-        return number, bytes(file.content)
+    def open_block(self, name: str) -> tuple[Status, int, File | None]:
+        """Open a file for its address, as a program is, but not one that is not one block, which is returned, too.
 
-    def address_of(self, number: int | None) -> int:
-        """Return where the content of the file of a handle begins in the processor's memory."""
-        file = None if number is None else self._addressable[number].file
-        return self._version.flash_start + (file.content_at if file else 0)
+        The handle gets no place to read from.
+        """
+        status, number, file = self._find(name)
+        if file is not None:
+            self._addressable[number].use = Use.READ
+            if not file.kind & Kind.LINEAR:
+                self.close(number)
+                return Status.NOT_A_LINEAR_FILE, number, file
+        return status, number, file
 
-    def linear_content(self, name: str) -> tuple[Status, bytes]:
-        """Return the content of a file that was created as one block, if it can be opened."""
-        status, number, _ = self.open_read(name)
-        file = self._addressable[number].file
-        if status or file is None:
-            return status, b""
-        self.close(number)
-        return (Status.OK, bytes(file.content)) if file.linear else (Status.NOT_A_LINEAR_FILE, b"")
-
-    def open_read(self, name: str, *, use: Use = Use.READ) -> Opened:
+    def open_read(self, name: str) -> Opened:
         """Open the first file that matches."""
         status, number, file = self._find(name)
         if file is None:
             return Opened(status, number)
-        if not file.size:
-            self._addressable[number].use = Use.READ  # the firmware leaks it
+        handle = self._addressable[number]
+        handle.use = Use.READ
+        if not file.size:  # the firmware leaks the handle
             self.close(0)
             return Opened(Status.FILE_NOT_FOUND, 0)
-        self._take(number, use, file)
+        handle.begin_reading(file)
         return Opened(Status.OK, number, file.data_size)
 
     def create(self, name: str, size: int, *, linear: bool = False, appendable: bool = False) -> Opened:
         """Create a file open for writing; it enters the directory at once or when closed complete."""
-        program = any(part in name.lower() for part in _LINEAR)
         status, number, _ = self._find(name)
         if status != Status.FILE_NOT_FOUND:
             return Opened(status or Status.FILE_EXISTS, number)
-        file = File(name, size, appendable, linear or (program and not appendable), data_size=0 if appendable else size)
-        status = self._refusal(file)
-        if not status:
-            status = self._reserve(file)
-        if status:
+        if status := self._refusal(name):
             return Opened(status, number)
-        self._take(number, Use.WRITE, file)
-        self._write_header(file)
+        block = linear or (appendable and self._version.linear_data_files)
+        kind = (Kind.DATA if appendable else Kind.SYSTEM) | (Kind.LINEAR if block else Kind.SCATTERED)
+        if size > self.flash.free:
+            return Opened(Status.NO_SPACE, number)
+        new = self.flash.sectors.allocate(name, size, kind)
+        if new is None:
+            return Opened(Status.NO_LINEAR_SPACE if block else Status.UNDEFINED_ERROR, number)
+        self._addressable[number].begin_writing(new, self._free_buffer())
         if appendable:
-            self._enter(number, file)
+            self._enter(number)
         self.free_flash = self.flash.free
         return Opened(Status.OK, number)
 
-    def create_data(self, name: str, size: int) -> Opened:
-        """Create a data file as a telegram does, which checks the name; programs may take any."""
-        if self._version.strict_data_names and any(part in name.lower() for part in _LINEAR):
+    def create_by_telegram(self, name: str, size: int, *, appendable: bool = False) -> Opened:
+        """Create a file as a telegram does, by whose name it is in one block; others than telegrams say that."""
+        block = any(part in name.lower() for part in _LINEAR)
+        if appendable and block and self._version.strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
-        return self.create(name, size, appendable=True)
+        return self.create(name, size, linear=block and not appendable, appendable=appendable)
 
     def append(self, name: str) -> Opened:
         """Open a data file to append; `Opened.size` is the space left."""
@@ -142,18 +134,18 @@ class Loader:
             return Opened(status, number)
         if self._is_being_written(name):
             return Opened(Status.FILE_IS_BUSY, number)
-        if not file.appendable:
+        if not file.kind & Kind.DATA:
             return Opened(Status.APPEND_NOT_POSSIBLE, number)
         if file.data_size >= file.size:
             return Opened(Status.FILE_IS_FULL, number)
-        if len(self._writers) >= WRITERS:
+        if all(buffer.taken for buffer in self._buffers):
             return Opened(Status.NO_WRITE_BUFFERS, number)
-        self._take(number, Use.WRITE, file)
+        self._addressable[number].begin_appending(file, self._free_buffer())
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
         """Read on; return fewer bytes at the end of the file."""
-        handle = self._handle(number, Use.READ) or self._handle(number, Use.EXECUTE)
+        handle = self._handle(number, Use.READ)
         if handle is None:
             return Status.ILLEGAL_HANDLE, b""
         data = handle.read(size)
@@ -162,20 +154,10 @@ class Loader:
     def write(self, number: int, data: bytes) -> tuple[Status, int]:
         """Write on; return the status and the number of bytes that fitted."""
         handle = self._handle(number, Use.WRITE)
-        if handle is None or handle.file is None:
+        if handle is None:
             return Status(Status.ILLEGAL_HANDLE | self._first_writer_status), 0
-        file = handle.file
-        if handle.overrun:
-            return Status.END_OF_FILE_EXPECTED, 0
-        fitting = data[: file.announced - len(file.content)]
-        buffered = len(file.content)
-        file.content += fitting
-        if buffered < file.first_page <= len(file.content):
-            self._write_header(file)
-        if len(fitting) < len(data):
-            handle.overrun = True
-            return Status.END_OF_FILE_EXPECTED, len(fitting)
-        return Status.OK, len(fitting)
+        written = handle.write(data)
+        return (Status.END_OF_FILE_EXPECTED if handle.buffer.overrun else Status.OK), written
 
     def close(self, number: int) -> Status:
         """Close a handle; a complete download enters the directory, an incomplete one is lost."""
@@ -184,18 +166,27 @@ class Loader:
         handle = self._addressable[number]
         if handle.use == Use.FREE:
             return Status.HANDLE_ALREADY_CLOSED
-        if handle.use == Use.WRITE and handle.file is not None:
-            handle.leave_written(handle.file)
-            self._finish(number, handle.file, complete=not handle.overrun)
-        handle.use, handle.file = Use.FREE, None
+        if handle.use == Use.WRITE:
+            if handle.end_writing():
+                self._enter(number)
+            elif not handle.kind & Kind.DATA:
+                self.flash.count()
+        handle.use = Use.FREE
         return Status.OK
 
     def crop(self, number: int) -> Status:
-        """Close any handle, and free the unused space of the data file that its index refers to."""
-        index = self._addressable[number].index if number < HANDLES else 0
+        """Close any handle, and free the unused space of the data file that its index refers to.
+
+        A download enters the directory then, which moves that file: the changed header becomes that of the download.
+        """
+        handle = self._addressable[number if number < HANDLES else 0]
+        index = handle.index
         status = self.close(number)
-        if not status and index < len(self.flash.files):
-            self.flash.shrink(self.flash.files[index])
+        if not status and index < len(self.flash.directory):
+            file = self.flash.file(index)
+            if file.size != file.data_size:
+                file.resize(file.data_size, self.flash.directory[handle.index])
+                self.flash.count()
         self.free_flash = self.flash.free
         return status
 
@@ -214,7 +205,7 @@ class Loader:
         if self._blocked(number):
             return Status.FILE_IS_BUSY
         found = self._addressable[number]
-        del self.flash.files[found.index]
+        del self.flash.directory[found.index]
         self.flash.count()
         if self._version.deletion_spares_found:
             self._shift(found.index + 1, -1)
@@ -226,7 +217,7 @@ class Loader:
 
     def _blocked(self, number: int) -> bool:
         """Return whether a handle that is in use refers to the directory entry that a search found."""
-        uses = {Use.READ, Use.EXECUTE} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
+        uses = {Use.READ} | ({Use.WRITE} if self._version.writing_prevents_deletion else set())
         index = self._addressable[number].index
         return any(handle.use in uses and handle.index == index for handle in self.handles)
 
@@ -240,12 +231,12 @@ class Loader:
         if file is not None:
             if self._blocked(number):
                 return Opened(Status.FILE_IS_BUSY, number)
-            file.name = new_name
+            file.rename(new_name)
         return Opened(status, number)
 
     def is_there(self, name: str) -> bool:
         """Return whether a file matches."""
-        return self.flash.find(matcher(name)) < len(self.flash.files)
+        return self.flash.find(matcher(name)) < len(self.flash.directory)
 
     def find_first(self, pattern: str) -> tuple[Status, int, File | None]:
         """Start a listing; without a match the handle is free again."""
@@ -256,12 +247,12 @@ class Loader:
 
     def find_next(self, number: int) -> tuple[Status, int, File | None]:
         """Continue the last look-up with a handle; the firmware does not check what the handle is used for."""
-        handle, files = self._addressable[number], self.flash.files
-        index = self.flash.find(handle.matches, (handle.index + 1) & 0xFF)
-        if index >= len(files):
+        handle, flash = self._addressable[number], self.flash
+        index = flash.find(handle.matches, (handle.index + 1) & 0xFF)
+        if index >= len(flash.directory):
             return Status.FILE_NOT_FOUND, number, None
         handle.index = index
-        return Status.OK, number, files[index]
+        return Status.OK, number, flash.file(index)
 
     def list_all(self, pattern: str) -> File | None:
         """Go through a listing and close its handle, or handle 0 without a free one; return its first file, if any."""
@@ -277,19 +268,12 @@ class Loader:
             self.close(number)
         self.over_usb.clear()
 
-    def restore_settings(self) -> bytes:
-        """Return the settings; their file is created if there is no valid one."""
-        settings = self.flash.restore_settings()
-        self.free_flash = self.flash.free
-        return settings
-
     def erase(self) -> None:
         """Delete all files and close all handles."""
         for handle in self.handles:
-            handle.use, handle.file = Use.FREE, None
+            handle.use, handle.buffer.taken = Use.FREE, False
         self.flash.erase()
         self.free_flash = self.flash.free
-        self.on_erase()
 
     @property
     def next_handle(self) -> int:
@@ -304,25 +288,21 @@ class Loader:
             return Status.NO_MORE_HANDLES, number, None
         if len(name) > NAME_LIMIT:
             return Status.ILLEGAL_FILE_NAME, number, None
-        handle.name, handle.matches, handle.index = looked_for(name), matcher(name), _NOWHERE
+        handle.name, handle.matches, handle.index = looked_for(name), matcher(name), NOWHERE
         return self.find_next(number)
-
-    @property
-    def _writers(self) -> dict[int, Handle]:
-        """The handles that write, by their write buffer."""
-        return {handle.slot: handle for handle in self.handles if handle.use == Use.WRITE}
 
     @property
     def _first_writer_status(self) -> int:
         """What the file in the first write buffer adds to the status of a Write by a handle that does not write."""
-        first = self._writers.get(0)
-        return Status.END_OF_FILE_EXPECTED if first and first.overrun else Status.OK
+        first = self._buffers[0]
+        return Status.END_OF_FILE_EXPECTED if first.taken and first.overrun else Status.OK
 
-    def _take(self, number: int, use: Use, file: File) -> None:
-        handle = self._addressable[number]
-        if use == Use.WRITE:
-            handle.slot = min(set(range(HANDLES)) - set(self._writers))
-        handle.open(use, file)
+    def opened(self, number: int) -> Handle | None:
+        """Return a handle that reads or writes."""
+        return self._handle(number, Use.READ) or self._handle(number, Use.WRITE)
+
+    def _free_buffer(self) -> WriteBuffer:
+        return next(buffer for buffer in self._buffers if not buffer.taken)
 
     def _handle(self, number: int, use: Use) -> Handle | None:
         handle = self._addressable[number] if number < HANDLES else None
@@ -332,56 +312,26 @@ class Loader:
         """Return whether a file is being written for whose name or pattern the firmware looked for this name."""
         return any(handle.use == Use.WRITE and handle.name == fold(name) for handle in self.handles)
 
-    def _downloads(self) -> list[File]:
-        written = [handle.file for handle in self.handles if handle.use == Use.WRITE and handle.file]
-        return [file for file in written if not file.appendable]
-
-    def _refusal(self, file: File) -> Status:
-        writers = len(self._writers)  # data files, which are in the directory already, count twice
-        pattern = "*." in file.name or ".*" in file.name
-        if not pattern and self._is_being_written(file.name):
+    def _refusal(self, name: str) -> Status:
+        writers = sum(buffer.taken for buffer in self._buffers)  # data files, which have entries already, count twice
+        pattern = "*." in name or ".*" in name
+        if not pattern and self._is_being_written(name):
             return Status.FILE_EXISTS
-        if len(self.flash.files) + writers >= self.flash.limit:
+        if len(self.flash.directory) + writers >= self.flash.limit:
             return Status.NO_MORE_FILES
         if writers >= WRITERS:
             return Status.NO_WRITE_BUFFERS
         return Status.OK
 
-    def _reserve(self, file: File) -> Status:
-        if file.size > self.flash.free:
-            return Status.NO_SPACE
-        contiguous = file.linear or (file.appendable and self._version.linear_data_files)
-        if self.flash.reserve(file, contiguous=contiguous):
-            return Status.OK
-        return Status.NO_LINEAR_SPACE if contiguous else Status.UNDEFINED_ERROR
-
-    def _enter(self, number: int, file: File) -> None:
-        """Make a file the first of the directory."""
-        self.flash.files.insert(0, file.seen)
+    def _enter(self, number: int) -> None:
+        """Make the file that a handle writes the first of the directory."""
+        handle = self._addressable[number]
+        self.flash.directory.insert(0, handle.header)
         self._shift(0, 1)
-        self._addressable[number].index = 0
-
-    def _write_header(self, file: File) -> None:
-        """Write a header to the flash, over that of another file whose sectors were freed while it was open."""
-        file.renew_header()
-        for other in self._downloads():
-            if other is not file and other.sectors[:1] == file.sectors[:1]:
-                other.overlaid_by = file
-        entries = self.flash.files
-        entries[:] = [file if each.sectors[:1] == file.sectors[:1] else each for each in entries]
+        handle.index = 0
 
     def _shift(self, start: int, step: int) -> None:
         """Adjust the indexes of used handles from `start` on to an inserted or deleted entry."""
         for handle in self.handles:
             if handle.use != Use.FREE and handle.index >= start:
                 handle.index = (handle.index + step) & 0xFF
-
-    def _finish(self, number: int, file: File, *, complete: bool) -> None:
-        if file.appendable:
-            file.data_size = len(file.content)
-            if file.data_size < file.first_page:
-                self._write_header(file)
-        elif complete and len(file.content) == file.size:
-            self._enter(number, file)
-        else:
-            self.flash.count()

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from sim_backend.firmware.files.flash import SETTING_BITS, SETTINGS, VOLUME_SHIFT
 from sim_backend.firmware.files.loader import Loader
+
+SETTINGS = "NVConfig.sys"
+"""File that the firmware creates at its first boot."""
 
 SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 """The sleep time-outs that the menus offer; the file has the number of one."""
 
 _VOLUME, _SLEEP = 2, 3
 """Bytes of the file of newer versions."""
+_BITS, _VOLUME_SHIFT = 7, 4
+"""In the one byte of 1.05 the sleep time-out has the lowest bits, the volume some above."""
+_LOUDEST, _LONGEST = 4, 5
+"""The greatest of each that it accepts."""
 
 
 class StoredSettings:
@@ -22,32 +28,58 @@ class StoredSettings:
         sleep: The number of the sleep time-out.
     """
 
-    def __init__(self, loader: Loader) -> None:
-        self._loader = loader
+    def __init__(self, loader: Loader, preset: bytes) -> None:
+        """Make settings that are not loaded yet.
+
+        Args:
+            loader: Has the file.
+            preset: Its content at the first boot.
+        """
+        self._loader, self._preset = loader, preset
         self._content = bytearray()
         self.volume = self.sleep = 0
 
     def load(self) -> None:
         """Read the file; it is created if there is no valid one."""
-        self._content = content = bytearray(self._loader.restore_settings())
-        if self._is_packed:
-            self.volume, self.sleep = content[0] >> VOLUME_SHIFT & SETTING_BITS, content[0] & SETTING_BITS
-        else:
-            self.volume, self.sleep = content[_VOLUME], content[_SLEEP]
+        loader, size = self._loader, len(self._preset)
+        status, handle, _ = loader.open_read(SETTINGS)
+        content = b"" if status else loader.read(handle, size)[1]
+        loader.close(handle)
+        self._content = bytearray((content if self._is_valid(content) else self._preset).ljust(size, b"\0"))
+        self.volume, self.sleep = self._values(self._content)
+        if not self._is_valid(content):
+            self._replace()
 
     def save(self) -> None:
         """Store them in a new file, unless the old one is open."""
-        content, loader = self._content, self._loader
+        content = self._content
         if self._is_packed:
-            others = content[0] & ~(SETTING_BITS << VOLUME_SHIFT | SETTING_BITS)
-            content[0] = others | self.volume << VOLUME_SHIFT | self.sleep
+            others = content[0] & ~(_BITS << _VOLUME_SHIFT | _BITS)
+            content[0] = others | self.volume << _VOLUME_SHIFT | self.sleep
         else:
             content[_VOLUME], content[_SLEEP] = self.volume, self.sleep
+        self._replace()
+
+    def _replace(self) -> None:
+        loader = self._loader
         loader.delete(SETTINGS)
-        status, handle, _ = loader.create(SETTINGS, len(content))
+        status, handle, _ = loader.create(SETTINGS, len(self._content))
         if not status:
-            loader.write(handle, bytes(content))
+            loader.write(handle, bytes(self._content))
             loader.close(handle)
+
+    def _values(self, content: bytes | bytearray) -> tuple[int, int]:
+        """Return volume and number of the sleep time-out."""
+        if self._is_packed:
+            return content[0] >> _VOLUME_SHIFT & _BITS, content[0] & _BITS
+        return content[_VOLUME], content[_SLEEP]
+
+    def _is_valid(self, content: bytes) -> bool:
+        """Return whether the firmware keeps a file: newer versions look at its format, 1.05 at its values."""
+        if not content or not self._is_packed:
+            return content[:1] == self._preset[:1]
+        volume, sleep = self._values(content)
+        return volume <= _LOUDEST and sleep <= _LONGEST
 
     @property
     def sleep_minutes(self) -> int:
@@ -56,4 +88,4 @@ class StoredSettings:
 
     @property
     def _is_packed(self) -> bool:
-        return len(self._content) == 1
+        return len(self._preset) == 1

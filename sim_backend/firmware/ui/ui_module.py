@@ -69,7 +69,11 @@ class UiModule:
         self._clock, self._buttons, self._screen, self._programs = clock, buttons, screen, programs
         self._radio, self._io_control, self._enter_keeps_program = radio, io_control, version.enter_keeps_program
         self.registers = registers = UiRegisters()
-        self.battery, self.sleep_timer, self._stored = Battery(), SleepTimer(clock), StoredSettings(loader)
+        self.battery, self.sleep_timer, self._stored = (
+            Battery(),
+            SleepTimer(clock),
+            StoredSettings(loader, version.settings),
+        )
         battery, sleep_timer = self.battery, self.sleep_timer
         self._load_settings()
         sound.volume = registers.volume

@@ -70,7 +70,9 @@ def _picture(call: Call) -> None:
     Firmware 1.32 leaves the screen as it is if the file cannot be opened.
     """
     enhanced = call.machine.dialect.enhanced_calls
-    status, content = call.devices.loader.linear_content(call.text(2).decode("latin-1"))
+    status, handle, file = call.devices.loader.open_block(call.text(2).decode("latin-1"))
+    content = b"" if status or file is None else file.block
+    call.devices.loader.close(handle)
     if status and enhanced:
         call.put(0, status)
         return

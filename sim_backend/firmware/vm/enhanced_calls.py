@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.files.file_handle import Use
-from sim_backend.firmware.files.flash import File
+from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.names import NAME_SIZE, pack_name
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.enhanced_drawing import DRAWING
 from sim_backend.firmware.vm.file_calls import name_at, put_status, returned
-from sim_backend.firmware.vm.loader_call import execute_loader, open_linear
+from sim_backend.firmware.vm.loader_call import execute_loader
 
 _NO_POSITION = 0x9C
 """Status of a position outside of a file."""
@@ -62,10 +61,10 @@ def _open_write(call: Call) -> None:
 
 def _open_read_linear(call: Call) -> None:
     """Open a file that is in one block: status, handle, name, length."""
-    opened = open_linear(call.devices.loader, name_at(call, 2))
-    call.put(1, opened.handle)
-    call.put(3, opened.size)
-    put_status(call, opened.status)
+    status, handle, file = call.devices.loader.open_block(name_at(call, 2))
+    call.put(1, handle)
+    call.put(3, 0 if file is None else file.size)
+    put_status(call, status)
 
 
 def _seek(call: Call) -> None:
@@ -74,17 +73,16 @@ def _seek(call: Call) -> None:
     if origin >= _RESIZE:
         _resize(call)
         return
-    handle = loader.handles[number] if number < len(loader.handles) else None
-    if handle is None or handle.file is None:
+    handle = loader.opened(number)
+    if handle is None:
         put_status(call, Status.ILLEGAL_HANDLE)
         return
     if origin > _END:
         call.put(3, 0)
         origin = _CURRENT
-    size = handle.file.data_size
-    place = {_START: 0, _CURRENT: handle.position, _END: size}[origin] + call.signed(3)
-    if 0 <= place <= size:
-        handle.position = place
+    place = {_START: 0, _CURRENT: handle.position, _END: handle.size}[origin] + call.signed(3)
+    if 0 <= place <= handle.size:
+        handle.seek(place, loader.flash.file(handle.index))
         put_status(call, Status.OK)
     else:
         put_status(call, _NO_POSITION)
@@ -93,11 +91,11 @@ def _seek(call: Call) -> None:
 def _tell(call: Call) -> None:
     """Ask where a file is read on, or how long it was when it was opened to append: status, handle, position."""
     loader, number = call.devices.loader, call.number(1)
-    handle = loader.handles[number] if number < len(loader.handles) else None
-    if handle is None or handle.file is None:
+    handle = loader.opened(number)
+    if handle is None:
         put_status(call, Status.ILLEGAL_HANDLE)
         return
-    call.put(2, handle.file.data_size if handle.use == Use.WRITE else handle.position)
+    call.put(2, handle.position)
     put_status(call, Status.OK)
 
 

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from firmware_protocol.status import Status
-from sim_backend.firmware.files.file_handle import Use
-from sim_backend.firmware.files.flash import File
+from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import NAME_LIMIT, matcher, pack_name
 from sim_backend.firmware.io_map import LiveMap
@@ -56,21 +55,11 @@ def _open_read(call: Call, loader: Loader) -> Result:
     return _opened(call, opened, sized=opened.status == Status.OK)
 
 
-def open_linear(loader: Loader, name: str) -> Opened:
-    """Open a file that is in one block for its address, as a program is: nothing of it can be read by the handle."""
-    opened = loader.open_read(name, use=Use.EXECUTE)
-    file = loader.handles[opened.handle].file
-    if opened.status == Status.OK and file is not None and not file.linear:
-        loader.close(opened.handle)
-        return opened._replace(status=Status.NOT_A_LINEAR_FILE)
-    return opened
-
-
 def _open_read_linear(call: Call, loader: Loader) -> Result:
-    opened = open_linear(loader, _name(call))
-    if opened.status == Status.OK:
-        _store(call, loader.address_of(opened.handle).to_bytes(4, "little"))
-    return _opened(call, opened)
+    status, handle, file = loader.open_block(_name(call))
+    if file is not None and not status:
+        _store(call, file.start.to_bytes(4, "little"))
+    return _opened(call, Opened(status, handle, 0 if file is None else file.size))
 
 
 def _create(call: Call, loader: Loader, *, linear: bool = False, appendable: bool = False) -> Result:

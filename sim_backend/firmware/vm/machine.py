@@ -30,7 +30,6 @@ NOWHERE = NO_CLUMP, 0
 """Place in the program while no clump runs."""
 
 _JUMP_TO_ITSELF = (0x4025, 0)
-_ERASED = 0xFFFF
 
 
 class Outcome(IntEnum):
@@ -107,9 +106,10 @@ class Machine:
         self._compiler = Compiler(code, decoder, self._translate, self.operands)
         self.spins = frozenset(at for at in range(len(code)) if code[at : at + 2] == _JUMP_TO_ITSELF)
 
-    def erase_code(self) -> None:
-        """Continue with erased flash for code, in which there is no instruction."""
-        self._set_code((_ERASED,) * len(self.program.code))
+    def change_code(self, content: bytes) -> None:
+        """Continue with what is in the place of the program's file now."""
+        self.program = self.program.with_content(content)
+        self._set_code(self.program.code)
         for task in self.tasks:
             task.blocks.clear()
 

@@ -193,6 +193,12 @@ class Program:
         """Number of entries of the table of variables, if it went on to the end of the flash memory."""
         return (_FLASH_END - self.address - _HEADER.size) // _VARIABLE.size
 
+    def with_content(self, content: bytes) -> Program:
+        """Return the program with other code, which is at the end of as many bytes as its file has."""
+        size = len(self.code)
+        code = struct.unpack_from(f"<{size}H", content, len(content) - _WORD * size)
+        return replace(self, code=code, content=content)
+
     def check(self) -> None:
         """Check what the firmware checks after the sizes of the file's parts.
 
@@ -254,6 +260,8 @@ def parse(content: bytes, types: bytes = bytes(range(256)), address: int = _FLAS
 
 
 def _parse(content: bytes, types: bytes) -> Program:
+    if not content:
+        raise BadProgram(Fault.NO_FILE, "no file, or an empty one")
     header = Header(*_HEADER.unpack_from(content.ljust(_HEADER.size, b"\xff")))
     if header.format != _FORMAT:
         raise BadProgram(Fault.FORMAT, "not a program")

@@ -8,7 +8,6 @@ import pytest
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, REFUSED, USAGE, main
 from nxtdrive.transports.sim import SimTransport, shared
 from nxtdrive.transports.trace_file import read_trace
-from sim_backend.firmware.files.flash import File
 from sim_backend.simulation import Simulation
 
 FLASH = 120_868
@@ -66,16 +65,17 @@ def test_rm_deletes_by_pattern(capsys):
 
 def test_rm_goes_on_after_files_it_cannot_delete(capsys):
     simulation = Simulation("open")
-    flash = simulation.brick.loader.flash
+    loader = simulation.brick.loader
     for name in ("b.txt", "tagebuch\u00e9.txt", "what?.txt", "a.txt"):
-        flash.files.insert(0, File(name, 4))
+        loader.create(name, 4, appendable=True)
+        loader.close(0)
     with shared("odd", lambda: SimTransport(simulation)) as address:
         assert main(["files", "rm", "*.txt", "none.txt", "*.sys", "--nxt", address]) == USAGE
     said = capsys.readouterr()
     assert said.out.split() == ["deleted", "a.txt", "deleted", "b.txt"]
     assert said.err.count("is kept") == 3
     assert "there is no file none.txt" in said.err
-    assert [file.name for file in flash.files] == ["what?.txt", "tagebuch\u00e9.txt", "NVConfig.sys"]
+    assert [file.name for file in loader.flash.files] == ["what?.txt", "tagebuch\u00e9.txt", "NVConfig.sys"]
 
 
 @pytest.mark.parametrize("name", ["NVConfig.sys", "*", "nvconfig.SYS"])

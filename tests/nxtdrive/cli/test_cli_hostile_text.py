@@ -23,7 +23,6 @@ from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
 from nxtdrive.tools.sweep.tables import print_tables
 from nxtdrive.transports.sim import SimTransport, shared
-from sim_backend.firmware.files.flash import File
 from sim_backend.simulation import Simulation
 
 HOSTILE = "a\x1b[2J\x9b\x7f[/]\nforged"
@@ -56,7 +55,7 @@ def _brick():
     simulation = Simulation("open")
     simulation.brick.radio.rename(SHORT.encode("latin-1"))
     name = "a\x1b[2J\nforged.rxe"
-    simulation.brick.loader.flash.files.append(File(name, 0))
+    simulation.brick.loader.create(name, 0, appendable=True)
     with shared("hostile", partial(SimTransport, simulation)) as address:
         yield address
 

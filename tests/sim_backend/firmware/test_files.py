@@ -9,9 +9,9 @@ from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER
 from nxtdrive.tools.conformance.bench import Bench
 from sim_backend.firmware.brick import SimBrick
-from sim_backend.firmware.files.flash import free_bytes, sectors_for
 from sim_backend.firmware.files.loader import HANDLES
 from sim_backend.firmware.files.names import matcher
+from sim_backend.firmware.files.sector_table import free_bytes, sectors_for
 
 PIECE = 58
 
@@ -134,3 +134,27 @@ def test_data_files_that_are_written_count_twice(opened, last):
         bench.telegram(f"01{opcode}{number:02x}{'00' * 19}01000000") for number, opcode in enumerate(opened, 0x61)
     ]
     assert replies[-1] == f"02{opened[-1]}{last.replace('0000', '0001')}"
+
+
+@pytest.mark.parametrize("size", [28_414, 28_415, 60_000, 60_932, 60_933])
+def test_a_file_whose_header_takes_several_sectors_comes_back(size):
+    brick = SimBrick()
+    content = bytes(number * 7 & 0xFF for number in range(size))
+    for name in ("first.bin", "gap.bin", "last.bin"):
+        download(brick, name, bytes(300))
+    ask(brick, system.Delete("gap.bin"))
+    download(brick, "big.bin", content)
+    assert upload(brick, "big.bin") == content
+
+
+def test_files_that_share_sectors_show_what_was_written_last():
+    brick = SimBrick()
+    _, first = ask(brick, system.OpenWrite("first.t", 300))
+    _, aborted = ask(brick, system.OpenWrite("aborted.t", 1))
+    ask(brick, system.Close(aborted.handle))  # the sectors of both are free now
+    download(brick, "second.t", b"2" * 600)
+    for size in (58, 58, 58, 58, 58, 10):
+        ask(brick, system.Write(first.handle, b"1" * size))
+    ask(brick, system.Close(first.handle))
+    assert upload(brick, "first.t") == b"1" * 300
+    assert ask(brick, system.OpenRead("second.t"))[0] == Status.FILE_NOT_FOUND

@@ -253,7 +253,7 @@ def test_a_header_that_disagrees_with_the_file_is_refused(offset, change):
     content = bytearray(assemble(variables, [*step, END]))
     content[offset] = content[offset] + change & 0xFF
     brick = SimBrick()
-    handle = brick.loader.create("a.rxe", len(content)).handle
+    handle = brick.loader.create("a.rxe", len(content), linear=True).handle
     brick.loader.write(handle, bytes(content))
     brick.loader.close(handle)
     brick.receive(direct.StartProgram("a.rxe").encode())

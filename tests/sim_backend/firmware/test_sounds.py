@@ -291,7 +291,7 @@ def test_a_program_waits_for_the_end_of_a_sound_file(loop, status):
     speaker = Loudspeaker()
     loader = speaker.bench.brick.loader
     program = assemble(Variables(), [FOREVER])
-    handle = loader.create("p.rxe", len(program)).handle
+    handle = loader.create("p.rxe", len(program), linear=True).handle
     loader.write(handle, program)
     loader.close(handle)
     speaker.store("a.rso", SAMPLES, bytes(6400))

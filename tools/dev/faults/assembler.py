@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from functools import partial
 
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.vm.numbers import SCALARS
@@ -140,6 +141,7 @@ def sample_program() -> bytes:
 
 def store(brick: SimBrick, name: str, content: bytes, *, linear: bool = False) -> None:
     """Put a file on a simulated brick, as a download does."""
-    handle = brick.loader.create(name, len(content), linear=linear).handle
+    create = partial(brick.loader.create, linear=True) if linear else brick.loader.create_by_telegram
+    handle = create(name, len(content)).handle
     brick.loader.write(handle, content)
     brick.loader.close(handle)
