@@ -114,9 +114,8 @@ class SoundModule:
         self.due_ms = self._clock.now_ms + 1
 
     def stop(self) -> None:
-        """Stop the sound in the next pass."""
+        """Stop the sound in the next pass, but not one that is about to start."""
         self.state = int(SoundState.STOP)
-        self.flags &= ~int(SoundFlag.UPDATE | SoundFlag.RUNNING)
         self.due_ms = self._clock.now_ms + 1
 
     def end_program(self, volume: int) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import Enum, auto
 
 from sim_backend.firmware.files.file_header import Cursor, File, Kind
-from sim_backend.firmware.files.flash_memory import POINTER, SECTOR, FlashMemory, address_of
+from sim_backend.firmware.files.flash_memory import ERASED, POINTER, SECTOR, WORD, FlashMemory, address_of
 from sim_backend.firmware.files.sector_table import NewFile
 
 
@@ -20,23 +20,46 @@ class Use(Enum):
 
 
 class WriteBuffer:
-    """The beginning of the sector that is being written, which enters the flash when it is full.
+    """The sector that is being written, which enters the flash when it is full.
 
     Attributes:
         taken: Whether a handle has it.
         overrun: Whether more was written than announced.
-        page: The bytes.
+        filled: Number of its bytes before the next one; those behind are erased, or what was written before a seek.
     """
 
-    __slots__ = ("overrun", "page", "taken")
+    __slots__ = ("_page", "filled", "overrun", "taken")
 
     def __init__(self) -> None:
         self.taken = self.overrun = False
-        self.page = bytearray()
+        self.filled = 0
+        self._page = bytearray()
 
-    def take(self, page: bytes) -> None:
-        """Begin with the bytes before the first one that will be written."""
-        self.taken, self.overrun, self.page = True, False, bytearray(page)
+    def take(self) -> None:
+        """Begin with an erased sector."""
+        self.taken, self.overrun = True, False
+        self._erase()
+
+    def begin(self, content: bytes) -> None:
+        """Set the bytes before the next one."""
+        self._page[: len(content)] = content
+        self.filled = len(content)
+
+    def put(self, data: bytes) -> None:
+        """Add bytes."""
+        self._page[self.filled : self.filled + len(data)] = data
+        self.filled += len(data)
+
+    def flush(self, memory: FlashMemory, address: int) -> None:
+        """Write to an address's sector as many words as there are bytes, if any."""
+        if self.filled:
+            memory.write(address, self._page[: -(-self.filled // WORD) * WORD])
+        if self.filled == SECTOR:
+            self._erase()
+        self.filled = 0
+
+    def _erase(self) -> None:
+        self._page, self.filled = bytearray(ERASED * SECTOR), 0
 
 
 class Handle:
@@ -81,12 +104,19 @@ class Handle:
         return data
 
     def seek(self, place: int, file: File) -> None:
-        """Go to a byte of a file: back from its beginning, forward from where the handle is."""
+        """Go to a byte of a file: back from its beginning, forward from where the handle is.
+
+        A handle that writes goes from where the sector begins that is being written; it leaves what is in its buffer.
+        """
+        if place == self.position:
+            return
         if place < self.position:
             self.cursor.begin(file)
             self.position = 0
         self.cursor.read(place - self.position)
         self.position = place
+        if self.use == Use.WRITE:
+            self._fill_buffer()
 
     def begin_writing(self, new: NewFile, buffer: WriteBuffer) -> None:
         """Begin to write a new file; its header is written at once, and its end once more with the first bytes."""
@@ -99,48 +129,47 @@ class Handle:
         self._write_on(file, buffer)
         self.cursor.begin(file)
         self.position, self.size = 0, file.size
-        buffer.take(page[: file.start % SECTOR])
+        buffer.begin(page[: file.start % SECTOR])
 
-    def begin_appending(self, file: File, buffer: WriteBuffer) -> None:
-        """Begin to write behind the data of a file."""
+    def begin_appending(self, file: File, buffer: WriteBuffer, position: int) -> None:
+        """Begin to write behind the data of a file, of which that many bytes count as read."""
         self._write_on(file, buffer)
         self.cursor.find(file, file.data_size)
-        self.position, self.size = 0, file.size - file.data_size
-        buffer.take(self._memory.read(self.cursor.sector, self.cursor.at % SECTOR))
+        self.position, self.size = position, file.size - file.data_size
+        self._fill_buffer()
+
+    def _fill_buffer(self) -> None:
+        """Begin with what is in the flash in front of the next byte."""
+        self.buffer.begin(self._memory.read(self.cursor.sector, self.cursor.at % SECTOR))
 
     def _write_on(self, file: File, buffer: WriteBuffer) -> None:
         self.use, self.buffer, self.header, self.kind = Use.WRITE, buffer, file.address, file.kind
+        buffer.take()
 
     def write(self, data: bytes) -> int:
         """Write on; return the number of bytes that fitted."""
-        page = self.buffer.page
+        buffer = self.buffer
         if len(data) > self.size:
-            data, self.buffer.overrun = data[: self.size], True
+            data, buffer.overrun = data[: self.size], True
         self.size -= len(data)
         rest = data
         while rest:
-            room = SECTOR - len(page)
-            page += rest[:room]
+            room = SECTOR - buffer.filled
+            buffer.put(rest[:room])
             rest = rest[room:]
-            if len(page) == SECTOR:
-                self._write_page()
+            if buffer.filled == SECTOR:
+                buffer.flush(self._memory, self.cursor.at)
                 self.cursor.next_sector()
         if not self.size:
-            self._write_page()
+            buffer.flush(self._memory, self.cursor.at)
         return len(data)
 
     def end_writing(self) -> bool:
         """Give the write buffer back; return whether a download was complete. A data file ends here."""
         buffer = self.buffer
         if self.kind & Kind.DATA:
-            self._write_page()
+            buffer.flush(self._memory, self.cursor.at)
             file = File(self._memory, self.header)
             file.set_data_size(file.size - self.size)
         buffer.taken = False
         return not self.kind & Kind.DATA and not buffer.overrun and not self.size
-
-    def _write_page(self) -> None:
-        page = self.buffer.page
-        if page:
-            self._memory.write(self.cursor.at, page)
-            page.clear()

@@ -56,8 +56,8 @@ class Flash:
         return len(self.directory)
 
     def file(self, number: int) -> File:
-        """Return the file of an entry."""
-        return File(self.memory, self.directory[number])
+        """Return the file of an entry; behind the directory there are zeros, on the bench also as the header."""
+        return File(self.memory, self.directory[number] if number < len(self.directory) else 0)
 
     def count(self) -> None:
         """Find the used sectors from the directory, which lacks downloads, as after each deletion."""

@@ -10,7 +10,7 @@ POINTER = 2
 
 _CHIP = range(0x100000, 0x140000)
 """Addresses of the chip; the first sectors have the firmware, the last ones the directory."""
-_ERASED, _WORD = b"\xff", 4
+ERASED, WORD = b"\xff", 4
 
 
 def sector_of(address: int) -> int:
@@ -51,14 +51,14 @@ class FlashMemory:
         self.sectors = range(sector_of(start), sector_of(start) + sectors)
         self.on_write: Callable[[], None] = lambda: None
         self._start = start
-        self._bytes = bytearray(_ERASED * (SECTOR * sectors))
+        self._bytes = bytearray(ERASED * (SECTOR * sectors))
 
     def read(self, address: int, size: int) -> bytes:
         """Return bytes; others of the chip are as if erased, and 0 outside of it, as on the bench."""
         at = address - self._start
         before = min(max(-at, 0), size)
         content = self._bytes[max(at, 0) : max(at + size, 0)]
-        other = _ERASED if address in _CHIP else b"\0"
+        other = ERASED if address in _CHIP else b"\0"
         return (other * before + content).ljust(size, other)
 
     def number(self, address: int) -> int:
@@ -66,14 +66,13 @@ class FlashMemory:
         return int.from_bytes(self.read(address, POINTER), "little")
 
     def write(self, address: int, content: bytes | bytearray) -> None:
-        """Write whole words at the beginning of an address's sector; the rest keeps its bytes, as on the bench."""
+        """Write words at the beginning of an address's sector; the rest keeps its bytes, as on the bench."""
         at = sector_start(address - self._start)
         if 0 <= at < len(self._bytes):
-            words = content.ljust(-(-len(content) // _WORD) * _WORD, _ERASED)
-            self._bytes[at : at + len(words)] = words
+            self._bytes[at : at + len(content)] = content
             self.on_write()
 
     def erase(self) -> None:
         """Erase all sectors."""
-        self._bytes[:] = _ERASED * len(self._bytes)
+        self._bytes[:] = ERASED * len(self._bytes)
         self.on_write()

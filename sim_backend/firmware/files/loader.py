@@ -140,8 +140,11 @@ class Loader:
             return Opened(Status.FILE_IS_FULL, number)
         if all(buffer.taken for buffer in self._buffers):
             return Opened(Status.NO_WRITE_BUFFERS, number)
-        self._addressable[number].begin_appending(file, self._free_buffer())
+        self._addressable[number].begin_appending(file, self._free_buffer(), self._counted(file))
         return Opened(Status.OK, number, file.size - file.data_size)
+
+    def _counted(self, file: File) -> int:
+        return file.data_size if self._version.counts_appended else 0
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
         """Read on; return fewer bytes at the end of the file."""

@@ -68,7 +68,7 @@ def _open_read_linear(call: Call) -> None:
 
 
 def _seek(call: Call) -> None:
-    """Set where a file is read on: status, handle, origin, distance. Where it is written stays."""
+    """Set where a file is read or written on: status, handle, origin, distance."""
     loader, number, origin = call.devices.loader, call.number(1), call.number(2)
     if origin >= _RESIZE:
         _resize(call)
@@ -81,7 +81,7 @@ def _seek(call: Call) -> None:
         call.put(3, 0)
         origin = _CURRENT
     place = {_START: 0, _CURRENT: handle.position, _END: handle.size}[origin] + call.signed(3)
-    if 0 <= place <= handle.size:
+    if place == handle.position or 0 <= place <= handle.size:
         handle.seek(place, loader.flash.file(handle.index))
         put_status(call, Status.OK)
     else:
@@ -89,7 +89,7 @@ def _seek(call: Call) -> None:
 
 
 def _tell(call: Call) -> None:
-    """Ask where a file is read on, or how long it was when it was opened to append: status, handle, position."""
+    """Ask where a file is read on, or was written on after the last seek: status, handle, position."""
     loader, number = call.devices.loader, call.number(1)
     handle = loader.opened(number)
     if handle is None:
