@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.module import NEVER, Clock
+from firmware_protocol.iomap import DisplayFlag, UiFlag
+from sim_backend.firmware.module import Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sound import STARTUP, SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
@@ -14,6 +14,11 @@ from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import STARTING, UiState
 from sim_backend.firmware.ui.status_bar import StatusBar
+
+_PICTURES = 17
+"""Number of the pictures of the logo."""
+_SOUND_AT = 12
+"""The picture at whose end the sound of the start begins."""
 
 
 class Boot:
@@ -32,7 +37,7 @@ class Boot:
     ) -> None:
         self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
         self._keys, self._screen, self._status_bar, self._sound = keys, screen, status_bar, sound
-        self._logo_ends_ms = NEVER
+        self._pictures, self._loads = 0, False
 
     @property
     def finds_empty(self) -> bool:
@@ -54,15 +59,11 @@ class Boot:
         if registers.is_on and registers.state in (UiState.START, UiState.EMPTY):
             self._show_logo(now_ms)
             return
-        if registers.is_on and registers.state == UiState.LOGO and now_ms < self._logo_ends_ms:
-            self._sound.play_own(STARTUP, registers.volume)
-            registers.next_step_ms = self._logo_ends_ms
+        if registers.is_on and registers.state == UiState.LOGO and self._turns_picture(now_ms):
             return
         state, wait_ms = STARTING.get(registers.state, (UiState.WAITING, 1)) if registers.is_on else (UiState.START, 1)
         registers.state, registers.next_step_ms = int(state), now_ms + wait_ms
-        if state == UiState.MELODY:
-            self._screen.begin(now_ms + 1)
-        elif state == UiState.ENTRY:
+        if state == UiState.ENTRY:
             self._screen.mark(marks.ENTRY)
         elif state == UiState.WAITING:
             registers.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
@@ -84,10 +85,28 @@ class Boot:
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
 
     def _show_logo(self, now_ms: int) -> None:
-        """Show the logo until a refresh of the screen ends."""
+        """Show the first picture of the logo."""
         registers = self._registers
         registers.flags = int(UiFlag.BUSY)
         self._screen.mark(marks.LOGO)
-        registers.state = int(UiState.LOGO)
-        self._logo_ends_ms = self._screen.next_pause(now_ms + times.LOGO_MS) - times.LOGO_LEAD_MS
-        registers.next_step_ms = self._logo_ends_ms - times.STARTUP_LEAD_MS
+        registers.state, self._pictures, self._loads = int(UiState.LOGO), 1, False
+        registers.next_step_ms = now_ms + times.LOGO_MS
+
+    def _turns_picture(self, now_ms: int) -> bool:
+        """Stop the refresh, and begin it again with the next picture when it has ended; False after the last one."""
+        registers, screen = self._registers, self._screen
+        if screen.flags & DisplayFlag.REFRESH:
+            screen.flags &= ~int(DisplayFlag.REFRESH)
+            registers.next_step_ms = now_ms + 1
+        elif not screen.flags & DisplayFlag.REFRESH_DISABLED:
+            registers.next_step_ms = now_ms + 1
+        elif self._pictures < _PICTURES and not self._loads:
+            if self._pictures == _SOUND_AT:
+                self._sound.play_own(STARTUP, registers.volume)
+            self._loads, registers.next_step_ms = True, now_ms + times.PICTURE_LEAD_MS
+        else:
+            screen.flags |= DisplayFlag.REFRESH
+            self._pictures, self._loads = self._pictures + 1, False
+            registers.next_step_ms = now_ms + times.PICTURE_MS
+        screen.wake()
+        return self._pictures <= _PICTURES

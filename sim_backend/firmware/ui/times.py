@@ -15,11 +15,14 @@ MESSAGE_MS = 750
 REPORT_MS = 2625
 """How long the display shows a message of the radio, from its last part on."""
 
-LOGO_MS, LOGO_LEAD_MS = 2784, 3
-"""The logo ends this number of passes before the end of the first refresh of the screen that ends after this time."""
+LOGO_MS = 1100
+"""How long a start shows the first picture of the logo."""
 
-STARTUP_LEAD_MS = 525
-"""Time from the sound of a start to the end of the logo."""
+PICTURE_MS = 100
+"""How long it shows each of the others."""
+
+PICTURE_LEAD_MS = 2
+"""Time from the end of the last refresh with one picture until the next one is there."""
 
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""
