@@ -137,7 +137,8 @@ class FileRunner:
             case Run.MESSAGE:
                 self._open_menu()
             case _:
-                self._show_end(now_ms)
+                self._screen.mark(marks.NOTHING if self._run is Run.LOG else marks.MESSAGE)
+                self._begin_message(now_ms)
 
     def delay(self, passed_ms: int) -> None:
         """Let an interruption not count as time of the file: for its pictures, and the message about its end."""
@@ -147,7 +148,15 @@ class FileRunner:
             self._registers.next_step_ms = self._clock.now_ms + 1
 
     def takes_button(self) -> bool:
-        """Return whether a button ends the message about a file's end, which reads none in its last pass."""
+        """Return whether a button ends the message about a file's end, which reads none in its last pass.
+
+        That of a data log, which shows nothing, reads one also in the pass in which it begins.
+        """
+        if self._registers.runs_file and self._run is Run.LOG:
+            unread = self._keys.read_button() is not None
+            if unread:
+                self._begin_message(self._clock.now_ms)
+            return unread
         unread = self.shows_message and self._clock.now_ms < self._message_ends_ms
         return unread and self._keys.read_button() is not None
 
@@ -191,8 +200,14 @@ class FileRunner:
         elif kind == states.SOUND:
             self._run, self._opened_ms = Run.SOUND, now_ms
             self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
-        else:
+        elif kind == states.ON_BRICK:
             self._run = Run.ENDED
+        elif self._keys.read_button() is None:
+            self._run = Run.LOG
+        else:
+            self._keys.click()
+            self._begin_message(now_ms)
+            self._open_menu()
 
     def _show_running(self, now_ms: int) -> int:
         """Change the picture of a running file from time to time; return the passes since the change was planned."""
@@ -201,13 +216,12 @@ class FileRunner:
             self._screen.mark(marks.PLAYING)
         return passed_ms
 
-    def _show_end(self, now_ms: int) -> None:
+    def _begin_message(self, now_ms: int) -> None:
         registers = self._registers
         if not self._programs.active:  # it goes on if only its status was written
             registers.clear(states.RUNNING_FLAGS)
         registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
         self._run = Run.MESSAGE
-        self._screen.mark(marks.MESSAGE)
         registers.next_step_ms, self._message_ends_ms = now_ms + 1, now_ms + times.MESSAGE_MS
 
     def _open_menu(self) -> None:

@@ -76,6 +76,7 @@ class Run(Enum):
     PROGRAM = auto()
     ENDED = auto()
     SOUND = auto()
+    LOG = auto()
     MESSAGE = auto()
 
 
