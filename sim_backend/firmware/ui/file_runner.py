@@ -42,7 +42,7 @@ class FileRunner:
         self._sound, self._programs, self._io_control, self._sleep_timer = sound, programs, io_control, sleep_timer
         self._known = (*states.KNOWN, states.LOG) if data_log else states.KNOWN
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
-        self._opened_ms = self._message_ends_ms = 0
+        self._begun_ms = self._opened_ms = self._message_ends_ms = 0
 
     @property
     def shows_program(self) -> bool:
@@ -72,7 +72,7 @@ class FileRunner:
 
     def choose(self, name: bytes, *, opened: bool = True) -> None:
         """Set the file to run when its turn comes; its page follows only if it is `opened` by the user interface."""
-        self._file, self._run, self._has_page = name, Run.TONE, opened
+        self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
 
     def begin(self) -> None:
         """Accept a request; one in the next pass can still replace the file."""
@@ -88,7 +88,7 @@ class FileRunner:
         registers = self._registers
         registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
-        self._file, self._run = registers.program_name, Run.BEGUN
+        self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
 
     def begin_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""
@@ -136,8 +136,11 @@ class FileRunner:
                 registers.next_step_ms = self._message_ends_ms
             case Run.MESSAGE:
                 self._open_menu()
+            case Run.LOG:
+                self._begin_message(now_ms)
+                self._message_ends_ms = now_ms + max(1, (times.LOG_MS - (now_ms - self._begun_ms)) // 2)
             case _:
-                self._screen.mark(marks.NOTHING if self._run is Run.LOG else marks.MESSAGE)
+                self._screen.mark(marks.MESSAGE)
                 self._begin_message(now_ms)
 
     def delay(self, passed_ms: int) -> None:

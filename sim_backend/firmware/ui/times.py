@@ -12,6 +12,9 @@ EMPTY_FOUND_MS = 2
 MESSAGE_MS = 750
 """How long the display shows the end of a program."""
 
+LOG_MS = 499
+"""How long a data log is run, in which the passes of its message count twice."""
+
 REPORT_MS = 2625
 """How long the display shows a message of the radio, from its last part on."""
 
