@@ -50,7 +50,8 @@ class Boot:
         """After the last state take keys and requests; a button that is held does not count."""
         registers = self._registers
         if registers.starting and registers.state == UiState.WAITING:
-            registers.flags, registers.starting = int(UiFlag.ENABLE_STATUS), False
+            registers.clear(UiFlag.BUSY)
+            registers.starting = False
             self._keys.ignore()
 
     def go_on(self) -> None:
@@ -66,7 +67,7 @@ class Boot:
         if state == UiState.ENTRY:
             self._screen.mark(marks.ENTRY)
         elif state == UiState.WAITING:
-            registers.flags = int(UiFlag.ENABLE_STATUS | UiFlag.BUSY)
+            registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.ENABLE_STATUS)
             self._screen.mark(marks.MENU)
             self._status_bar.draw(everything=False)
 

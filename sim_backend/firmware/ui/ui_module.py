@@ -274,8 +274,9 @@ class UiModule:
         """Begin with a requested file, or take the next step of the state."""
         registers = self.registers
         begins_file = self._menu.begins_file or (registers.runs_file and not self._files.has_begun)
-        waits = registers.flags & UiFlag.BUSY or registers.starting or begins_file
-        if registers.flags & UiFlag.EXECUTE_FILE and not waits:
+        loads = registers.starting and registers.state == UiState.START
+        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or begins_file):
+            registers.starting = False
             self._files.begin()
         elif now_ms >= registers.next_step_ms:
             registers.next_step_ms = NEVER
