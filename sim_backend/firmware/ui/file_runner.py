@@ -124,12 +124,12 @@ class FileRunner:
                 self._open(now_ms)
             case Run.PROGRAM if self._programs.status == ProgramStatus.RUNNING:
                 registers.next_step_ms = now_ms + times.PLAYING_MS - self._show_running(now_ms)
-            case Run.SOUND if self._sound.playing:
+            case Run.SOUND if self._keys.read() == Key.EXIT:
+                self._sound.break_off()
+                self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
+            case Run.SOUND if self._sound.playing:  # a key that has just clicked plays, too
                 registers.next_step_ms = now_ms + 1
                 self._show_running(now_ms)
-                if self._keys.read() == Key.EXIT:
-                    self._sound.break_off()
-                    self._run = Run.ENDED
             case Run.PROGRAM | Run.SOUND:
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
             case Run.MESSAGE if now_ms < self._message_ends_ms:

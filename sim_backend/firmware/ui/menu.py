@@ -203,6 +203,8 @@ class Menu:
     def interrupt(self) -> None:
         """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
         self._draw()
+        if self.shows_key and self._state == UiState.EXIT:  # the question is only asked in the next pass
+            self._confirms = None
         self.drop()
 
     def drop(self) -> None:
@@ -247,9 +249,8 @@ class Menu:
 
     def _list_drawn(self, files: int) -> list[Marks]:
         """Return the drawing, pass by pass, of a list of files from its first one on, after the menu."""
-        if not files:
-            return [NOTHING] * (_NO_FILE_MS - 1)
-        return [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
+        drawn = [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
+        return drawn if files else [NOTHING] * (_NO_FILE_MS - 1)
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -279,10 +280,9 @@ class Menu:
     def leave_view(self) -> None:
         """Leave the value of a sensor or motor for the list of items to show."""
         self._screen.mark(marks.LIST)
-        self.shows_key, self._steps, self._drawn = True, [], NOTHING
         self._place.pop()
-        self._show(UiState.EXIT)
-        self._draw_last(self._page)
+        self.shows_key, self._drawn = True, NOTHING
+        self._steps = [(UiState.EXIT, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, self._page)]
         self._draw_slowly()
 
     def _draw_slowly(self) -> bool:
