@@ -86,9 +86,10 @@ class Boot:
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
 
     def _show_logo(self, now_ms: int) -> None:
-        """Show the first picture of the logo."""
+        """Show the first picture of the logo; behind that of the empty battery a requested file waits."""
         registers = self._registers
-        registers.flags = int(UiFlag.BUSY)
+        requested = registers.flags & UiFlag.EXECUTE_FILE if registers.state == UiState.EMPTY else 0
+        registers.flags = int(UiFlag.BUSY) | requested
         self._screen.mark(marks.LOGO)
         registers.state, self._pictures, self._loads = int(UiState.LOGO), 1, False
         registers.next_step_ms = now_ms + times.LOGO_MS
