@@ -1,4 +1,4 @@
-"""Whether the motors are connected and mounted as the mission says, by what it sees and hears as it moves.
+"""Whether the motors are connected and mounted as the mission says, by what the robot sees and hears as it moves.
 
 A robot whose motor cables are exchanged, or whose motors are mounted the other way round, turns away from what it
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
@@ -212,12 +212,11 @@ class WiringCheck:
         likely = sorted(WIRINGS, key=self._chances.__getitem__, reverse=True)
         others = [each for each in likely if self._chances[each] >= self._chances[likely[0]] / 10]
         keys = " or ".join(_changes(self._robot, each.described(self._robot)) for each in others)
-        mirrored = (
-            " So does a camera whose picture is mirrored or upside down." if Wiring(exchanged=True) in others else ""
-        )
+        mirrored = Wiring(exchanged=True) in others
+        camera = " A camera whose picture is mirrored or upside down gives the same impression." if mirrored else ""
         return (
-            "The robot does not move as [robot] says: as it moved, what it saw or heard changed in another way. "
-            f"This fits {keys}.{mirrored} `nxtdrive calibrate motors` measures it and writes it to a robot file."
+            f"The robot does not move as [robot] says: what it saw and heard as it moved fits {keys}.{camera} "
+            "`nxtdrive calibrate motors` finds out, and writes it to a robot file."
         )
 
 
