@@ -122,8 +122,10 @@ class Executive:
         self._pause = pause = pause or Pause()
         self._start_s = clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
-        self._context = SkillContext(body, eyes, clock, mission.thesis, self.note, self._report, deadline_s, pause)
-        self._context.wiring = WiringCheck(mission.robot, mission.camera)
+        wiring = WiringCheck(mission.robot, mission.camera)
+        self._context = SkillContext(
+            body, eyes, clock, mission.thesis, self.note, self._report, deadline_s, pause, wiring=wiring
+        )
         self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
