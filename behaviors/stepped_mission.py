@@ -15,6 +15,9 @@ from behaviors.operator import Ask, Question
 from behaviors.pause import Pause
 from behaviors.recoveries import Choice
 
+NOTICE_S = 0.2
+"""Python notices a Ctrl-C that comes just before it begins to wait only when the wait is over, so waits are short."""
+
 
 class SteppedMission:
     """A mission, decision by decision.
@@ -62,7 +65,8 @@ class SteppedMission:
             self._halted.clear()
             self.question = None
             self._answers.put(candidates[number].choice)
-        self._halted.wait()
+        while not self._halted.wait(NOTICE_S):
+            pass
         self.question = self._asked
         error, self._error = self._error, None
         if error is not None:
