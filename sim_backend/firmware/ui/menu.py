@@ -12,10 +12,11 @@ from functools import partial
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.keys import Key
-from sim_backend.firmware.ui.menu_places import Place, Places
+from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
@@ -26,35 +27,8 @@ from sim_backend.firmware.ui.stored_settings import StoredSettings
 
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
 
-_OPENED: dict[Place, tuple[Marks, ...]] = {
-    places.TYPES: (marks.MENU, marks.TYPES),
-    **dict.fromkeys(places.LISTS, (marks.LIST, marks.PAGE)),
-}
-"""What the passes of a page that is drawn in two draw below the main menu."""
-
-_LIST_MS, _MOVE_MS = 5, 4
-"""Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
-
-_PAIR_MS = {1: 7, -1: 6}
-"""The latter for a list of two files, by the direction to the other one."""
-
-_FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
-"""The drawing of a file's page, pass by pass."""
-
-_CONNECTIONS = 3
-
-_SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
-"""Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
-
 
 def _nothing() -> None: ...
-
-
-def _message(passes: int, before: int) -> list[Marks]:
-    """Return the drawing of a message, which begins after some of its passes."""
-    erased, *drawn = marks.REPORT
-    message = [*[NOTHING] * before, erased, NOTHING, NOTHING, *drawn]
-    return message + [NOTHING] * (passes - len(message))
 
 
 class Menu:
@@ -118,7 +92,7 @@ class Menu:
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
         self.shows_key, self._drawn, self.runs = True, NOTHING, ""
-        self._steps = [(UiState.DRAWING, drawn) for drawn in _FILE_PAGE]
+        self._steps = [(UiState.DRAWING, drawn) for drawn in drawing.FILE_PAGE]
         if places.is_list(tuple(self._place[:-1])):
             del self._steps[1:]
             self._draw_list(places.PROGRAMS)
@@ -228,7 +202,7 @@ class Menu:
             self._place[-1] = places.NO if step > 0 else places.YES
             return
         items = self._places.items(menu)
-        if items == len(_PAIR_MS) and (places.is_list(menu) or places.is_page(menu)):
+        if items == drawing.PAIR and (places.is_list(menu) or places.is_page(menu)):
             self._place[-1] = max(step, 0)
         elif items:
             self._place[-1] %= items
@@ -239,18 +213,12 @@ class Menu:
         if menu in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.BAR, NOTHING)
         elif places.action(menu) == places.SEND:
-            self._draw_last(marks.listed(_CONNECTIONS, 1))
+            self._draw_last(drawing.CONNECTIONS[1])
         if places.action(tuple(self._place)) == places.RUN:
-            self._draw_last(*_FILE_PAGE)
+            self._draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
         if places.is_list(menu) and (files := self._places.items(menu)):
-            passes = _PAIR_MS[step] if files == len(_PAIR_MS) else _MOVE_MS + files + self._place[-1]
-            self._draw_last(*[NOTHING] * (passes - 1), marks.listed(files, self._place[-1]))
-
-    def _list_drawn(self, files: int) -> list[Marks]:
-        """Return the drawing, pass by pass, of a list of files from its first one on, after the menu."""
-        drawn = [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
-        return drawn if files else [NOTHING] * (_NO_FILE_MS - 1)
+            self._draw_last(*drawing.list_moved(files, self._place[-1], step))
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -289,13 +257,13 @@ class Menu:
         """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
         if slow:
-            self._draw_last(marks.PAGE, *_OPENED[places.VALUES])
+            self._draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
         return slow
 
     def _draw_list(self, menu: tuple[int, ...]) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
         files = self._places.items(menu)
-        self._draw_last(marks.MENU, *self._list_drawn(files))
+        self._draw_last(marks.MENU, *drawing.list_drawn(files))
         if not files:
             self._place.pop()
             self._show(UiState.EXIT)
@@ -353,15 +321,15 @@ class Menu:
     def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
         if action == places.SEND:
-            self._draw_last(*_message(_SENT_MS, before=2))
+            self._draw_last(*drawing.SENT)
             self._show(UiState.EXIT)
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
             self._set = partial(self._loader.delete, self._file)
-            self._draw_last(*_message(_DELETED_MS, before=4))
+            self._draw_last(*drawing.DELETED)
             self._show(UiState.EXIT)
-            self._draw_last(marks.MENU, *self._list_drawn(left))
+            self._draw_last(marks.MENU, *drawing.list_drawn(left))
             self._place[-1] = 0
             if not left:
                 self._place.pop()
@@ -385,16 +353,16 @@ class Menu:
             first = places.first_action(place)
         self._place.append(first)
         if places.is_list(place):
-            self._draw_last(*2 * self._list_drawn(self._places.items(place)))
+            self._draw_last(*2 * drawing.list_drawn(self._places.items(place)))
         elif places.is_list(place[:-1]):
-            page = _FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
+            page = drawing.FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
             self._draw_last(NOTHING, *page)
         if place in (places.VOLUME, places.SLEEP):
             self._draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif places.action(place) == places.SEND:
-            self._draw_last(marks.MENU, marks.listed(_CONNECTIONS, 0))
+            self._draw_last(marks.MENU, drawing.CONNECTIONS[0])
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
             self._set = partial(self.program.enter, [*place])
             self._draw_last(*self.program.drawn([*place]))
         elif place[0] in places.SLOW and not self._draw_slowly():
-            self._draw_last(*_OPENED.get(place, (NOTHING, NOTHING)))
+            self._draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))

@@ -1,0 +1,55 @@
+"""The drawing of the menus, pass by pass. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from sim_backend.firmware.ui import menu_places as places
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.menu_places import Place
+from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
+
+OPENED: dict[Place, tuple[Marks, ...]] = {
+    places.TYPES: (marks.MENU, marks.TYPES),
+    **dict.fromkeys(places.LISTS, (marks.LIST, marks.PAGE)),
+}
+"""What the passes of a page that is drawn in two draw below the main menu."""
+
+FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
+"""A file's page."""
+
+CONNECTIONS = tuple(marks.listed(3, chosen) for chosen in range(2))
+"""The list of connections to send a file to: when it is entered, and after left or right."""
+
+PAIR = 2
+"""Files of a list that stops at its ends."""
+
+_LIST_MS, _MOVE_MS = 5, 4
+"""Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
+
+_PAIR_MS = {1: 7, -1: 6}
+"""The latter for a list of two files, by the direction to the other one."""
+
+_SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
+"""Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
+
+
+def _message(passes: int, before: int) -> list[Marks]:
+    """Return the drawing of a message, which begins after some of its passes."""
+    erased, *drawn = marks.REPORT
+    message = [*[NOTHING] * before, erased, NOTHING, NOTHING, *drawn]
+    return message + [NOTHING] * (passes - len(message))
+
+
+SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
+"""The messages that a file was not sent, and that it was deleted."""
+
+
+def list_drawn(files: int) -> list[Marks]:
+    """Return the drawing of a list of files from its first one on, after the menu."""
+    drawn = [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
+    return drawn if files else [NOTHING] * (_NO_FILE_MS - 1)
+
+
+def list_moved(files: int, chosen: int, step: int) -> list[Marks]:
+    """Return the drawing of a list of files after left (-1) or right (1) has chosen a file."""
+    passes = _PAIR_MS[step] if files == PAIR else _MOVE_MS + files + chosen
+    return [*[NOTHING] * (passes - 1), marks.listed(files, chosen)]
