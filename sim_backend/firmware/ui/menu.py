@@ -1,7 +1,7 @@
 """The menus of the user interface as far as telegrams see them: the effects of keys.
 
-Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs and
-the pages of volume and sleep. Source: docs/firmware.md section 8.5.
+Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs,
+the choice of values for the data log, and the pages of volume and sleep. Source: docs/firmware.md section 8.5.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from functools import partial
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -65,8 +67,9 @@ class Menu:
         self._loader, self._screen = loader, screen
         self.shows_key = self.switches_off = False
         self.runs = self._file = ""
-        self.program, self.view = ProgramSteps(loader), view
-        self._places = Places(loader.flash.names_ending, self.program, self.view, data_log=data_log)
+        self.program, self.view, self._log = ProgramSteps(loader), view, LogMenu()
+        log = self._log if data_log else None
+        self._places = Places(loader.flash.names_ending, self.program, self.view, log)
         self._steps: list[tuple[UiState, Marks]] = []
         self._state: UiState | None = None
         self._drawn = NOTHING
@@ -114,6 +117,11 @@ class Menu:
     def shows_value(self) -> bool:
         """Whether the value of a sensor or motor is shown, until exit is pressed."""
         return self.view.shown and not self.shows_key
+
+    @property
+    def shows_message(self) -> bool:
+        """Whether a message is shown until any key is pressed."""
+        return self._log.refuses and not self.shows_key
 
     @property
     def begins_file(self) -> bool:
@@ -184,6 +192,7 @@ class Menu:
     def drop(self) -> None:
         """Drop the states to come and what they draw: another state was written to the map."""
         self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
+        self._log.refuses = False
 
     def _answer(self, key: int) -> None:
         """Answer whether to switch off."""
@@ -243,6 +252,8 @@ class Menu:
         if places.is_list(menu):
             self._place[-1] = 0
             self._draw_list(menu)
+        if tuple(left) == log_menu.START:
+            self._draw_last(*drawing.OPENED[log_menu.DATA_LOG])
         self._draw_slowly()
 
     def leave_view(self) -> None:
@@ -252,6 +263,11 @@ class Menu:
         self.shows_key, self._drawn = True, NOTHING
         self._steps = [(UiState.EXIT, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, self._page)]
         self._draw_slowly()
+
+    def close_message(self) -> None:
+        """Show the ports again after the message that one has a value already."""
+        self._log.refuses, self.shows_key, self._drawn = False, True, marks.REFUSED
+        self._steps = [(UiState.MENU, NOTHING), (UiState.DRAWING, self._page)]
 
     def _draw_slowly(self) -> bool:
         """Draw an item of the list of items to show, if that takes longer."""
@@ -299,6 +315,8 @@ class Menu:
             self._answer_page(places.action(menu), place[-1])
         elif self.view.opens(place):
             return
+        elif self._log.follows(place):
+            self._place, self._steps[-1:] = self._log.enter(place)
         elif self.program.is_run([*menu]):
             self._leave_steps(place[-1])
         elif place in (places.TRY_ME, places.SEARCH):
@@ -345,7 +363,9 @@ class Menu:
         names = self._places.listed(place[:-1]) if places.is_list(place[:-1]) else ()
         if names:
             self._file = names[place[-1] % len(names)]
-        if place == places.VOLUME:
+        if place == log_menu.DATA_LOG:
+            self._log.clear()
+        elif place == places.VOLUME:
             first = self._volume = self._stored.volume
         elif place == places.SLEEP:
             first = self._stored.sleep

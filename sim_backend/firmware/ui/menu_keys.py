@@ -41,7 +41,7 @@ class MenuKeys:
     @property
     def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn."""
-        shown = self._registers.state == UiState.WAITING or self._menu.shows_value
+        shown = self._registers.state == UiState.WAITING or self._menu.shows_value or self._menu.shows_message
         return self._registers.is_on and shown
 
     def follow(self) -> None:
@@ -53,7 +53,7 @@ class MenuKeys:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
         elif key:
-            menu.press(key)
+            menu.close_message() if menu.shows_message else menu.press(key)
             self.show()
 
     def show(self) -> None:
@@ -69,7 +69,7 @@ class MenuKeys:
             self._files.begin_from_menu()
         elif menu.view.chosen:
             self._begin_view()
-        else:
+        elif not menu.shows_message:
             registers.state = int(UiState.WAITING)
             registers.force_off = registers.force_off or int(menu.switches_off)
             menu.switches_off = False

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from sim_backend.firmware.sound import MAX_VOLUME
+from sim_backend.firmware.ui.log_menu import DATA_LOG, LogMenu
 from sim_backend.firmware.ui.program_steps import PROGRAM, ProgramSteps
 from sim_backend.firmware.ui.sensor_view import VIEW, SensorView
 from sim_backend.firmware.ui.stored_settings import SLEEP_MINUTES
@@ -15,7 +16,8 @@ from sim_backend.firmware.ui.stored_settings import SLEEP_MINUTES
 Place = tuple[int, ...]
 
 MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
-DATA_LOG, VALUES = LISTS = (2,), (VIEW,)
+VALUES = (VIEW,)
+LISTS = DATA_LOG, VALUES
 SEARCH = (*BLUETOOTH, 0)
 VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
 PROGRAMS = (*MY_FILES, 0)
@@ -77,13 +79,17 @@ class Places:
         files: Lists the files with an extension.
         program: The program that is made on the brick.
         view: The values that can be shown.
-        data_log: Whether the main menu has an item for the data log.
+        log: The values that can be logged, if the main menu has an item for the data log.
     """
 
     def __init__(
-        self, files: Callable[[str], Sequence[str]], program: ProgramSteps, view: SensorView, *, data_log: bool
+        self,
+        files: Callable[[str], Sequence[str]],
+        program: ProgramSteps,
+        view: SensorView,
+        log: LogMenu | None,
     ) -> None:
-        self._files, self._program, self._view, self._data_log = files, program, view, data_log
+        self._files, self._program, self._view, self._log = files, program, view, log
 
     def items(self, menu: Place) -> int:
         """Return the number of items of a menu, 0 if it is not known."""
@@ -91,8 +97,10 @@ class Places:
             return len(self.listed(menu))
         if is_page(menu):
             return len(actions(menu))
-        if menu == MY_FILES and not self._data_log:
+        if menu == MY_FILES and self._log is None:
             return len(EXTENSIONS) - 1
+        if self._log and (items := self._log.items(menu)):
+            return items
         return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
 
     def listed(self, menu: Place) -> Sequence[str]:
@@ -101,4 +109,4 @@ class Places:
 
     def is_missing(self, place: Place) -> bool:
         """Return whether the main menu leaves out an item."""
-        return place == DATA_LOG and not self._data_log
+        return place == DATA_LOG and self._log is None

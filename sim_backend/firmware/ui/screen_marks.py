@@ -52,6 +52,8 @@ NOT_RUN = (
 VALUE = Marks(0x4000_0200, 0x11_F200)
 """The value of a sensor or motor."""
 LIST = Marks(0x8000_0000, 0x4)
+TAKEN, READY, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(0x8)
+"""The data log: a port is chosen, all of them are, and the end of the message that one is not free."""
 FILE_NAME = Marks(update=0x8, drop=_ALL)
 
 OPENING = Marks(update=0x8, drop=_ALL)

@@ -1,0 +1,75 @@
+"""The menus of the data log: values of sensors and motors are chosen, each with a port.
+
+Source: docs/firmware.md section 8.5.
+"""
+
+from __future__ import annotations
+
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
+from sim_backend.firmware.ui.states import UiState
+
+Place = tuple[int, ...]
+_Steps = list[tuple[UiState, Marks]]
+
+DATA_LOG: Place = (2,)
+"""Item of the main menu."""
+
+_DONE = 12
+"""Item of the list of values that ends the choice."""
+
+_MOTORS = (6, 7)
+_SENSOR_PORTS, _MOTOR_PORTS = 4, 3
+
+DONE = (*DATA_LOG, _DONE)
+START = (*DONE, 0)
+"""The only item of the page that starts the log."""
+
+_PORT_LEVEL = 3
+"""Items that lead to a value's port: data log, value, port."""
+
+
+class LogMenu:
+    """The values that are chosen for the data log.
+
+    Attributes:
+        refuses: Whether the message is shown that a port has a value already, until a key is pressed.
+    """
+
+    def __init__(self) -> None:
+        self.refuses = False
+        self._taken: set[tuple[bool, int]] = set()
+
+    def clear(self) -> None:
+        """Begin without values."""
+        self._taken.clear()
+
+    def items(self, menu: Place) -> int:
+        """Return the number of items of a menu of the data log, 0 of another one."""
+        if menu[:1] != DATA_LOG or len(menu) >= _PORT_LEVEL:
+            return 0
+        if menu == DATA_LOG:
+            return _DONE + 1
+        if menu == DONE:
+            return 1
+        return _MOTOR_PORTS if menu[1] in _MOTORS else _SENSOR_PORTS
+
+    def follows(self, place: Place) -> bool:
+        """Return whether enter does more in a place than to open a menu."""
+        return place == DONE or (place[:1] == DATA_LOG and place[:2] != DONE and len(place) == _PORT_LEVEL)
+
+    def enter(self, place: Place) -> tuple[list[int], _Steps]:
+        """Follow enter in such a place: return the place that it leads to, and the states from its drawing on."""
+        draws = UiState.MENU, NOTHING
+        enter = (UiState.DRAWING, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.ENTER, NOTHING), draws
+        end = draws, (UiState.DRAWING, NOTHING)
+        if place == DONE:
+            if self._taken:
+                return [*START], [*enter, (UiState.DRAWING, marks.READY), end[-1]]
+            return [*DATA_LOG], [*enter, end[-1], *end]
+        port = place[1] in _MOTORS, place[2]
+        self.refuses = port in self._taken
+        if self.refuses:
+            return [*place], [(UiState.DRAWING, marks.FILE_NAME)]
+        self._taken.add(port)
+        return [*DONE], [*enter, (UiState.DRAWING, marks.TAKEN), (UiState.EXIT, NOTHING), *end]
