@@ -47,12 +47,14 @@ class Boot:
         return unseen and self._registers.state == UiState.LOGO
 
     def end(self) -> None:
-        """After the last state take keys and requests; a button that is held does not count."""
+        """After the last state take requests and keys; after a start that was not left, no button that is held."""
         registers = self._registers
-        if registers.starting and registers.state == UiState.WAITING:
-            registers.clear(UiFlag.BUSY)
-            registers.starting = False
+        if registers.state != UiState.WAITING or not (registers.starting or registers.left_start):
+            return
+        registers.clear(UiFlag.BUSY)
+        if registers.starting:
             self._keys.ignore()
+        registers.starting = registers.left_start = False
 
     def go_on(self) -> None:
         """Enter the next state."""

@@ -102,6 +102,7 @@ class Menu:
 
     def go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
+        self._drop_question()
         keys = {shown: key for key, shown in _STATES.items()}
         if state in keys:
             self.press(keys[UiState(state)])
@@ -185,9 +186,13 @@ class Menu:
     def interrupt(self) -> None:
         """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
         self._draw()
-        if self.shows_key and self._state == UiState.EXIT:  # the question is only asked in the next pass
-            self._confirms = None
+        self._drop_question()
         self.drop()
+
+    def _drop_question(self) -> None:
+        """Drop the question whether to switch off in the pass after exit: it is only asked in the next one."""
+        if self.shows_key and self._state == UiState.EXIT:
+            self._confirms = None
 
     def drop(self) -> None:
         """Drop the states to come and what they draw: another state was written to the map."""

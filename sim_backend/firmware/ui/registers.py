@@ -25,6 +25,7 @@ class UiRegisters:
         next_step_ms: When the state has its next step.
         off_ms: When it was decided to switch off; `NEVER` while the brick is on.
         starting: Whether a start runs, by enter or by a state that was written.
+        left_start: Whether another state that was written has ended a start, whose flags are left.
         from_menu: Whether a file that was run from its page has the screen; the state is still that of the page.
     """
 
@@ -34,7 +35,12 @@ class UiRegisters:
         self.run_state, self.has_cable = 1, True
         self.volume, self.program_name = MAX_VOLUME, bytes(NAME_SIZE)
         self.next_step_ms = self.off_ms = NEVER
-        self.starting = self.from_menu = False
+        self.starting = self.left_start = self.from_menu = False
+
+    def leave_start(self) -> None:
+        """End a start, if one runs, by another state."""
+        self.left_start = self.left_start or self.starting
+        self.starting = False
 
     def set(self, flags: int) -> None:
         """Set bits of the flags."""

@@ -131,8 +131,10 @@ class UiModule:
         elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
         elif not ran and state == UiState.REPORT:
+            registers.leave_start()
             self._dialog.begin_report()
         elif not ran and state == UiState.QUESTION:
+            registers.leave_start()
             self._dialog.begin_question(self._clock.now_ms)
         elif ran:
             registers.next_step_ms = NEVER
@@ -141,6 +143,7 @@ class UiModule:
         """Continue from a state that was written to the map."""
         registers, now_ms = self.registers, self._clock.now_ms
         registers.next_step_ms, registers.from_menu = now_ms + 2 * (state == UiState.RUNNING), False
+        registers.leave_start()
         registers.starting = state == UiState.START
         self._files.choose(registers.program_name, opened=state == UiState.OPENING)
         if state in states.MENU_STATES:
@@ -323,6 +326,8 @@ class UiModule:
     def _schedule(self) -> None:
         registers, now_ms, keys = self.registers, self._clock.now_ms, self._keys
         due = min(registers.next_step_ms, self._power_off.due_ms)
+        if registers.left_start and registers.state == UiState.WAITING:
+            due = now_ms + 1
         if self._radio.next_redraw_ms < due:
             due = int(self._radio.next_redraw_ms)
         if self.sleep_timer.limit_minutes and registers.is_on:
