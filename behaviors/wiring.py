@@ -3,16 +3,17 @@
 A robot whose motor cables are exchanged, or whose motors are mounted the other way round, turns away from what it
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
 target that stood still is seen next, and from how far an echo comes, by the turns of both wheels; so each pair of
-sightings or echoes is evidence about them.
+sightings or echoes is evidence about them. Since a wheel may slip, each wiring is weighed for both wheels that roll and
+for either that slips. A wheel that slips now does so for a while: otherwise each pair that only a slip explains would
+count against the described wiring anew.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
-from statistics import fmean
 from typing import NamedTuple
 
 from behaviors.angles import wrapped_deg
@@ -42,6 +43,8 @@ class WiringNumbers:
         late: Chance that a frame or an echo is older than it says, or that the robot did not move.
         stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
         slips: Chance that a wheel slips.
+        changes: Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there
+            are about two pairs per second, and a slip lasts for a minute or so.
     """
 
     described: float = 0.98
@@ -60,12 +63,16 @@ class WiringNumbers:
     late: float = 0.3
     stray: float = 0.1
     slips: float = 0.2
+    changes: float = 0.01
 
 
 N = WiringNumbers()
 
-SLIPS = ((0.5, 1), (1, 0.5), (0, 1), (1, 0))
-"""Shares of the left and the right wheel's motion that remain if one of them slips."""
+Slip = tuple[float, float]
+"""Shares of the left and the right motor's motion that arrive on the floor."""
+
+SLIPS: dict[Slip, float] = {(1, 1): 1.0 - N.slips} | dict.fromkeys(((0.5, 1), (1, 0.5), (0, 1), (1, 0)), N.slips / 4)
+"""How the wheels may slip, and how probable that usually is."""
 
 
 class WrongWiring(Exception):
@@ -92,9 +99,9 @@ class Wiring(NamedTuple):
         left_mm, right_mm = reversed(wheels) if self.exchanged else wheels
         return (left_mm + right_mm) / 2, math.degrees((left_mm - right_mm) / track_mm)
 
-    def slipping(self) -> Iterator[Wiring]:
-        """Yield it with one wheel that slips."""
-        return (self._replace(left=self.left * left, right=self.right * right) for left, right in SLIPS)
+    def slipping(self, slip: Slip) -> Wiring:
+        """Return it with wheels that slip like this."""
+        return self._replace(left=self.left * slip[0], right=self.right * slip[1])
 
     def described(self, robot: RobotTable) -> RobotTable:
         """Return the right description of a robot whose motors are connected and mounted like this."""
@@ -125,7 +132,10 @@ class WiringCheck:
         self._seen: tuple[Sighting, Pose] | None = None
         self._heard: tuple[float, float, Pose] | None = None
         wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
-        self._chances = {each: N.described if each == AS_DESCRIBED else wrong for each in WIRINGS}
+        self._chances = {
+            each: {slip: usual * (N.described if each == AS_DESCRIBED else wrong) for slip, usual in SLIPS.items()}
+            for each in WIRINGS
+        }
         self._over = False
 
     def look(self, time_s: float, pose: Pose, range_mm: float | None, sighting: Sighting | None) -> None:
@@ -183,14 +193,21 @@ class WiringCheck:
         def fit(wiring: Wiring) -> float:
             return likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
 
-        fits = {
-            wiring: (1.0 - N.slips) * fit(wiring) + N.slips * fmean(map(fit, wiring.slipping())) for wiring in WIRINGS
+        for wiring, slips in self._chances.items():
+            of_wiring = sum(slips.values())
+            for slip, usual in SLIPS.items():
+                now = (1.0 - N.changes) * slips[slip] + N.changes * usual * of_wiring
+                slips[slip] = now * fit(wiring.slipping(slip))
+        total = sum(map(self._chance, WIRINGS))
+        self._chances = {
+            wiring: {slip: chance / total for slip, chance in slips.items()} for wiring, slips in self._chances.items()
         }
-        total = sum(self._chances[wiring] * fits[wiring] for wiring in WIRINGS)
-        self._chances = {wiring: self._chances[wiring] * fits[wiring] / total for wiring in WIRINGS}
-        self._over = sum(chance for wiring, chance in self._chances.items() if wiring != AS_DESCRIBED) <= N.right
-        if self._chances[AS_DESCRIBED] <= N.wrong:
+        self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= N.right
+        if self._chance(AS_DESCRIBED) <= N.wrong:
             raise WrongWiring(self._advice())
+
+    def _chance(self, wiring: Wiring) -> float:
+        return sum(self._chances[wiring].values())
 
     def _sighting_likelihood(self, last: Sighting, seen: Sighting, forward_mm: float, turned_deg: float) -> float:
         """Return how probable a sighting is after another one, if the robot really moved like this in between."""
@@ -209,8 +226,8 @@ class WiringCheck:
 
     def _advice(self) -> str:
         """Say what else would explain what was seen and heard, and what to do."""
-        likely = sorted(WIRINGS, key=self._chances.__getitem__, reverse=True)
-        others = [each for each in likely if self._chances[each] >= self._chances[likely[0]] / 10]
+        likely = sorted(WIRINGS, key=self._chance, reverse=True)
+        others = [each for each in likely if self._chance(each) >= self._chance(likely[0]) / 10]
         keys = " or ".join(_changes(self._robot, each.described(self._robot)) for each in others)
         mirrored = Wiring(exchanged=True) in others
         camera = " A camera whose picture is mirrored or upside down gives the same impression." if mirrored else ""

@@ -122,3 +122,26 @@ def test_the_description_of_a_wiring_is_the_one_that_it_fits(wiring):
     assert port[right.left] == (-1 if right.left_reversed else 1)
     assert port[right.right] == (-1 if right.right_reversed else 1)
     assert (right.left, right.right) == (("C", "B") if wiring.exchanged else ("B", "C"))
+
+
+@given(seed=st.integers(0, 10**6), keeps=st.floats(0.2, 0.9), left=st.booleans())
+def test_a_wheel_that_slips_for_long_is_not_taken_for_a_reversed_one_without_a_target(seed, keeps, left):
+    """The robot believes that it drives straight, and drives in circles: its echoes come from anywhere."""
+    wiring = Wiring(keeps, 1) if left else Wiring(1, keeps)
+    check, random = WiringCheck(RobotTable(), CameraTable()), Random(seed)
+    by_wheels = truly = Pose()
+    turns = 0
+    for step in range(1500):
+        heard_mm = echo_mm(truly)
+        check.look(step * STEP_S, by_wheels, heard_mm, None)
+        turns = random.randint(5, 60) if heard_mm is not None and heard_mm < 500.0 else turns - 1
+        moved = (0.0, 50.0 * STEP_S) if turns > 0 else (200.0 * STEP_S, 0.0)
+        by_wheels, truly = on(by_wheels, *moved), on(truly, *wiring.true_motion(*moved, RobotTable().axle_track_mm))
+
+
+@given(seed=st.integers(0, 10**6))
+def test_echoes_of_anything_say_little_against_the_description(seed):
+    """Another robot's sonar, for instance, gives such echoes."""
+    check, random = WiringCheck(RobotTable(), CameraTable()), Random(seed)
+    for step in range(1500):
+        check.look(step * STEP_S, Pose(10.0 * step, 0.0), random.uniform(300.0, 2500.0), None)

@@ -22,7 +22,7 @@ def described(mission: Mission, **robot: object) -> Mission:
     [
         ({"left": "C", "right": "B"}, 'left = "B", right = "C"', 20.0),
         ({"left_reversed": True, "right_reversed": True}, "left_reversed = false, right_reversed = false", 20.0),
-        ({"left_reversed": True}, "left_reversed = false", 60.0),
+        ({"left_reversed": True}, "left_reversed = false", 120.0),
         (CAMERA_LOOKS_BACK, 'left = "B", right = "C", left_reversed = false, right_reversed = false', 120.0),
     ],
 )
