@@ -82,6 +82,8 @@ def _transition(target: str, data: Mapping[str, Any]) -> Iterator[str]:
             yield "resumed"
         case "down", _:
             yield str(data["evidence"]["error"])
+        case "tripped", _ if data.get("reason") == Reason.WRONG_WIRING:
+            yield str(data["evidence"]["error"])
         case "up", event if event in BACK:
             yield f"{BACK[event]} after {data['evidence']['silent_s']:.1f} s; continuing"
 

@@ -88,6 +88,11 @@ def test_what_other_lines_tell_already_is_not_printed_again(transition):
     assert _lines(_transition(*transition)) == []
 
 
+def test_wrong_wiring_says_what_to_change():
+    lines = _lines(_transition("clear", "tripped", "trip", "wrong_wiring", error='What it saw fits left = "C".'))
+    assert lines == ['   57.7 s  What it saw fits left = "C".']
+
+
 def test_an_outage_says_what_happened_and_the_seconds_left():
     lines = _lines(
         _transition("up", "down", "link_lost", "link_lost", error="The brick has gone away."),
