@@ -158,6 +158,11 @@ class WiringCheck:
         if sighting is not None and self._in_view(sighting):
             self._see(sighting, self._poses.at(sighting.time_s))
 
+    def forget_poses(self) -> None:
+        """Compare nothing with what was seen and heard before; call this when odometry's pose was corrected."""
+        self._poses.clear()
+        self._seen = self._heard = None
+
     def _hear(self, time_s: float, range_mm: float, pose: Pose) -> None:
         last_s, last_mm, last = self._heard or (-math.inf, 0.0, pose)
         motion = forward_mm, turned_deg = _motion(last, pose)

@@ -198,6 +198,8 @@ class Perception:
             return
         turned_deg = self.turns.turned_deg
         self.context.body.correct_turns(scale, turned_deg)
+        if self.context.wiring is not None:
+            self.context.wiring.forget_poses()
         self.world.turned(scale, self.turns.beams)
         self.context.report(Fact(Event.TURNS_CORRECTED, Reason.HEARD_TWICE, {"scale": scale, "turned_deg": turned_deg}))
 

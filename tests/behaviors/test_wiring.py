@@ -107,6 +107,16 @@ def test_the_keys_are_compared_with_the_missions_own():
     assert "reversed" not in said.split(" or ")[0]
 
 
+def test_a_corrected_heading_is_not_taken_for_a_turn():
+    """What is seen before and after a correction would fit exchanged motors."""
+    check = WiringCheck(RobotTable(), CameraTable())
+    for step in range(200):
+        heading_deg = bearing_deg = 20.0 * (step % 2)
+        check.forget_poses()
+        seen = Sighting("box", bearing_deg, 900.0, 1.0, step * STEP_S, (0, 0, 1, 1))
+        check.look(step * STEP_S, Pose(0.0, 0.0, heading_deg), None, seen)
+
+
 def test_a_target_that_moves_once_says_nothing():
     check = WiringCheck(RobotTable(), CameraTable())
     for step in range(200):
