@@ -238,7 +238,7 @@ class WiringCheck:
         camera = " A camera whose picture is mirrored or upside down gives the same impression." if mirrored else ""
         return (
             f"The robot does not move as [robot] says: what it saw and heard as it moved fits {keys}.{camera} "
-            "`nxtdrive calibrate motors` finds out, and writes it to a robot file."
+            "Correct the mission or its robot file; `nxtdrive calibrate motors` finds out what is right."
         )
 
 
