@@ -10,10 +10,12 @@ count against the described wiring anew.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
+from statistics import NormalDist
 from typing import NamedTuple
 
 from behaviors.angles import wrapped_deg
@@ -194,15 +196,11 @@ class WiringCheck:
             motion: How far the robot drove and turned by odometry.
             likelihood: Of what was seen or heard after it, if it really drove and turned so far.
         """
-
-        def fit(wiring: Wiring) -> float:
-            return likelihood(*wiring.true_motion(*motion, self._robot.axle_track_mm))
-
         for wiring, slips in self._chances.items():
             of_wiring = sum(slips.values())
             for slip, usual in SLIPS.items():
                 now = (1.0 - N.changes) * slips[slip] + N.changes * usual * of_wiring
-                slips[slip] = now * fit(wiring.slipping(slip))
+                slips[slip] = now * likelihood(*wiring.slipping(slip).true_motion(*motion, self._robot.axle_track_mm))
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {slip: chance / total for slip, chance in slips.items()} for wiring, slips in self._chances.items()
@@ -224,7 +222,8 @@ class WiringCheck:
 
         def density(bearing_deg: float, distance_mm: float) -> float:
             nearer = math.log(seen.distance_mm / max(distance_mm, 1.0))
-            return _normal(wrapped_deg(seen.bearing_deg - bearing_deg), spread_deg) * _normal(nearer, N.of_distance)
+            off_deg = wrapped_deg(seen.bearing_deg - bearing_deg)
+            return NormalDist(0.0, spread_deg).pdf(off_deg) * NormalDist(0.0, N.of_distance).pdf(nearer)
 
         anywhere = 1.0 / (self._camera.hfov_deg * 2.0)  # over the frame, and over a distance of e times more or less
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
@@ -244,18 +243,13 @@ class WiringCheck:
 
 def _echo_likelihood(last_mm: float, heard_mm: float, forward_mm: float, turned_deg: float) -> float:
     """Return how probable an echo is after another one, if the robot really moved like this in between."""
-    farther_mm, anything = heard_mm - last_mm, 1.0 / N.any_mm
-    expected = anything if abs(turned_deg) > N.straight_deg else _normal(farther_mm + forward_mm, N.echo_mm)
-    return _mixed(expected, _normal(farther_mm, N.echo_mm), anything)
+    farther_mm, anything, echoes = heard_mm - last_mm, 1.0 / N.any_mm, NormalDist(0.0, N.echo_mm)
+    expected = anything if abs(turned_deg) > N.straight_deg else echoes.pdf(farther_mm + forward_mm)
+    return _mixed(expected, echoes.pdf(farther_mm), anything)
 
 
 def _mixed(moved: float, late: float, stray: float) -> float:
     return (1.0 - N.late - N.stray) * moved + N.late * late + N.stray * stray
-
-
-def _normal(error: float, deviation: float) -> float:
-    """Return the density of a normal distribution."""
-    return math.exp(-0.5 * (error / deviation) ** 2) / (deviation * math.sqrt(2 * math.pi))
 
 
 def _motion(last: Pose, pose: Pose) -> tuple[float, float]:
@@ -269,7 +263,4 @@ def _motion(last: Pose, pose: Pose) -> tuple[float, float]:
 def _changes(was: RobotTable, now: RobotTable) -> str:
     """Return the keys of [robot] that differ, as a mission file has them."""
     pairs = {name: value for name, value in now.model_dump().items() if value != getattr(was, name)}
-    return ", ".join(
-        f"{name} = {str(value).lower()}" if isinstance(value, bool) else f'{name} = "{value}"'
-        for name, value in pairs.items()
-    )
+    return ", ".join(f"{name} = {json.dumps(value)}" for name, value in pairs.items())  # as TOML writes text and bool

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import logging
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -50,13 +52,20 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     return image.astype(np.uint8, copy=False)
 
 
+@contextmanager
+def _opened(data: bytes) -> Iterator[Image.Image]:
+    """Open a picture without Pillow's warnings: of its size, which is judged here, and of damage."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            yield image
+
+
 def _header(path: Path, data: bytes) -> tuple[int, int, bool]:
     """Return width, height and whether there may be transparent pixels, as the file's header says."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about the size, which is judged here, and damage, which OpenCV judges
-            with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-                return *image.size, image.has_transparency_data
+        with _opened(data) as image:
+            return *image.size, image.has_transparency_data
     except Image.DecompressionBombError as error:
         raise InputFileError(f"{path} has far too many pixels ({error}). Make it smaller.") from None
     except Exception:  # noqa: BLE001 - whatever a damaged header makes of the library
@@ -65,10 +74,8 @@ def _header(path: Path, data: bytes) -> tuple[int, int, bool]:
 
 def _on_paper(data: bytes, factor: int) -> NDArray[np.uint8]:
     """Decode a picture with transparent pixels as it comes out of a printer; their colours under it are arbitrary."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-            layer = ImageOps.exif_transpose(image).convert("RGBA")
+    with _opened(data) as image:
+        layer = ImageOps.exif_transpose(image).convert("RGBA")
     paper = Image.new("RGBA", layer.size, "white")
     paper.alpha_composite(layer)
     return np.asarray(paper.convert("RGB").reduce(factor))[:, :, ::-1].copy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from importlib import resources
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
 from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError
+from nxtdrive.transports.address import Address
 
 PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
 """The built-in pictures; a mission may name them without having copies."""
@@ -21,6 +23,13 @@ ROBOT_FILE = Path("robot.toml")
 def own_room(mission: Path) -> Path:
     """Return where `nxtdrive mission new` writes the simulated room of a mission."""
     return mission.with_name(f"{mission.stem}-world.toml")
+
+
+def own_room_option(mission: Path | None) -> str:
+    """Return the option that opens that room, as typed in a shell; empty without one."""
+    if mission is None or not (room := own_room(mission)).is_file():
+        return ""
+    return f"--nxt {shlex.quote(str(Address('sim', str(room))))}"
 
 
 def usual_robot() -> Path | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
@@ -171,14 +170,13 @@ def _mission(args: argparse.Namespace) -> Mission:
 
 def _other_room(mission: Path | None, nxt: str) -> Iterator[str]:
     """Warn of a simulated brick that is by default in another room than the one written with the mission."""
-    from nxtdrive.mission.files import own_room
+    from nxtdrive.mission.files import own_room_option
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import brick_address
 
     brick = brick_address(Address.parse(nxt))
-    if mission is not None and brick.scheme == "sim" and not brick.target and (room := own_room(mission)).is_file():
-        own = shlex.quote(str(Address("sim", str(room))))
-        yield f"{brick} is the built-in room; the one written with this mission is --nxt {own}"
+    if brick.scheme == "sim" and not brick.target and (own := own_room_option(mission)):
+        yield f"{brick} is the built-in room; the one written with this mission is {own}"
 
 
 def _console(style: str) -> Callable[[Record], None]:
