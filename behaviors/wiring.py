@@ -4,7 +4,8 @@ A robot whose motor cables are exchanged, or whose motors are mounted the other 
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
 target that stood still is seen next, and from how far an echo comes, by the turns of both wheels; so each pair of
 sightings or echoes is evidence about them. Since a wheel may slip, each wiring is weighed for both wheels that roll and
-for either that slips. A wheel that slips now does so for a while: otherwise each pair that only a slip explains would
+for either that slips; and since frames may be older than the mission knows, for several ages. A wheel that slips now
+does so for a while, and frames stay as old as they are: otherwise each pair that only a slip or an age explains would
 count against the described wiring anew.
 """
 
@@ -44,6 +45,7 @@ class WiringNumbers:
         any_mm: over this span.
         late: Chance that a frame or an echo is older than it says, or that the robot did not move.
         stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
+        older: Chance that frames are older than the mission says by each age in `AGES`.
         slips: Chance that a wheel slips.
         changes: Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there
             are about two pairs per second, and a slip lasts for a minute or so.
@@ -64,6 +66,7 @@ class WiringNumbers:
     any_mm: float = 1000.0
     late: float = 0.3
     stray: float = 0.1
+    older: float = 0.1
     slips: float = 0.2
     changes: float = 0.01
 
@@ -75,6 +78,13 @@ Slip = tuple[float, float]
 
 SLIPS: dict[Slip, float] = {(1, 1): 1.0 - N.slips} | dict.fromkeys(((0.5, 1), (1, 0.5), (0, 1), (1, 0)), N.slips / 4)
 """How the wheels may slip, and how probable that usually is."""
+
+
+AGES: dict[float, float] = {0.0: 1.0 - 3 * N.older} | dict.fromkeys((0.15, 0.3, 0.45), N.older)
+"""How much older than they say frames may be, in seconds, and how probable that is."""
+
+Motion = tuple[float, float]
+"""How far a robot drove, in mm, and turned, in degrees and positive right, by its odometry."""
 
 
 class WrongWiring(Exception):
@@ -131,12 +141,15 @@ class WiringCheck:
     def __init__(self, robot: RobotTable, camera: CameraTable) -> None:
         self._robot, self._camera = robot, camera
         self._poses = PoseHistory()
-        self._seen: tuple[Sighting, Pose] | None = None
+        self._seen: tuple[Sighting, dict[float, Pose]] | None = None
         self._heard: tuple[float, float, Pose] | None = None
         wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
         self._chances = {
-            each: {slip: usual * (N.described if each == AS_DESCRIBED else wrong) for slip, usual in SLIPS.items()}
-            for each in WIRINGS
+            wiring: {
+                (slip, age_s): slips * aged * (N.described if wiring == AS_DESCRIBED else wrong)
+                for (slip, slips), (age_s, aged) in product(SLIPS.items(), AGES.items())
+            }
+            for wiring in WIRINGS
         }
         self._over = False
 
@@ -158,7 +171,7 @@ class WiringCheck:
         if range_mm is not None:
             self._hear(time_s, range_mm, pose)
         if sighting is not None and self._in_view(sighting):
-            self._see(sighting, self._poses.at(sighting.time_s))
+            self._see(sighting, {age_s: self._poses.at(sighting.time_s - age_s) for age_s in AGES})
 
     def forget_poses(self) -> None:
         """Compare nothing with what was seen and heard before; call this when odometry's pose was corrected."""
@@ -173,37 +186,45 @@ class WiringCheck:
         if old or rolled_mm >= N.rolled_mm:
             self._heard = time_s, range_mm, pose
         if not old and rolled_mm >= N.rolled_mm:
-            self._learn(motion, lambda *true: _echo_likelihood(last_mm, range_mm, *true))
+            self._learn(dict.fromkeys(AGES, motion), lambda *true: _echo_likelihood(last_mm, range_mm, *true))
 
-    def _see(self, seen: Sighting, pose: Pose) -> None:
-        last, then = self._seen or (seen, pose)
-        motion = forward_mm, turned_deg = _motion(then, pose)
-        moved = abs(turned_deg) >= N.turned_deg or abs(forward_mm) >= N.approached * last.distance_mm
+    def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
+        last, then = self._seen or (seen, poses)
+        motions = {age_s: _motion(then[age_s], pose) for age_s, pose in poses.items()}
+        moved = any(
+            abs(turned_deg) >= N.turned_deg or abs(forward_mm) >= N.approached * last.distance_mm
+            for forward_mm, turned_deg in motions.values()
+        )
         unlike = last.target != seen.target or seen.time_s - last.time_s > N.within_s
         if self._seen is None or unlike or moved:
-            self._seen = seen, pose
+            self._seen = seen, poses
         if moved and not unlike:
-            self._learn(motion, lambda *true: self._sighting_likelihood(last, seen, *true))
+            self._learn(motions, lambda *true: self._sighting_likelihood(last, seen, *true))
 
     def _in_view(self, sighting: Sighting) -> bool:
         """Return whether the middle of the target is in the frame, so that its bearing is accurate."""
         return not sighting.cut and abs(sighting.bearing_deg - self._camera.yaw_deg) < self._camera.hfov_deg / 2
 
-    def _learn(self, motion: tuple[float, float], likelihood: Callable[[float, float], float]) -> None:
+    def _learn(self, motions: dict[float, Motion], likelihood: Callable[[float, float], float]) -> None:
         """Update the chances of all wirings.
 
         Args:
-            motion: How far the robot drove and turned by odometry.
+            motions: How far the robot drove and turned between two sightings or echoes, for each of `AGES`.
             likelihood: Of what was seen or heard after it, if it really drove and turned so far.
         """
-        for wiring, slips in self._chances.items():
-            of_wiring = sum(slips.values())
+        track_mm, different = self._robot.axle_track_mm, set(motions.values())
+        for wiring, chances in self._chances.items():
+            of_age = {age_s: sum(chances[slip, age_s] for slip in SLIPS) for age_s in AGES}
             for slip, usual in SLIPS.items():
-                now = (1.0 - N.changes) * slips[slip] + N.changes * usual * of_wiring
-                slips[slip] = now * likelihood(*wiring.slipping(slip).true_motion(*motion, self._robot.axle_track_mm))
+                moving = wiring.slipping(slip).true_motion
+                likelihoods = {motion: likelihood(*moving(*motion, track_mm)) for motion in different}
+                for age_s, motion in motions.items():
+                    now = (1.0 - N.changes) * chances[slip, age_s] + N.changes * usual * of_age[age_s]
+                    chances[slip, age_s] = now * likelihoods[motion]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
-            wiring: {slip: chance / total for slip, chance in slips.items()} for wiring, slips in self._chances.items()
+            wiring: {how: chance / total for how, chance in chances.items()}
+            for wiring, chances in self._chances.items()
         }
         self._over = sum(self._chance(wiring) for wiring in WIRINGS if wiring != AS_DESCRIBED) <= N.right
         if self._chance(AS_DESCRIBED) <= N.wrong:
@@ -252,8 +273,8 @@ def _mixed(moved: float, late: float, stray: float) -> float:
     return (1.0 - N.late - N.stray) * moved + N.late * late + N.stray * stray
 
 
-def _motion(last: Pose, pose: Pose) -> tuple[float, float]:
-    """Return how far the robot drove and turned between two poses, by odometry."""
+def _motion(last: Pose, pose: Pose) -> Motion:
+    """Return the motion between two poses."""
     turned_deg = pose.heading_deg - last.heading_deg
     between = replace(last, heading_deg=last.heading_deg + turned_deg / 2)
     bearing_deg, distance_mm = between.polar_to((pose.x_mm, pose.y_mm))
