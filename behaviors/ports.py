@@ -287,11 +287,12 @@ class Eyes(Protocol):
         """Take the next fresh frame and say which of the targets are confirmed in it."""
         ...
 
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+    def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look, by direction.
 
         Args:
-            known_free: Whether the floor right ahead was free then, so that its appearance can be learned.
+            free_at_s: Time of a look at which the floor right ahead was free, as is known by now, so that its
+                appearance can be learned; None for no such look.
 
         Returns:
             Nothing until the appearance has been learned; directions without information are left out.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from behaviors.adaptive.driven_floor import DrivenFloor
 from behaviors.adaptive.sonar_trust import SonarTrust
 from behaviors.adaptive.turn_scale import TurnScale
 from behaviors.adaptive.world_model import WorldModel
@@ -101,6 +102,7 @@ class Perception:
         self._step_s = self._answer_s = 0.0
         self._range_mm: float | None = None
         self._start: Pose | None = None
+        self._driven = DrivenFloor()
 
     @property
     def target(self) -> str:
@@ -136,8 +138,8 @@ class Perception:
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
-        known_free = self._known_free(pose)
-        rays = context.eyes.free_floor(known_free=known_free) if self.parameters.sees_floor else ()
+        free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
+        rays = context.eyes.free_floor(free_at_s) if self.parameters.sees_floor else ()
         if self._turn_tests:
             self.turns.note(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
@@ -150,12 +152,19 @@ class Perception:
         note_look(context, pose, range_mm, newest)
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
 
-    def _known_free(self, pose: Pose) -> bool:
-        """Return whether the floor ahead is free, by the echo; without a sonar it is assumed free at the start."""
+    def _free_at_s(self, time_s: float, pose: Pose) -> float | None:
+        """Return when a frame was taken in which the floor right ahead was free, the latest one or one before.
+
+        An echo shows it for the latest. Without a sonar it is assumed free at the start; later, where the robot has
+        driven on since then.
+        """
         self._start = self._start or pose
+        driven_s = self._driven.add(time_s, pose)
         if self._range_mm is not None:
-            return self._range_mm > N.free_mm
-        return self.sonar.silent and pose == self._start
+            return time_s if self._range_mm > N.free_mm else None
+        if not self.sonar.silent:
+            return None
+        return time_s if pose == self._start else driven_s
 
     def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo unless the sonar is stuck; a stuck sonar must not stop the robot either."""

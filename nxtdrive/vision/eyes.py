@@ -86,13 +86,14 @@ class CameraEyes:
         """
         return self._look_for(targets, GLANCE_TIMEOUT_S)
 
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+    def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
         frame = self._frame
         if frame is None:
             return ()
-        if known_free:
-            self._floor.learn(frame.image, frame.time_s)
+        self._floor.keep(frame.image, frame.time_s - self._latency_s)
+        if free_at_s is not None:
+            self._floor.learn(free_at_s)
         if not self._floor.ready:
             return ()
         height, width = frame.image.shape[:2]
@@ -217,9 +218,9 @@ class GeometricEyes:
             self._clock.sleep(self._sensor.detector_s)
         return glimpse
 
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+    def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
-        self._knows_floor |= known_free
+        self._knows_floor |= free_at_s is not None
         if not self._knows_floor or self._sensor.unplugged:
             return ()
         return _floor_rays(self._sensor.floor_ends(), self._pinhole)

@@ -2,11 +2,13 @@
 
 The method is that of Ulrich and Nourbakhsh, "Appearance-based obstacle detection with monocular color vision" (AAAI
 2000): the colours are learned from the lower edge of frames in which the floor ahead is free; from there upwards, a
-column of a frame shows floor until its pixels have other colours. `docs/vision.md` section 3 has what it is worth.
+column of a frame shows floor until its pixels have other colours. Whether it was free may be known only later, once the
+robot has driven there, so the lower edges of recent frames are kept. `docs/vision.md` section 3 has what it is worth.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -30,7 +32,8 @@ class FreeFloorNumbers:
         light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
         chroma_bins: The same for the other two.
         keeps: Share that a further frame leaves of what was learned before.
-        learn_every_s: And no more frames are learned from than one in this time: it remembers ten to forty seconds.
+        learn_every_s: And no more frames are kept than one in this time: it remembers ten to forty seconds.
+        kept_s: A frame is kept for this long.
         rare: Colours with less than this share of the commonest one's count are not the floor's.
         run_px: The floor ends where this many pixels in a column have other colours.
         grain_px: Specks up to this size are ignored.
@@ -48,6 +51,7 @@ class FreeFloorNumbers:
     chroma_bins: int = 1
     keeps: float = 0.97
     learn_every_s: float = 0.2
+    kept_s: float = 20.0
     rare: float = 0.004
     run_px: int = 5
     grain_px: int = 5
@@ -66,7 +70,8 @@ class FreeFloorDetector:
     def __init__(self) -> None:
         self._counts: NDArray[np.float64] | None = None
         self._likely: Mask = np.zeros(N.bins**3, bool)
-        self._learned_s = 0.0
+        self._samples: dict[float, Image] = {}
+        self._kept_s = -math.inf
         self._light = 0.0
 
     @property
@@ -74,14 +79,21 @@ class FreeFloorDetector:
         """Whether it has learned what the floor looks like."""
         return self._counts is not None
 
-    def learn(self, image: Image, time_s: float) -> None:
-        """Learn from a frame, (height, width, 3) BGR, in which the floor right ahead is free."""
-        if self._counts is not None and time_s - self._learned_s < N.learn_every_s:
+    def keep(self, image: Image, time_s: float) -> None:
+        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead."""
+        if time_s - self._kept_s < N.learn_every_s:
             return
-        self._learned_s = time_s
-        small = _reduced(image)
-        sample = _bins(_sample(small))
-        counts, light = np.bincount(sample.ravel(), minlength=N.bins**3) / sample.size, _light(small)
+        self._kept_s = time_s
+        self._samples = {then_s: sample for then_s, sample in self._samples.items() if time_s - then_s <= N.kept_s}
+        self._samples[time_s] = _sample(_reduced(image)).copy()
+
+    def learn(self, time_s: float) -> None:
+        """Learn from the frame of a time, in which the floor right ahead was free, if it was kept."""
+        sample = self._samples.pop(time_s, None)
+        if sample is None:
+            return
+        bins, light = _bins(sample), _light(sample)
+        counts = np.bincount(bins.ravel(), minlength=N.bins**3) / bins.size
         if self._counts is not None:
             counts = N.keeps * self._counts + (1.0 - N.keeps) * counts
             light = N.keeps * self._light + (1.0 - N.keeps) * light
@@ -117,7 +129,7 @@ class FreeFloorDetector:
         known = self._known(small)
         if known >= N.familiar or not self.ready:
             return small
-        gain = min(max(self._light / max(_light(small), 1.0), N.gain[0]), N.gain[1])
+        gain = min(max(self._light / max(_light(_sample(small)), 1.0), N.gain[0]), N.gain[1])
         matched = np.asarray(cv2.convertScaleAbs(small, alpha=gain), np.uint8)
         return matched if self._known(matched) > max(known, 0.5) else small
 
@@ -133,9 +145,9 @@ def _sample(small: Image) -> Image:
     return small[top:, aside : width - aside]
 
 
-def _light(small: Image) -> float:
-    """Return the brightness of a frame's sample."""
-    return float(np.median(cv2.cvtColor(_sample(small), cv2.COLOR_BGR2GRAY)))
+def _light(sample: Image) -> float:
+    """Return the brightness of a part of a frame."""
+    return float(np.median(cv2.cvtColor(sample, cv2.COLOR_BGR2GRAY)))
 
 
 def _reduced(image: Image) -> Image:

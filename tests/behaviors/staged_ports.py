@@ -56,7 +56,7 @@ class Stage(RandomPorts):
         seen = Sighting("a", bearing_deg, distance_mm, 1.0, self.now(), (100, 80, 40, 56))
         return Glimpse(self.now(), {"a": seen})
 
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+    def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         return ()
 
 

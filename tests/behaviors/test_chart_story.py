@@ -81,7 +81,7 @@ class Facing(RandomPorts):
         seen = {name: Sighting(name, 0.0, at_mm, 1.0, self._now_s, (100, 80, 40, 56)) for name in targets}
         return Glimpse(self._now_s, seen)
 
-    def free_floor(self, *, known_free: bool) -> Sequence[FloorRay]:
+    def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
         return ()
 
 

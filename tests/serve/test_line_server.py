@@ -246,7 +246,7 @@ class SeesNothing:
     def glance(self, targets):
         return Glimpse(0.0, {})
 
-    def free_floor(self, *, known_free):
+    def free_floor(self, free_at_s):
         return ()
 
 
@@ -337,7 +337,7 @@ class Broken:
     def glance(self, targets):
         raise self.error
 
-    def free_floor(self, *, known_free):
+    def free_floor(self, free_at_s):
         raise self.error
 
 

@@ -258,7 +258,13 @@ def _measure_free_floor(frame: Image) -> Iterable[Figure]:
 
     detector, height, width = FreeFloorDetector(), *frame.shape[:2]
     seconds = itertools.count()
-    learn_us = _microseconds(lambda: detector.learn(frame, float(next(seconds))), number=3)
+
+    def learn() -> None:
+        time_s = float(next(seconds))
+        detector.keep(frame, time_s)
+        detector.learn(time_s)
+
+    learn_us = _microseconds(learn, number=3)
     yield at_most(
         f"free floor, {width}x{height}", _microseconds(partial(detector.ends, frame), 3) / 1000, "ms/frame", 5
     )

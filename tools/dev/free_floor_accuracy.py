@@ -244,7 +244,8 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
         return lens.expose(image, turn_deg_s, brightness)
 
     for number, place in enumerate(room.learned_from):
-        detector.learn(frame(replace(place, tilt_deg=condition.tilt_deg)), float(number))
+        detector.keep(frame(replace(place, tilt_deg=condition.tilt_deg)), number)
+        detector.learn(number)
     for place in room.places:
         place = replace(place, tilt_deg=condition.tilt_deg)
         ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness)) * (

@@ -63,9 +63,9 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
     known = []
     see = perception.context.eyes.free_floor
 
-    def free_floor(*, known_free):
-        known.append(known_free)
-        return see(known_free=known_free)
+    def free_floor(free_at_s):
+        known.append(free_at_s is not None)
+        return see(free_at_s)
 
     monkeypatch.setattr(perception.context.eyes, "free_floor", free_floor)
     ranges_mm = []

@@ -208,10 +208,10 @@ def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
     geometric = GeometricEyes(place, clock, {}, pinhole)
     both = []
     for eyes in (camera, geometric):
-        eyes.glance([])
-        assert eyes.free_floor(known_free=False) == ()
-        both.append(eyes.free_floor(known_free=True))
-        assert len(eyes.free_floor(known_free=False)) == len(both[-1])
+        seen = eyes.glance([])
+        assert eyes.free_floor(None) == ()
+        both.append(eyes.free_floor(seen.time_s))
+        assert len(eyes.free_floor(None)) == len(both[-1])
     assert abs(len(both[0]) - len(both[1])) <= 1
 
     def distance_mm(ray):
@@ -229,4 +229,4 @@ def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
 
 def test_eyes_without_a_look_know_no_floor(look_at, scene):
     eyes = look_at([scene.background])
-    assert eyes.free_floor(known_free=True) == ()
+    assert eyes.free_floor(0.0) == ()

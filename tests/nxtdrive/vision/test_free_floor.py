@@ -26,6 +26,12 @@ def box(ahead_mm, right_mm, texture="blue_box", half_mm=150.0):
     return standing_panels([(near, left), (far, left), (far, right), (near, right)], 300.0, texture)
 
 
+def learn(detector, image, time_s):
+    """Learn from a frame at once."""
+    detector.keep(image, time_s)
+    detector.learn(time_s)
+
+
 @pytest.fixture(scope="module")
 def cameras():
     return {size: SimCamera(size, seed=3) for size in ((320, 240), (640, 480))}
@@ -47,7 +53,7 @@ def detector(look):
     made = FreeFloorDetector()
     for number in range(6):
         viewpoint = Viewpoint(150.0 * number, 90.0 * number, 0.0, 200.0)
-        made.learn(look([wall(3000.0)], viewpoint=viewpoint), float(number))
+        learn(made, look([wall(3000.0)], viewpoint=viewpoint), float(number))
     return made
 
 
@@ -92,7 +98,7 @@ def test_it_is_not_ready_before_it_has_learned(look):
     image, fresh = look([wall(1500.0)]), FreeFloorDetector()
     assert not fresh.ready
     assert len(fresh.ends(image)) == 0
-    fresh.learn(image, 0.0)
+    learn(fresh, image, 0.0)
     assert fresh.ready
     assert len(fresh.ends(image)) == 24
 
@@ -130,8 +136,8 @@ def test_what_is_right_ahead_is_not_taken_for_floor_in_another_light(detector, l
 def test_one_frame_in_much_stronger_light_is_enough_to_know_the_floor_again(look):
     taught = FreeFloorDetector()
     for number in range(10):
-        taught.learn(look([wall(3000.0)], viewpoint=Viewpoint(90.0 * number, 0.0, 0.0, 200.0)), float(number))
-    taught.learn(look([wall(3000.0)], brightness=1.4), 20.0)
+        learn(taught, look([wall(3000.0)], viewpoint=Viewpoint(90.0 * number, 0.0, 0.0, 200.0)), float(number))
+    learn(taught, look([wall(3000.0)], brightness=1.4), 20.0)
     ends = taught.ends(look([wall(2000.0)], brightness=1.4))
     assert len(ends) == 24
     assert (np.abs(rows_off(ends, 2000.0)) < 2.5).mean() > 0.9
@@ -146,21 +152,41 @@ def test_specks_on_the_floor_do_not_end_it(detector, look):
 
 def test_frames_that_follow_at_once_are_not_learned_from(look):
     taught = FreeFloorDetector()
-    taught.learn(look([wall(3000.0)]), 0.0)
+    learn(taught, look([wall(3000.0)]), 0.0)
     carpet = np.full((240, 320, 3), (200, 30, 30), np.uint8)
     for hundredths in range(1, 20):
-        taught.learn(carpet, hundredths / 100)
+        learn(taught, carpet, hundredths / 100)
     assert len(taught.ends(carpet)) == 0
     assert len(taught.ends(look([wall(2000.0)]))) == 24
 
 
+def test_a_frame_can_be_learned_from_later(look):
+    taught, image = FreeFloorDetector(), look([wall(1500.0)])
+    taught.keep(look([wall(3000.0)]), 1.0)
+    taught.keep(np.full((240, 320, 3), (200, 30, 30), np.uint8), 2.0)
+    taught.learn(1.5)
+    assert not taught.ready, "no frame was taken then"
+    taught.learn(1.0)
+    assert len(taught.ends(image)) == 24
+
+
+def test_frames_are_not_kept_for_ever(look):
+    taught = FreeFloorDetector()
+    for second in range(100):
+        taught.keep(look([wall(3000.0)]), float(second))
+    taught.learn(60.0)
+    assert not taught.ready
+    taught.learn(95.0)
+    assert taught.ready
+
+
 def test_a_floor_of_another_colour_is_learned_and_the_old_one_is_not_forgotten_at_once(look):
     taught = FreeFloorDetector()
-    taught.learn(look([wall(3000.0)]), 0.0)
+    learn(taught, look([wall(3000.0)]), 0.0)
     carpet = np.full((240, 320, 3), (200, 30, 30), np.uint8)
     carpet[:120] = (30, 200, 30)
     for number in range(1, 20):
-        taught.learn(carpet, float(number))
+        learn(taught, carpet, float(number))
     assert rows_off(taught.ends(carpet), math.inf) == pytest.approx(0.0, abs=2.5)
     assert len(taught.ends(look([wall(2000.0)]))) == 24
 
@@ -181,7 +207,7 @@ def images(draw):
 def check_ends(learned_from, image):
     detector = FreeFloorDetector()
     for number, one in enumerate(learned_from):
-        detector.learn(one, float(number))
+        learn(detector, one, float(number))
     ends = detector.ends(image)
     height, width = image.shape[:2]
     assert ends.shape[1:] == (2,)
