@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from importlib import resources
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from behaviors.profile_names import BUILT_IN_PROFILES
 from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError
 from nxtdrive.transports.address import Address
+from nxtdrive.transports.record import in_room
 
 PICTURES = Path(str(resources.files("sim_backend"))) / "pictures"
 """The built-in pictures; a mission may name them without having copies."""
@@ -25,11 +25,11 @@ def own_room(mission: Path) -> Path:
     return mission.with_name(f"{mission.stem}-world.toml")
 
 
-def own_room_option(mission: Path | None) -> str:
-    """Return the option that opens that room, as typed in a shell; empty without one."""
+def in_own_room(address: Address, mission: Path | None) -> Address:
+    """Return the address with that room, if there is one and a simulated brick's address names no other."""
     if mission is None or not (room := own_room(mission)).is_file():
-        return ""
-    return f"--nxt {shlex.quote(str(Address('sim', str(room))))}"
+        return address
+    return in_room(address, str(room))
 
 
 def usual_robot() -> Path | None:

@@ -9,7 +9,8 @@ from behaviors.executive import Report
 from behaviors.journal import Observer
 from behaviors.observers import Observers
 from nxtdrive.mission.assembly import MissionRun, open_robot
-from nxtdrive.mission.files import read_mission_file
+from nxtdrive.mission.files import in_own_room, read_mission_file
+from nxtdrive.transports.address import Address
 
 
 def run_mission(
@@ -30,7 +31,8 @@ def run_mission(
 
     Args:
         mission: The mission file; by default the built-in mission.
-        nxt: The brick's address; by default a simulated one in the bundled world.
+        nxt: The brick's address; by default a simulated one. A simulated one that names no room is in the room that
+            `nxtdrive mission new` wrote with the mission, else in the bundled one.
         camera: As for `nxtdrive.vision.sources.open_camera`; by default the simulated robot's own, else webcam 0.
         observers: Called with each record of the journal.
 
@@ -45,5 +47,5 @@ def run_mission(
     guarded = Observers()
     for number, observer in enumerate(observers, 1):
         guarded.add(f"observer {number}", observer)
-    with open_robot(nxt, camera) as robot:
+    with open_robot(in_own_room(Address.parse(nxt), file), camera) as robot:
         return MissionRun(loaded, robot, guarded, file=file).pursue()

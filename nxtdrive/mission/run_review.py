@@ -20,8 +20,9 @@ from behaviors.profile_names import THESIS
 from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
-from nxtdrive.mission.files import own_room_option
+from nxtdrive.mission.files import own_room
 from nxtdrive.mission.truth import Truth, recognised
+from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
@@ -163,12 +164,9 @@ class RunReview:
             return
         known = ", ".join(truth.front_images())
         has = f"It has {known}" if known else "It has no objects"
-        room = own_room_option(self._file)
-        advice = (
-            f"Open the mission's own with {room}."
-            if room
-            else "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
-        )
+        advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
+        if self._file is not None and (room := own_room(self._file)).is_file():
+            advice = f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
 
     def _unseen(self, target: str) -> None:

@@ -129,6 +129,15 @@ def with_brick(address: Address, change: Callable[[Address], Address]) -> Addres
     return replace(address, options={**address.options, "nxt": str(brick)})
 
 
+def in_room(address: Address, room: str) -> Address:
+    """Return the address with this room for a simulated brick whose room it does not name, recorded or not."""
+
+    def into_room(brick: Address) -> Address:
+        return replace(brick, target=room) if brick.scheme == "sim" and not brick.target else brick
+
+    return with_brick(address, into_room)
+
+
 def recorded(transport: Transport) -> Transport:
     """Return the recorded transport of a `RecordTransport`; any other transport unchanged."""
     return transport.inner if isinstance(transport, RecordTransport) else transport

@@ -81,8 +81,7 @@ def make_home(folder: Path) -> None:
 
 def simulated(command: str) -> list[str]:
     """Return the words after `nxtdrive`, with the simulated robot in the place of a brick and its webcam."""
-    room = "sim://my-mission-world.toml" if "run my-mission.toml" in command else "sim://"
-    command = re.sub(r" --camera \S+", "", command.replace("usb://", room))
+    command = re.sub(r" --camera \S+", "", command.replace("usb://", "sim://"))
     words = shlex.split(command.replace("detect try 0", "detect try my-cat.jpg"))[1:]
     words += ["--force"] if words[:2] == ["mission", "new"] else []  # what it writes may be here from `make_home`
     return [*words, "--once"] if words[0] == "monitor" else words

@@ -165,9 +165,7 @@ def test_every_reason_is_needed():
     [each for each in _blocks("python") if not re.search(r"def test_|^sim_world\.", each.values[1])],
 )
 def test_python_runs(page, text, here):
-    text = text.replace('nxt="usb://", camera="0"', 'nxt="sim://my-mission-world.toml"').replace(
-        "usb://", "sim://track"
-    )
+    text = text.replace('nxt="usb://", camera="0"', 'nxt="sim://"').replace("usb://", "sim://track")
     if "open_brick" in text:
         exec(text, {})
     else:  # what is shown goes on with a brick that is open

@@ -10,7 +10,6 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -97,7 +96,8 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
     from nxtdrive.tools.calibrate.course import CalibrationRefused
     from nxtdrive.tools.calibrate.verdict import write_robot_file
-    from nxtdrive.transports.record import brick_address
+    from nxtdrive.transports.address import Address
+    from nxtdrive.transports.record import brick_address, in_room
 
     path = args.robot or usual_robot() or ROBOT_FILE
     before = read_robot_file(path if os.path.lexists(path) else None)
@@ -105,7 +105,8 @@ def run(args: argparse.Namespace) -> int:
         pass  # refused before the robot drives for minutes, if nothing can be written there
     what = _wanted(args)
     colors = what == [COLORS]
-    address = _address(args.nxt, COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM)
+    room = COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM
+    address = in_room(Address.parse(args.nxt), room)
     if not (brick_address(address).scheme == "sim" or args.yes or colors):
         _ask(BY_RULER if args.ruler else BEFORE_THE_SHEET)
     try:
@@ -205,17 +206,6 @@ def _write_sheet(path: Path) -> int:
         write_file(path, content)
     write_line(f"{path}: print it at 100 %; the line below the markers must be 100 mm long.")
     return DONE
-
-
-def _address(text: str, room: str) -> Address:
-    """Return the brick's address; a simulated one without a room gets this one, recorded or not."""
-    from nxtdrive.transports.address import Address
-    from nxtdrive.transports.record import with_brick
-
-    def into_room(brick: Address) -> Address:
-        return replace(brick, target=room) if brick.scheme == "sim" and not brick.target else brick
-
-    return with_brick(Address.parse(text), into_room)
 
 
 def _ask(question: str) -> None:

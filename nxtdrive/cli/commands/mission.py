@@ -162,7 +162,7 @@ def _new(args: argparse.Namespace) -> int:
     from nxtdrive.cli.mission_template import template
     from nxtdrive.cli.template_target import RED_BOX
     from nxtdrive.cli.world_template import world_text
-    from nxtdrive.mission.files import own_room, own_room_option
+    from nxtdrive.mission.files import own_room
     from nxtdrive.recording.output_file import write_file
 
     target = _new_target(args)
@@ -183,7 +183,7 @@ def _new(args: argparse.Namespace) -> int:
             write_file(path, content)
     run = f"nxtdrive run {shlex.quote(str(mission))}"
     write_line(f"Wrote {mission}, and {world}, a simulated room with {target.name!r} in it. Try it there:")
-    write_line(f"  {run} {own_room_option(mission)}")
+    write_line(f"  {run}")
     write_line("Then with your robot:")
     write_line(f"  {run} --nxt usb:// --camera 0")
     if target.sheet:

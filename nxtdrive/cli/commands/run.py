@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
-Without a file, the built-in mission "lena, then rilakkuma". Ctrl-C stops the
-motors and leaves a complete run folder. A link or a camera that is lost suspends
+Without a file, the built-in mission "lena, then rilakkuma". A simulated robot
+stands in the room that `nxtdrive mission new` wrote with the mission, unless
+--nxt names another. Ctrl-C stops the motors and leaves a complete run folder. A link or a camera that is lost suspends
 the mission until it is back, for reconnect_timeout_s at most. `nxtdrive
 explain-run` explains afterwards why the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
+  nxtdrive run my-mission.toml        # in its own simulated room
   nxtdrive run --nxt "sim://?seed=7" --profile adaptive
   nxtdrive run --confirm-recovery     # confirm each recovery
   nxtdrive run my-mission.toml --nxt usb:// --camera 0
@@ -98,17 +100,19 @@ def run(args: argparse.Namespace) -> int:
     """Run the mission and return the exit code."""
     from behaviors.observers import Observers
     from nxtdrive.mission.assembly import MissionRun, open_robot
+    from nxtdrive.mission.files import in_own_room
     from nxtdrive.recording.status_line import StatusLine
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import brick_address
 
     mission = _mission(args)
+    address = in_own_room(Address.parse(args.nxt), args.mission)
     observers = Observers(on_failure=_say_failure)
     if not args.json:
-        observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(brick_address(Address.parse(args.nxt))))
+        observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(brick_address(address)))
     with ExitStack() as stack:
         page = _page(args, mission, stack) if args.web else None
-        robot = stack.enter_context(open_robot(in_real_time(args.nxt) if page else args.nxt, args.camera))
+        robot = stack.enter_context(open_robot(in_real_time(str(address)) if page else address, args.camera))
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         say_hint = _say_nothing if args.json else _say_hint
         if page:
@@ -163,20 +167,9 @@ def _mission(args: argparse.Namespace) -> Mission:
     mission = read_mission_file(args.mission, args.robot)
     if args.profile is not None:
         mission = with_profile(mission, args.profile)
-    for warning in (*warnings(mission), *_other_room(args.mission, args.nxt)):
+    for warning in warnings(mission):
         complain(f"warning: {warning}")
     return mission
-
-
-def _other_room(mission: Path | None, nxt: str) -> Iterator[str]:
-    """Warn of a simulated brick that is by default in another room than the one written with the mission."""
-    from nxtdrive.mission.files import own_room_option
-    from nxtdrive.transports.address import Address
-    from nxtdrive.transports.record import brick_address
-
-    brick = brick_address(Address.parse(nxt))
-    if brick.scheme == "sim" and not brick.target and (own := own_room_option(mission)):
-        yield f"{brick} is the built-in room; the one written with this mission is {own}"
 
 
 def _console(style: str) -> Callable[[Record], None]:

@@ -134,7 +134,7 @@ BY_NIGHT_OR_DAY = [
 def test_a_photograph_becomes_a_mission_that_succeeds_in_its_room(name, capsys):
     height_mm = PHOTOGRAPHS[name][3]
     assert main(["mission", "new", "m.toml", "--picture", str(_save(name)), "--height-mm", str(height_mm)]) == DONE
-    assert "nxtdrive run m.toml --nxt sim://m-world.toml" in capsys.readouterr().out
+    assert "Try it there:\n  nxtdrive run m.toml\n" in capsys.readouterr().out
     assert main(["mission", "check", "m.toml"]) == DONE
     assert capsys.readouterr().out == "m.toml: good\n"
     if name in PURSUED:
@@ -348,11 +348,16 @@ def test_control_characters_in_a_pictures_name_are_escaped(capsys):
 
 
 @pytest.mark.parametrize(
-    ("nxt", "warned"), [("sim://?seed=3", True), ("sim://my-mission-world.toml", False), ("sim://empty", False)]
+    ("nxt", "opened"),
+    [
+        ("sim://", "sim://my-mission-world.toml"),
+        ("sim://?seed=3", "sim://my-mission-world.toml?seed=3"),
+        ("sim://empty", "sim://empty"),
+    ],
 )
-def test_a_run_in_another_room_than_the_missions_own_begins_with_a_warning(nxt, warned, capsys):
+def test_a_simulated_robot_stands_in_the_missions_own_room_unless_another_is_named(nxt, opened, capsys):
     assert main(["mission", "new"]) == DONE
     text = Path("my-mission.toml").read_text(encoding="utf-8").replace("# time_limit_s = 600", "time_limit_s = 1")
     Path("my-mission.toml").write_text(text, encoding="utf-8")
     main(["run", "my-mission.toml", "--nxt", nxt, "--camera", "geometric", "--no-video"])
-    assert ("--nxt sim://my-mission-world.toml" in capsys.readouterr().err) == warned
+    assert f"connecting to {opened}\n" in capsys.readouterr().out
