@@ -138,6 +138,7 @@ class Perception:
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
+        self.world.travel_mm_s = self._travel_mm_s
         free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
         rays = context.eyes.free_floor(free_at_s) if self.parameters.sees_floor else ()
         if self._turn_tests:
@@ -224,6 +225,13 @@ class Perception:
         self.sonar.stopped |= stop is StopReason.OBSTACLE
         self.context.watch.update(stop, {"range_mm": self._range_mm})
         return stop
+
+    @property
+    def _travel_mm_s(self) -> float:
+        """How fast the robot drives along paths while there is no near echo."""
+        numbers = self.parameters
+        speed_mm_s = N.silent_share * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
+        return min(speed_mm_s, N.step_mm / max(self._step_s, 0.01))
 
     @property
     def lost_after_s(self) -> float:

@@ -56,6 +56,7 @@ class WorldModel:
         pose: Where the robot is.
         blocker: The obstacle at the last failure, if any.
         paths: All paths from where the robot was at the last failure.
+        travel_mm_s: How fast the robot drives along paths now.
     """
 
     def __init__(self, mission: Mission) -> None:
@@ -70,7 +71,7 @@ class WorldModel:
         self.pose = Pose()
         self._now_s = 0.0
         self.blocker: Blocker | None = None
-        self._travel_mm_s = mission.adaptive.travel_mm_s
+        self.travel_mm_s = mission.adaptive.travel_mm_s
         self.paths = self.paths_from_here()
         self._blocked: tuple[Point, float, float] | None = None
 
@@ -169,7 +170,7 @@ class WorldModel:
 
     def paths_from_here(self) -> PathPlanner:
         """Return all paths from here, by what is known now."""
-        return PathPlanner(self.floor, self.here, self._travel_mm_s)
+        return PathPlanner(self.floor, self.here, self.travel_mm_s)
 
     def _place_blocker(self, failure: Failure, now_s: float) -> Blocker | None:
         """Put a blocker onto the map unless it comes from there; return it with the time it has been known."""

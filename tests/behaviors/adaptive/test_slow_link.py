@@ -40,10 +40,14 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
     bricks: list[Brick] = []
     facts: list[Fact] = []
 
-    def make(latency_ms: float, look_s: float = 0.0) -> Perception:
-        scenario = generate_scenario("absent", 100)
+    def make(
+        latency_ms: float, look_s: float = 0.0, *, kind: str = "absent", seed: int = 100, dropout: float = 0.03
+    ) -> Perception:
+        scenario = generate_scenario(kind, seed)
         computer = scenario.world.computer.model_copy(update={"look_s": look_s})
-        simulation = Simulation(scenario.world.model_copy(update={"computer": computer}), seed=100)
+        ultrasonic = scenario.world.ultrasonic.model_copy(update={"dropout": dropout})
+        world = scenario.world.model_copy(update={"computer": computer, "ultrasonic": ultrasonic})
+        simulation = Simulation(world, seed=seed)
         brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
         bricks.append(brick)
         robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
@@ -157,6 +161,22 @@ def test_a_path_that_is_hardly_worse_than_the_best_is_kept(perceive):
     FollowPathSkill(perception, route).call()
     assert PATH.kept > 1.0
     assert not [fact for fact in facts if fact.reason is Reason.PATH_RENEWED]
+
+
+@pytest.mark.parametrize(("latency_ms", "dropout"), [(2.0, 0.03), (SLOW_MS, 0.03), (2.0, 1.0)])
+def test_a_long_path_is_driven_to_its_end_at_any_speed(perceive, latency_ms, dropout):
+    """Over a slow link and without a sonar the robot drives at half its speed; the path takes no longer for that."""
+    perception = perceive[0](latency_ms, kind="far", seed=101, dropout=dropout)
+    perception.context.body.turn(-79.0)  # to where no target comes into view
+    for _ in range(5):
+        perception.step()
+    pose = perception.world.pose
+    for along_mm in range(0, 2600, 100):  # as if it had driven there before
+        perception.world.floor.clear_footprint(Pose(*pose.ahead(float(along_mm)), pose.heading_deg))
+    goal = pose.ahead(2400.0)
+    fact = FollowPathSkill(perception, (goal,)).call()
+    assert fact.reason is Reason.THERE
+    assert math.dist(perception.world.here, goal) < 300.0
 
 
 def test_a_waypoint_that_was_driven_past_between_two_looks_is_passed(perceive):
