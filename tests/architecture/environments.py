@@ -14,10 +14,7 @@ FILES = ("pyproject.toml", "README.md", "LICENSE")
 
 
 def copy_sources(to: Path) -> Path:
-    """Copy what is published into a folder, and return that.
-
-    A build leaves a folder `build` beside the sources, from which the next one would take files that are gone.
-    """
+    """Copy what is published into a folder, and return that."""
     for name in (*PACKAGES, "tools"):
         shutil.copytree(ROOT / name, to / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in FILES:
@@ -35,7 +32,7 @@ def make_environment(home: Path) -> Path:
     (packages,) = home.glob("lib/python*/site-packages")
     for folder in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
         for entry in Path(folder).iterdir():
-            if not entry.name.startswith((*PACKAGES, "tools", "__editable__")):
+            if not entry.name.startswith((*PACKAGES, "_nxtdrive")):
                 (packages / entry.name).symlink_to(entry)
     return packages
 

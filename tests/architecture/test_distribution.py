@@ -37,7 +37,7 @@ def _tool(*words: object, cwd: Path | None = None) -> str:
 @pytest.fixture(scope="module")
 def published(tmp_path_factory):
     """The wheel and the source distribution, built from a copy of this checkout."""
-    for module in ("build", "twine", "check_wheel_contents", "setuptools"):
+    for module in ("build", "twine", "check_wheel_contents", "hatchling"):
         pytest.importorskip(module, reason=f"{module} builds or checks what is published")
     folder = tmp_path_factory.mktemp("dist")
     _tool("build", "--no-isolation", "--outdir", folder, copy_sources(tmp_path_factory.mktemp("source")))
@@ -54,7 +54,19 @@ def test_the_wheel_has_what_it_should(published):
     names = zipfile.ZipFile(wheel).namelist()
     for package in PACKAGES:
         assert f"{package}/py.typed" in names
+    assert {"nxtdrive/tools/__init__.py", "nxtdrive/tools/web/static/app.js"} <= set(names)
     assert not [name for name in names if "tests/" in name or "tools/dev/" in name or "/rig/" in name]
+
+
+def test_an_update_leaves_no_module_that_is_gone(tmp_path):
+    """`pip install .` after `git pull` builds the wheel in the same folder as before."""
+    sources = copy_sources(tmp_path / "sources")
+    gone = sources / "tools" / "gone.py"
+    for exists in (True, False):
+        gone.touch() if exists else gone.unlink()
+        _tool("build", "--no-isolation", "--wheel", "--outdir", tmp_path, sources)
+        (wheel,) = tmp_path.glob("*.whl")
+        assert ("nxtdrive/tools/gone.py" in zipfile.ZipFile(wheel).namelist()) is exists
 
 
 def test_they_are_small(published):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -83,20 +82,6 @@ def test_clocks_are_injected(trees):
     assert readers
     allowed = {ROOT / "tools", ROOT / "nxtdrive" / "transports"}
     assert [each for each in readers if not any(Path(each).is_relative_to(folder) for folder in allowed)] == []
-
-
-def test_every_package_is_installed():
-    configured = set(
-        tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
-    )
-    found = {
-        ".".join(path.parent.relative_to(ROOT).parts)
-        for room in PACKAGES
-        for path in (ROOT / room).rglob("__init__.py")
-    }
-    found = {name for name in found if not name.startswith(("tools.dev", "tools.rig"))}  # in a checkout only
-    found = {name.replace("tools", "nxtdrive.tools", 1) if name.startswith("tools") else name for name in found}
-    assert configured == found
 
 
 def test_the_driver_has_few_names_at_its_root_and_all_of_them_work():
