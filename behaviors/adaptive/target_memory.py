@@ -71,13 +71,11 @@ class TargetEstimate:
 
     Attributes:
         place: Where it is believed to be.
-        seen_from: Where the robot was when it saw it last.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
     """
 
     place: Point
-    seen_from: Point
     time_s: float
     distance_mm: float
 
@@ -275,7 +273,7 @@ class TargetMemory:
             if self._floor.include(place, margin_mm=N.inside_mm):
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
-        self.known[target] = TargetEstimate(place, here, sighting.time_s, sighting.distance_mm)
+        self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm)
 
     def _follow_the_map(self) -> None:
         """Let the beliefs consider what floor is known, and all places on a map that has grown."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from firmware_protocol.errors import LinkLost
-from firmware_protocol.telegram import Command, Reply
+from firmware_protocol.telegram import Command
 from nxtdrive.link.core import IDEMPOTENT, Interrupted, LinkCore, LinkState
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.transports import reopen_transport
 from nxtdrive.transports.base import Transport, closed
-
-R = TypeVar("R", bound=Reply)
 
 RECONNECT_TIMEOUT_S = 30.0
 """How long a request waits for a lost link; a brick that was switched off and on answers over USB within 10 s."""
@@ -35,10 +33,6 @@ class LosableLink(Protocol):
 
     def now(self) -> float:
         """Return the time on the link's clock."""
-        ...
-
-    def request(self, command: Command[R], timeout_s: float | None = None) -> R:
-        """Send a command and return its reply."""
         ...
 
     def keep_alive(self) -> None:
