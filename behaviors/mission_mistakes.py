@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from behaviors.detector_names import detector_names
-from input_files.mistakes import excerpt, nearest
+from input_files.mistakes import excerpt, hint, nearest
 from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
@@ -68,15 +67,14 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
 
 def _detector_advice(target: dict[str, Any]) -> str:
     """Say what is wrong with the key ``detector`` of a target's table, which decides which other keys there are."""
-    known = ", ".join(detector_names())
+    known = detector_names()
     if "detector" in target:
-        return (
-            f"there is no detector {excerpt(target['detector'])}; use one of {known}, or install its package "
-            "(docs/detectors.md)"
-        )
+        near = nearest(str(target["detector"]), known)
+        others = f"use one of {', '.join(known)}, or install its package (docs/detectors.md)"
+        return f"there is no detector {excerpt(target['detector'])}; {f'did you mean {near!r}?' if near else others}"
     near = nearest("detector", target)
-    hint = f"; {near!r} looks like it, misspelt" if near else ""
-    return f"the key detector is missing; it is one of {known}{hint}"
+    misspelt = f"; {near!r} looks like it, misspelt" if near else ""
+    return f"the key detector is missing; it is one of {', '.join(known)}{misspelt}"
 
 
 def _unit(key: str) -> str:
@@ -97,10 +95,8 @@ def _advice(key: str, keys: Iterable[str]) -> str:
     """Name the nearest key that exists, or all of them."""
     known = sorted(keys)
     stem = key.rsplit("_", 1)[0]
-    near = [name for name in known if name.rsplit("_", 1)[0] == stem] or difflib.get_close_matches(key, known, n=1)
-    if near:
-        return f"did you mean {near[0]!r}{_unit(near[0])}?"
-    return f"known here: {', '.join(known)}"
+    near = next((name for name in known if name.rsplit("_", 1)[0] == stem), "") or nearest(key, known)
+    return f"did you mean {near!r}{_unit(near)}?" if near else hint(key, known)
 
 
 def _known_keys(path: Sequence[int | str], model: type[BaseModel], detector: object = None) -> set[str]:

@@ -61,6 +61,13 @@ def nearest(name: str, known: Collection[str]) -> str:
     return close[0] if close else ""
 
 
+def hint(name: str, known: Collection[str]) -> str:
+    """Suggest the known name that is most like another one, or list the known ones."""
+    near = nearest(name, known)
+    more = ["..."] if len(known) > MOST_KNOWN else []
+    return f"did you mean {near!r}?" if near else f"known here: {', '.join([*islice(known, MOST_KNOWN), *more])}"
+
+
 def excerpt(value: object) -> str:
     """Return the value as Python writes it, cut if it is long."""
     return _cut(repr(value), LONGEST_VALUE)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -12,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import MOST_KNOWN, excerpt, listed, nearest
+from input_files.mistakes import excerpt, hint, listed
 from input_files.plain import InputFileError
 from input_files.pydantic_words import words
 from input_files.toml_file import read_toml
@@ -101,13 +100,6 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
             return f"{path}: needs two brackets, [[{path}]], once for each of them"
     message = words(error["type"], error.get("ctx", {}), error["msg"])
     return f"{path}: {message}, not {excerpt(error['input'])}"
-
-
-def hint(name: str, known: Collection[str]) -> str:
-    """Suggest the closest known name, or list them."""
-    near = nearest(name, known)
-    more = ["..."] if len(known) > MOST_KNOWN else []
-    return f"did you mean {near}?" if near else f"known here: {', '.join([*islice(known, MOST_KNOWN), *more])}"
 
 
 def _walk(model: type[BaseModel], location: tuple[str | int, ...]) -> tuple[type[BaseModel], list[str | int]]:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.mistakes import hint
 from input_files.plain import InputFileError
 from sim_backend.bundled import PICTURES, WORLDS
-from sim_backend.toml_file import check, hint, mistakes, read_tables
+from sim_backend.toml_file import check, mistakes, read_tables
 from sim_backend.world.event_tables import Event
 from sim_backend.world.partial_world import PartialWorld, valid_part
 from sim_backend.world.placement import misplaced

@@ -144,7 +144,7 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         (GOOD.replace("color = ", "colour = "), "target.box.colour: unknown key; did you mean 'color'?"),
         (
             GOOD.replace('"color"\n', '"colour"\n'),
-            "target.box: there is no detector 'colour'; use one of picture, haar",
+            "target.box: there is no detector 'colour'; did you mean 'color'?",
         ),
         (GOOD.replace("detector = ", "detecter = "), "'detecter' looks like it, misspelt"),
         ('[mission]\ntargets = ["a"]\n[target]\na = "lena"', "target.a: it must be a table, [target.a], not 'lena'"),

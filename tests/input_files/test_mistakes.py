@@ -1,7 +1,6 @@
 """What may have been meant by a wrong name."""
 
-from input_files.mistakes import MOST_KNOWN, nearest
-from sim_backend.toml_file import hint
+from input_files.mistakes import MOST_KNOWN, hint, nearest
 
 MANY = [f"crate {number}" for number in range(MOST_KNOWN + 1)]
 

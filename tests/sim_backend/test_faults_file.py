@@ -55,9 +55,9 @@ def test_all_mistakes_are_said_at_once(faults):
         )
     message = str(caught.value)
     assert "7 mistakes" in message
-    assert "did you mean drop_requests?" in message
+    assert "did you mean 'drop_requests'?" in message
     assert "drop_replies.numbers[0]" in message
-    assert "did you mean every?" in message
+    assert "did you mean 'every'?" in message
     assert "[5, 1] ends before it begins" in message
     assert "unplugged_ms[0]" in message
 

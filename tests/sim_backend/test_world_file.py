@@ -123,7 +123,7 @@ def test_every_mistake_is_reported_at_once_with_its_path():
 
 def test_a_misspelt_key_gets_the_likely_one():
     [mistake] = mistakes_in(GOOD + "headng_deg = 90")
-    assert mistake == "robot.headng_deg: there is no such key; did you mean heading_deg?"
+    assert mistake == "robot.headng_deg: there is no such key; did you mean 'heading_deg'?"
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_the_robot_has_the_sizes_that_a_mission_allows(key, low, high):
 
 def test_misspelt_keys_are_found_in_nested_tables():
     [mistake] = mistakes_in(GOOD + "slip = { veer_deg_m = 2 }")
-    assert mistake.endswith("did you mean veer_deg_per_m?")
+    assert mistake.endswith("did you mean 'veer_deg_per_m'?")
 
 
 def test_all_wrong_names_and_places_are_reported_at_once():
@@ -173,7 +173,7 @@ def test_all_wrong_names_and_places_are_reported_at_once():
         "pictures[0].at_mm",
         "pictures[0].file",
     ]
-    assert "did you mean lena?" in mistakes[1]
+    assert "did you mean 'lena'?" in mistakes[1]
 
 
 @pytest.mark.parametrize(
@@ -248,9 +248,9 @@ def test_ports_may_not_collide():
             ["sensors[1].port: sensors[0].port has port"],
         ),
         ("kind = 'light'\nport = 5", ["sensors[0].port: must be 4 or less"]),
-        ("kind = 'lihgt'\nport = 2", ["sensors[0].kind: there is no 'lihgt'; did you mean light?"]),
+        ("kind = 'lihgt'\nport = 2", ["sensors[0].kind: there is no 'lihgt'; did you mean 'light'?"]),
         ("port = 2", ["sensors[0].kind: is missing"]),
-        ("kind = 'light'\nport = 2\nlook = 'up'", ["sensors[0].look: there is no such key; did you mean looks?"]),
+        ("kind = 'light'\nport = 2\nlook = 'up'", ["sensors[0].look: there is no such key; did you mean 'looks'?"]),
         ("kind = 'light'\nport = 2\nlooks = 'up'", ["sensors[0].looks: must be 'down' or 'ahead'"]),
         ("kind = 'compass'", ["sensors[0].port: is missing"]),
         ("kind = 'i2c'\nport = 2\naddress = 3", ["sensors[0].address: must be a multiple of 2"]),
@@ -442,7 +442,7 @@ def test_a_room_without_size_or_robot_still_has_its_other_mistakes_reported():
 
 def test_a_texture_that_does_not_exist_is_named_with_the_likely_one():
     [mistake] = mistakes_in(ROOM + "texture = 'wod'")
-    assert mistake == "boxes[0].texture: there is no texture 'wod'; did you mean wood?"
+    assert mistake == "boxes[0].texture: there is no texture 'wod'; did you mean 'wood'?"
 
 
 def test_a_texture_can_be_an_image_beside_the_world(tmp_path, monkeypatch):

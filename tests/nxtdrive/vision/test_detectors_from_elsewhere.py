@@ -86,6 +86,8 @@ def test_installed_ones_are_among_those_that_are_named(installed):
     with pytest.raises(
         MissionError, match=r"use one of picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
     ):
+        load_mission(_mission(installed, 'detector = "sonar"\n'))
+    with pytest.raises(MissionError, match=r"there is no detector 'lanp'; did you mean 'lamp'\?"):
         load_mission(_mission(installed, 'detector = "lanp"\n'))
     with pytest.raises(
         ConfigError, match=r"Use one of: picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
