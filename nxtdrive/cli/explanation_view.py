@@ -13,7 +13,7 @@ from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
 from nxtdrive.recording.decisions import Decision, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
-from nxtdrive.recording.wording import failure_words, measured_words, spaced
+from nxtdrive.recording.wording import failure_words, measured_words, spaced, state_words
 
 LEFT = {"left": "left for now", "gave_up": "given up"}
 RULE = (
@@ -43,15 +43,13 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
 
 def _head(explanation: Explanation) -> list[Text]:
     run = explanation.run
-    ending = spaced(str(run.end.data.get("ending", "ended"))) if run.end else "unfinished, last record"
-    parts = [
-        run.name or run.path.name,
-        f"profile {explanation.profile}",
-        f"{ending} after {run.records[-1].time_s:.1f} s",
-    ]
-    notes = []
+    last_s = run.records[-1].time_s
     if run.end is None:
-        parts[-1] = f"unfinished: the journal ends at {run.records[-1].time_s:.1f} s"
+        ended = f"unfinished: the journal ends at {last_s:.1f} s"
+    else:
+        ended = f"{spaced(str(run.end.data.get('ending', 'ended')))} after {last_s:.1f} s"
+    parts = [run.name or run.path.name, f"profile {explanation.profile}", ended]
+    notes = []
     if run.damaged:
         lines = f"line{'s' * (len(run.damaged) > 1)} {', '.join(map(str, run.damaged))}"
         notes.append(f"{lines} of the journal cannot be read and {'are' if len(run.damaged) > 1 else 'is'} left out")
@@ -116,7 +114,11 @@ def _chosen(each: Explained) -> Text:
 def outcome_words(decision: Decision) -> str:
     """Say what a decision led to."""
     outcome = decision.outcome
-    path = ", ".join(_step_words(step, outcome.target) for step in outcome.steps)
+    steps = [_step_words(step, outcome.target) for step in outcome.steps]
+    reasons = [f" ({failure_words(step.reason)})" if step.reason else "" for step in outcome.steps]
+    if outcome.result is Result.FAILED and reasons:
+        reasons[-1] = ""  # the failure, which the next line tells
+    path = ", ".join(map("".join, zip(steps, reasons, strict=True)))
     after = f"after {outcome.seconds:.1f} s"
     match outcome.result:
         case Result.FAILED:
@@ -134,8 +136,8 @@ def outcome_words(decision: Decision) -> str:
 def _step_words(step: Step, target: str) -> str:
     if step.state in LEFT:
         return f"{step.target} {LEFT[step.state]}"
-    name = spaced(step.state) if step.target == target else f"{spaced(step.state)} {step.target}"
-    return f"{name} {step.seconds:.1f} s" + (f" ({spaced(step.reason)})" if step.reason else "")
+    name = state_words(step.state) + ("" if step.target == target else f" {step.target}")
+    return f"{name} {step.seconds:.1f} s"
 
 
 def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text]]:

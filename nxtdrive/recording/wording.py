@@ -8,6 +8,7 @@ from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
 from behaviors.journal import Record
+from behaviors.recoveries import RECOVERIES, recovery_in
 from behaviors.target_queue import TargetOutcome
 from firmware_protocol.wording import number_of
 
@@ -84,6 +85,12 @@ def _measured(name: str, value: object) -> str:
     return f"{spaced(stem)} {value:.{UNITS[unit]}f} {unit}"
 
 
+def state_words(name: str) -> str:
+    """Write a recovery, or the state of one, as the map does: "look elsewhere", not "move_to"; others as they are."""
+    recovery = RECOVERIES.get(name) or recovery_in(name)
+    return recovery.label if recovery else spaced(name)
+
+
 def spaced(name: str) -> str:
     """Write a name from the journal as words."""
     return name.replace("_", " ")
@@ -109,16 +116,16 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
         places = number_of(len(evidence.viewpoints), "other place")
-        yield f"{places} to look from: nearest in {nearest:.0f} s, best {_map_chance(best)}"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, at best a {_map_chance(best)}"
     if evidence.blocked or evidence.here or evidence.viewpoints:
-        yield "the candidates' chances are corrected by earlier missions"
+        yield "the candidates' chances are corrected by the outcomes of earlier missions"
     for other in evidence.others:
         seen = f"was seen {other.age_s:.0f} s ago, {other.travel_s:.0f} s from here"
         yield f"{other.target} {seen}; it is still there with a chance of {other.chance:.0%}"
     if evidence.failures > 1:
         yield f"failed here for this reason {_times(evidence.failures)}"
-    if tried := {kind: count for kind, count in evidence.repeats.items() if count}:
-        yield "tried here already: " + ", ".join(f"{spaced(kind)} {_times(count)}" for kind, count in tried.items())
+    if tried := [f"{state_words(kind)} {_times(count)}" for kind, count in evidence.repeats.items() if count]:
+        yield f"tried here already: {', '.join(tried)}"
 
 
 def _blocker_words(blocker: Blocker) -> str:
@@ -135,7 +142,7 @@ def _detour_words(evidence: Evidence) -> str:
 
 
 def _map_chance(chance: float) -> str:
-    return f"chance by the map alone {chance:.0%}"
+    return f"{chance:.0%} chance by the map alone"
 
 
 def _times(count: int) -> str:

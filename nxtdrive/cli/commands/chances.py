@@ -150,7 +150,7 @@ def _show(found: Iterable[Prediction]) -> None:
     """Print the chances of each choice, and how often it succeeded."""
     from rich.table import Table
 
-    from behaviors.recoveries import RECOVERIES
+    from nxtdrive.recording.wording import state_words
 
     groups: dict[str, list[Prediction]] = {}
     for each in found:
@@ -160,6 +160,5 @@ def _show(found: Iterable[Prediction]) -> None:
         chance, true = (
             sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)
         )
-        label = RECOVERIES[choice].label if choice in RECOVERIES else choice
-        table.add_row(label, str(len(group)), f"{chance:.2f}", f"{true:.2f}")
+        table.add_row(state_words(choice), str(len(group)), f"{chance:.2f}", f"{true:.2f}")
     make_console().print(table)
