@@ -60,12 +60,12 @@ class ThesisParameters(Table):
     Attributes:
         wait_s: Time at rest when the target was recognised but not reached.
         turn_deg: Turn to the right before moving off when it was not recognised.
-        advances: Advances of one move_to.
+        advances: Number of advances in one move_to.
         advance_mm: Length of one advance.
         max_researches: Searches for one target after the first.
         look_every_deg: Turn between two looks of a search; one full turn to the right in all.
-        looks_per_stop: Frames looked at, at most, at each stop of a search.
-        settle_s: Rest before a look, for the picture to stop swinging.
+        looks_per_stop: Maximum number of frames searched at each stop.
+        settle_s: Rest before a look, so that the camera stops swinging.
         continue_every_s: Longest time that one call of arrive drives before it answers "continue".
         lost_after_s: A target that is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
@@ -98,20 +98,20 @@ class AdaptiveParameters(Table):
         lost_after_s: A target that should be in view and is not seen for this long is lost.
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
-        sonar_tolerance_mm: Largest difference between the sonar's echo and the apparent distance with which an arrival
-            counts, or a third of the distance if that is more. Without an echo it counts, too.
+        sonar_tolerance_mm: An arrival counts only if the sonar's echo and the apparent distance differ by no more than
+            this, or than a third of the distance if that is more. Without an echo it counts, too.
         search_budget_s: Longest search for a target without a sighting before another one is pursued.
-        rounds: Most rounds through the list of targets, unless that of [mission] is more.
+        rounds: Maximum number of rounds through the list of targets, unless that of [mission] is larger.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.
-        repeats: Most choices of one recovery for one target at one place, and most choices there after one kind of
-            failure.
+        repeats: Maximum number of choices of one recovery for one target at one place, and of choices there after one
+            kind of failure.
         detours: Whether it goes round obstacles.
         chooses_viewpoints: Whether it chooses where to look from next; otherwise it moves off as the thesis does.
         remembers_others: Whether it remembers where it saw the other targets.
         sees_floor: Whether the map shows how far the camera sees free floor.
         in_order: Whether targets are pursued strictly in order. Otherwise one that was seen and can be reached sooner
             may come first.
-        fixed_wait_s: Length of every wait; without it, waits are as long as pays.
+        fixed_wait_s: Length of every wait; without it, each wait lasts as long as it is expected to pay off.
         chances: How often choices succeeded in your own runs: a file written by `nxtdrive chances`.
     """
 
@@ -147,11 +147,11 @@ class MissionTable(Table):
         name: A title, for displays and run folders.
         targets: Names of targets, in order.
         profile: How to behave: adaptive, thesis, or your own profile (docs/profiles.md).
-        rounds: Most rounds through the list of targets; later rounds try again what was given up. The adaptive profile
-            makes as many as [adaptive] says, if that is more.
+        rounds: Maximum number of rounds through the list of targets; later rounds try again what was given up. The
+            adaptive profile makes as many as [adaptive] says, if that is more.
         time_limit_s: When the mission ends, whatever has been reached.
-        reconnect_timeout_s: A mission is suspended while brick or camera do not answer, and ends when that lasts
-            longer.
+        reconnect_timeout_s: A mission is suspended while the brick or the camera does not answer, and ends when that
+            lasts longer than this.
         robot_file: A robot file in the folder of this one; keys of [robot] and [camera] in this file take precedence.
     """
 

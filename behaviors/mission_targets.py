@@ -11,14 +11,20 @@ from behaviors.robot_description import ColorName, Table
 from behaviors.usual_heights import usual_height_mm
 
 HEIGHT_MM = 10.0, 3000.0
-"""Least and greatest height of a target."""
+"""Smallest and largest height of a target."""
 Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
 OTHER = "other"
 """Tag of the targets of installed detectors."""
 
 
 class _Target(Table):
-    height_mm: Height = Field(default=297.0, description="real height of what is detected")
+    """What all targets have.
+
+    Attributes:
+        height_mm: Real height of what is detected.
+    """
+
+    height_mm: Height = 297.0
 
 
 class PictureTarget(_Target):
@@ -84,13 +90,13 @@ class OnnxTarget(Table):
     Attributes:
         model: The file, beside the mission file.
         label: One of the model's labels; `nxtdrive detect try` prints them.
-        labels: A file with the labels, one a line, if the model does not name them.
-        layout: How its outputs are arranged, if that is not found out from their shapes and names.
+        labels: A file with the labels, one per line, if the model does not name them.
+        layout: How its outputs are arranged, if their shapes and names do not show it.
         runtime: What runs it; ONNX Runtime if that is installed, else OpenCV.
-        size: Width and height in pixels of what the model gets, if it leaves them open.
+        size: Width and height of the model's input in pixels, if the model leaves them open.
         colors: Order of the colours, if it is not the one usual with the layout.
         normalisation: Range of the colours: 0 to 255, 0 to 1, or as for ImageNet; by default as usual with the layout.
-        min_score: Least score of a detection.
+        min_score: Minimum score of a detection.
         height_mm: Real height; without it one usual with the label counts until the robot has measured it by driving.
     """
 

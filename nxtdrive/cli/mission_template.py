@@ -26,8 +26,8 @@ _HEAD = """\
 [mission]
 name = {title}
 targets = [{name}]{pad}# names of the [target.NAME] tables below, in order
-profile = "adaptive"       # weighs what to do after a failure; "thesis" follows the fixed rule of 2017
-# rounds = 1               # most rounds through the list, unless [adaptive] has more
+profile = "adaptive"       # weighs what to do after a failure; "thesis" follows fixed rules (docs/thesis.md)
+# rounds = 1               # maximum number of rounds through the list, unless [adaptive] has more
 # time_limit_s = 600       # end after this time, whatever has been reached
 
 {target}
@@ -125,9 +125,6 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
         _, _, attributes = inspect.cleandoc(cls.__doc__ or "").partition("Attributes:\n")
         described = {name: re.sub(r"\s+", " ", text) for name, text in _ATTRIBUTE.findall(attributes)}
         found |= {name: text for name, text in described.items() if name in model.model_fields}
-    for name, field in model.model_fields.items():
-        if field.description:
-            found.setdefault(name, field.description)
     return found
 
 
