@@ -1,9 +1,4 @@
-"""Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code.
-
-Exit codes: 0 done, 1 mission not achieved, 2 usage, a bad file or profile or no such camera, 3 no brick, 4 link not
-available, or link, camera or sensors lost, 5 the brick refused, 6 done, but the record of it (run folder, trace) is
-incomplete.
-"""
+"""Entry point of the command line: finds the command, runs it, turns errors into a message and an exit code."""
 
 from __future__ import annotations
 
@@ -40,7 +35,7 @@ if TYPE_CHECKING:
     from io import TextIOWrapper
 
 DONE, NOT_ACHIEVED, USAGE, NO_BRICK, LINK_LOST, REFUSED, INCOMPLETE = range(7)
-"""Exit codes."""
+"""Exit codes, as `_EPILOG` and the README explain them."""
 
 BUG = "This is a bug in nxtdrive. Please report it with this traceback, the command and the files it was given."
 """Added to the traceback of an error that is none of those above."""
@@ -58,7 +53,7 @@ COMMANDS = {
     "calibrate": ("calibrate", "measure how the robot is built, and write it to a robot file"),
     "explain-run": ("explain_run", "explain the decisions of a run, one by one"),
     "what-if": ("what_if", "estimate what the other candidates of a decision would have cost"),
-    "chances": ("chances", "count how often the choices of runs succeeded"),
+    "chances": ("chances", "count how often the recoveries chosen in runs succeeded"),
     "export": ("export", "write a run as a replay in one HTML file, as MCAP, CSV or video"),
     "list": ("list_bricks", "find bricks and print their addresses"),
     "doctor": ("doctor", "check computer and brick, and say how to fix what is wrong"),
@@ -73,9 +68,9 @@ COMMANDS = {
     "files": ("files", "list, download, upload and delete files on a brick"),
     "program": ("program", "start and stop programs on a brick"),
     "serve": ("serve", "serve the robot to your own agent, over TCP"),
-    "mcp": ("mcp", "let an assistant use the robot, over the Model Context Protocol"),
+    "mcp": ("mcp", "let an AI assistant use the robot, over the Model Context Protocol"),
     "sim": ("sim", "offer the simulated brick to other programs"),
-    "send": ("send", "send any declared command and print the reply"),
+    "send": ("send", "send one command of the NXT protocol and print the reply"),
     "explain": ("explain", "decode the bytes of a telegram"),
     "trace": ("trace", "show, compare and replay recorded traffic with a brick"),
     "sweep": ("sweep", "compare profiles on many simulated missions"),

@@ -84,7 +84,8 @@ def read_run(path: Path) -> PastRun:
     records, damaged = _records(lines)
     if not records:
         raise ConfigError(
-            f"{path} is not a journal: no line of it is a record.", remedy="docs/journal.md says what one looks like."
+            f"{path} is not a journal: no line of it is a record.",
+            remedy="Name the folder of a run, such as runs/my-mission-001, or its journal.jsonl.",
         )
     run = PastRun(path, tuple(records), tuple(damaged), _mission(path.parent / MISSION))
     if run.format > JOURNAL_FORMAT:

@@ -266,7 +266,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         prog="detector_ranges", description="How far each detector sees, and what it costs."
     )
     parser.add_argument("--size", default="320x240", help="of the frames, e.g. 640x480")
-    parser.add_argument("--hfov", type=float, default=60.0, help="horizontal view in degrees")
+    parser.add_argument("--hfov", type=float, default=60.0, help="horizontal field of view in degrees")
     parser.add_argument("--frames", type=int, default=20, help="per distance")
     parser.add_argument("--rooms", type=int, default=100, help="without the target, for false alarms and times")
     parser.add_argument(

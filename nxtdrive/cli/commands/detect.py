@@ -127,7 +127,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--hfov-deg",
         metavar="DEG",
         type=number("angle", float, 1, 179),
-        help="the camera's horizontal view (default: 60)",
+        help="the camera's horizontal field of view (default: 60)",
     )
     try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.webm (default: detected.png, detected.webm)")
     try_.add_argument(

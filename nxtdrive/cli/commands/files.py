@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from nxtdrive.onboard.files import Progress
 
 DESCRIPTION = """\
-List, fetch, send and delete files on a brick. Names on the brick have at most
+List, download, upload and delete files on a brick. Names on the brick have at most
 19 characters. Patterns are those of a shell (*, ?); quote them."""
 EXAMPLES = """\
   nxtdrive files ls
@@ -48,10 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     ls = add_action(actions, "ls", "list files", on_brick(_ls))
     ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="e.g. '*.rxe' (default: all)")
-    get = add_action(actions, "get", "fetch a file", on_brick(_get))
+    get = add_action(actions, "get", "download a file", on_brick(_get))
     get.add_argument("name", metavar="NAME", help="on the brick")
     get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
-    put = add_action(actions, "put", "send files", on_brick(_put))
+    put = add_action(actions, "put", "upload files", on_brick(_put))
     put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick (single file only)")
     put.add_argument("--replace", action="store_true", help="delete files of the same name first")

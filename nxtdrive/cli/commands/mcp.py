@@ -1,4 +1,4 @@
-"""``nxtdrive mcp``: the robot for an assistant, over the Model Context Protocol."""
+"""``nxtdrive mcp``: the robot for an AI assistant, over the Model Context Protocol."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from nxtdrive.tools.web.robot import Robot
 
 DESCRIPTION = """\
-Let an assistant, a program that speaks the Model Context Protocol, use the robot: it
-looks, drives short distances, and starts missions. The assistant starts this command
-itself and talks to it over standard input and output. Without a brick it gets the
-simulated one in real time. It uses the robot.toml in the folder of the missions if no
+Let an AI assistant that speaks the Model Context Protocol use the robot: it looks,
+drives short distances, and starts missions. The assistant starts this command itself
+and talks to it over standard input and output. Without a brick it gets the simulated
+one in real time. It uses the robot.toml in the folder of the missions if no
 other robot file is named. Needs the extra nxtdrive[mcp]; docs/mcp.md explains it."""
 EXAMPLES = """\
   nxtdrive mcp

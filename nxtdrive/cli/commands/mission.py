@@ -30,9 +30,8 @@ if TYPE_CHECKING:
     from nxtdrive.cli.template_target import TemplateTarget
 
 DESCRIPTION = """\
-Check mission files, show a mission with every number it runs with and the
-statechart it runs in, or write a commented file to start from, with a
-simulated room to try it in."""
+Check mission files, show a mission's parameters and its statechart, or write
+a commented file to start from, with a simulated room to try it in."""
 EXAMPLES = """\
   nxtdrive mission show                  # the built-in mission
   nxtdrive mission show --diagram        # its statechart, for Mermaid
@@ -49,11 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     check.add_argument("files", metavar="FILE", nargs="+", type=Path, help="mission files, *.toml")
     add_robot_argument(check)
     add_json_argument(check)
-    show = add_action(
-        actions, "show", "a mission's numbers, and the chart's states, events, transitions and recoveries", _show
-    )
+    show = add_action(actions, "show", "print a mission's parameters and its statechart", _show)
     show.add_argument("file", metavar="FILE", nargs="?", type=Path, help="without it, the built-in mission")
-    show.add_argument("--diagram", action="store_true", help="print the chart as a Mermaid diagram instead")
+    show.add_argument("--diagram", action="store_true", help="print the statechart as a Mermaid diagram instead")
     add_robot_argument(show)
     add_json_argument(show)
     new = add_action(actions, "new", "write a commented mission file, and a simulated room in which it succeeds", _new)

@@ -1,4 +1,4 @@
-"""``nxtdrive send``: sends any declared command, by name."""
+"""``nxtdrive send``: sends one command of the protocol, by name."""
 
 from __future__ import annotations
 

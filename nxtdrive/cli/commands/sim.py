@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_exec(add_action(actions, "exec", "run a program with the simulated brick on USB", _exec))
     checked = "compare the simulated brick with a recorded conversation"
     add_check_arguments(add_action(actions, "check", checked, check))
-    recorded = "record a conversation with a brick as a file for check"
+    recorded = "record a conversation with a brick, for `nxtdrive sim check`"
     add_record_arguments(add_action(actions, "record", recorded, record))
 
 

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "script", metavar="SCRIPT", type=Path, help="one telegram in hex, command or !tick MS per line; # begins a note"
+        "script",
+        metavar="SCRIPT",
+        type=Path,
+        help="one telegram in hex, command or !tick MS per line; # begins a comment",
     )
     parser.add_argument(
         "--out", metavar="FILE.jsonl", type=Path, help="the recording (default: the script's name with .jsonl)"
