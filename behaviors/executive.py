@@ -27,8 +27,9 @@ from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import Choice, checked_choice
 from behaviors.return_types import WrongReturn, checked, place
-from behaviors.skills import Reply, Skill, SkillContext, TimeUp
+from behaviors.skills import Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
+from behaviors.thesis.skills import Reply
 from behaviors.wiring import WiringCheck, WrongWiring
 
 REPLIES = {

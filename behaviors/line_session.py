@@ -25,8 +25,9 @@ from behaviors.operator import Ask, question_values
 from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
 from behaviors.profiles.registry import raised_by_profile, supervised
-from behaviors.skills import MoveTo, SkillContext, ThesisArriveSkill, ThesisSearchSkill
+from behaviors.skills import SkillContext
 from behaviors.stepped_mission import SteppedMission
+from behaviors.thesis.skills import MoveTo, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
 """Answer of a verb without a result."""

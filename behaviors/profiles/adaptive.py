@@ -22,8 +22,9 @@ from behaviors.mission import Mission
 from behaviors.ports import Point
 from behaviors.recoveries import DETOUR, MOVE_TO, RESCAN, WAIT, Choice, RecoveryPolicy, checked_choice
 from behaviors.return_types import checked
-from behaviors.skills import Skill, SkillContext, ThesisMoveSkill
+from behaviors.skills import Skill, SkillContext
 from behaviors.target_queue import TargetQueue
+from behaviors.thesis.skills import ThesisMoveSkill
 
 LEAST_S = 1.0
 """Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""

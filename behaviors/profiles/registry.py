@@ -12,7 +12,8 @@ from behaviors.operator import Ask, ConfirmedPolicy
 from behaviors.profile_names import ADAPTIVE, THESIS
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.loading import load
-from behaviors.profiles.profile import MakeProfile, ProfileClass, ThesisProfile
+from behaviors.profiles.profile import MakeProfile, ProfileClass
+from behaviors.profiles.thesis import ThesisProfile
 from behaviors.recoveries import RecoveryPolicy
 from behaviors.return_types import WrongReturn, checked
 

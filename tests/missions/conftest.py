@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from behaviors.console import Console
 from behaviors.executive import Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.operator import Ask
 from behaviors.pause import Pause
 from behaviors.profiles.registry import supervised
+from behaviors.thesis.console import Console
 from nxtdrive.brick import Brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, build_body

@@ -12,8 +12,9 @@ from functools import partial
 from behaviors.executive import Executive, Report
 from behaviors.mission import Mission
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.profiles.profile import MakeProfile, ThesisProfile
+from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
+from behaviors.profiles.thesis import ThesisProfile
 from behaviors.recoveries import ThesisPolicy
 from nxtdrive.simulated.robot import MissionPorts
 from sim_backend.simulation import Simulation

@@ -16,8 +16,9 @@ from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.ports import MotionResult, Outage, Sighting, StopReason
-from behaviors.skills import SkillContext, ThesisArriveSkill, ThesisSearchSkill, TimeUp
+from behaviors.skills import SkillContext, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
+from behaviors.thesis.skills import ThesisArriveSkill, ThesisSearchSkill
 from nxtdrive.simulated.robot import MissionPorts
 
 

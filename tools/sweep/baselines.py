@@ -6,7 +6,7 @@ from random import Random
 
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
-from behaviors.skills import N as SKILLS
+from behaviors.thesis.skills import N as THESIS
 from nxtdrive.simulated.robot import MissionPorts
 
 from .baseline import Baseline
@@ -57,7 +57,7 @@ class Nav2List(Baseline):
             end_s = self.clock.now() + WAIT_S
             while self.clock.now() < end_s:
                 self.context.check_time()
-                self.rest(SKILLS.nap_s)
+                self.rest(THESIS.nap_s)
 
 
 class RandomWalk(Baseline):

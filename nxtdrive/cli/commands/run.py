@@ -173,7 +173,7 @@ def _mission(args: argparse.Namespace) -> Mission:
 
 
 def _console(style: str) -> Callable[[Record], None]:
-    from behaviors.console import Console
+    from behaviors.thesis.console import Console
     from nxtdrive.recording.progress_lines import ProgressLines
 
     return Console(print_line) if style == "thesis" else ProgressLines(print_line)

@@ -7,12 +7,10 @@ from collections.abc import Sequence
 from random import Random
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.grid_numbers import N as GRID
-from behaviors.adaptive.world_model import PoseHistory, WorldModel
+from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.failures import Failure, TargetFinding
 from behaviors.mission import Mission
@@ -51,34 +49,6 @@ def _see(world: WorldModel, place: Point, time_s: float, target: str = "door", p
 
 def _stand_at(world: WorldModel, place: Point) -> None:
     world.perceive(0.0, Pose(*place), None, [], NOTHING)
-
-
-@given(rate_deg_s=st.floats(-120.0, 120.0), bearing_deg=st.floats(-180.0, 180.0))
-def test_a_trail_tells_poses_between_those_that_are_known(rate_deg_s, bearing_deg):
-    poses = PoseHistory()
-    for i in range(8):
-        poses.add(i * 0.2, Pose(i * 40.0, -i * 10.0, bearing_deg + rate_deg_s * i * 0.2))
-    for time_s in (0.0, 0.05, 0.33, 0.6, 1.2, 1.4):
-        pose = poses.at(time_s)
-        assert pose.x_mm == pytest.approx(200.0 * time_s)
-        assert pose.y_mm == pytest.approx(-50.0 * time_s)
-        assert pose.heading_deg == pytest.approx(bearing_deg + rate_deg_s * time_s)
-
-
-def test_a_trail_does_not_guess_beyond_its_ends():
-    poses = PoseHistory()
-    poses.add(5.0, Pose(1.0))
-    poses.add(6.0, Pose(2.0))
-    assert poses.at(4.0) == Pose(1.0)
-    assert poses.at(7.0) == Pose(2.0)
-
-
-def test_a_trail_keeps_the_last_seconds_only():
-    poses = PoseHistory()
-    for time_s in range(100):
-        poses.add(float(time_s), Pose(float(time_s)))
-    assert poses.at(0.0).x_mm > 90.0
-    assert poses.at(98.5).x_mm == 98.5
 
 
 @pytest.mark.parametrize("rate_deg_s", [-60.0, -20.0, 40.0, 90.0])

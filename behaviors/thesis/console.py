@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from behaviors.journal import Kind, Record
-from behaviors.skills import Reply
+from behaviors.thesis.skills import Reply
 
 PREFIX = "[client2] "
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from behaviors.console import Console
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import RECOVERIES
+from behaviors.thesis.console import Console
 
 SILENT = [
     *(Record(1.0, Kind.CHOICE, "select", "lena", {"choice": name, "why": "it pays"}) for name in sorted(RECOVERIES)),

@@ -7,7 +7,8 @@ import pytest
 from behaviors.events import Event
 from behaviors.mission import ThesisParameters
 from behaviors.pause import Pause
-from behaviors.skills import SkillContext, ThesisWaitSkill
+from behaviors.skills import SkillContext
+from behaviors.thesis.skills import ThesisWaitSkill
 
 
 class CoarseClock:

@@ -7,7 +7,8 @@ from random_ports import RandomPorts
 
 from behaviors.mission import ThesisParameters
 from behaviors.ports import MotionResult, RobotUnreachable
-from behaviors.skills import SkillContext, ThesisMoveSkill
+from behaviors.skills import SkillContext
+from behaviors.thesis.skills import ThesisMoveSkill
 
 
 class SilentOnce(RandomPorts):
