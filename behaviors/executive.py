@@ -47,7 +47,7 @@ class Ending(StrEnum):
     """How a mission ended."""
 
     ACHIEVED = "achieved"
-    EXHAUSTED = "exhausted"
+    GIVEN_UP = "given_up"
     INTERRUPTED = "interrupted"
     TIME_UP = "time_up"
     LINK_LOST = "link_lost"
@@ -221,7 +221,7 @@ class Executive:
             self._refused = outage.refused
             self._report(Fact(Event.ABORT, Reason(name)))
             return Ending(name)
-        return Ending.ACHIEVED if self._queue.achieved else Ending.EXHAUSTED
+        return Ending.ACHIEVED if self._queue.achieved else Ending.GIVEN_UP
 
     def _report(self, fact: Fact) -> None:
         """Keep what the next choice will need, then report the fact to the chart."""

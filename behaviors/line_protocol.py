@@ -104,7 +104,7 @@ class Why(IntEnum):
     BAD_ARGUMENT = 12
     DECISION_OPEN = 13
     ACHIEVED = 14
-    EXHAUSTED = 15
+    GIVEN_UP = 15
     TIME_UP = 16
     OTHER = 99
 

@@ -35,7 +35,7 @@ CHOOSE_AGAIN, ALL_REACHED, ENDED = 0, 1, 2
 """Answers of ``choose``."""
 WHY_ENDED = {
     Ending.ACHIEVED: Why.ACHIEVED,
-    Ending.EXHAUSTED: Why.EXHAUSTED,
+    Ending.GIVEN_UP: Why.GIVEN_UP,
     Ending.TIME_UP: Why.TIME_UP,
     Ending.LINK_LOST: Why.LINK_LOST,
 }

@@ -27,7 +27,7 @@ def test_everyone_is_found_wherever_they_hide(seed, sim_world, sim_brick):
 def test_who_was_not_found_wins():
     found = TargetProgress("lena", TargetOutcome.REACHED, 12.4)
     missed = TargetProgress("fox", TargetOutcome.GIVEN_UP, 80.0)
-    lines = score(Report(Ending.EXHAUSTED, [found, missed], [], 80.0))
+    lines = score(Report(Ending.GIVEN_UP, [found, missed], [], 80.0))
     assert lines == ["lena: found after 12 s", "fox: not found", "The hiders win."]
 
 

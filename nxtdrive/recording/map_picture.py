@@ -21,7 +21,7 @@ from nxtdrive.recording.map_painter import MapPainter, middle, on_page
 from nxtdrive.recording.map_scene import START, Line, MapScene, gather
 from nxtdrive.recording.map_style import mark_style, target_color
 from nxtdrive.recording.run_reader import start_of
-from nxtdrive.recording.wording import target_outcome_words
+from nxtdrive.recording.wording import spaced, target_outcome_words
 
 AXES = Axes("to the right of the start, m", "ahead of the start, m", up=True)
 MARGIN_MM, SMALLEST_MM = 250.0, 1600.0
@@ -103,7 +103,7 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
     if end is None:
         yield f"the record stops at {records[-1].time_s:.1f} s" if records else "nothing was recorded"
         return
-    yield f"{str(end.data.get('ending', 'ended')).replace('_', ' ')} after {end.time_s:.1f} s"
+    yield f"{spaced(str(end.data.get('ending', 'ended')))} after {end.time_s:.1f} s"
     times_s = {record.target: record.time_s for record in records if record.data.get("to") == "reached"}
     outcomes = end.data.get("targets")
     for target, outcome in outcomes.items() if isinstance(outcomes, dict) else ():

@@ -24,6 +24,7 @@ from nxtdrive.recording.map_scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun
+from nxtdrive.recording.wording import state_words
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -134,7 +135,7 @@ def _of_record(record: Record, robot: RobotTable) -> Iterator[Message]:
     if is_number(battery_mv := data.get("battery_mv")):
         yield Message(now_s, "/battery", {"voltage": battery_mv / 1000})
     if record.kind is Kind.CHOICE:
-        choice = str(data.get("choice", "")).replace("_", " ")
+        choice = state_words(str(data.get("choice", "")))
         yield Message(now_s, "/decisions", _log(WARNING, f"{record.target}: {choice}, since {data.get('why', '')}"))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import choice_from
-from nxtdrive.recording.wording import failure_words, outage_words
+from nxtdrive.recording.wording import failure_words, outage_words, spaced
 
 BACK: dict[object, str] = {
     Event.LINK_BACK: "the brick answers again",
@@ -98,7 +98,7 @@ def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
         with suppress(KeyError, TypeError, ValueError, AttributeError):
             progress(record)
         if record.kind is Kind.END:
-            lines.append((now_s, str(record.data.get("ending", "ended")).replace("_", " ")))
+            lines.append((now_s, spaced(str(record.data.get("ending", "ended")))))
     return lines
 
 

@@ -8,7 +8,7 @@ from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.failures import Blocker
 from behaviors.journal import Record
-from behaviors.recoveries import RECOVERIES, recovery_in
+from behaviors.recoveries import RECOVERIES
 from behaviors.target_queue import TargetOutcome
 from firmware_protocol.wording import number_of
 
@@ -86,9 +86,8 @@ def _measured(name: str, value: object) -> str:
 
 
 def state_words(name: str) -> str:
-    """Write a recovery, or the state of one, as the map does: "look elsewhere", not "move_to"; others as they are."""
-    recovery = RECOVERIES.get(name) or recovery_in(name)
-    return recovery.label if recovery else spaced(name)
+    """Write a recovery, or the state of that name, as the map does: "look elsewhere" for "move_to"; others spaced."""
+    return RECOVERIES[name].label if name in RECOVERIES else spaced(name)
 
 
 def spaced(name: str) -> str:

@@ -88,9 +88,9 @@ def test_the_journal_names_an_error_that_has_no_text(perform, mission_for):
     assert (records[-1].kind, records[-1].data["error"]) == (Kind.END, "AssertionError")
 
 
-def test_a_mission_without_its_target_is_exhausted_not_broken(perform, mission_for):
+def test_a_mission_without_its_target_is_given_up_not_broken(perform, mission_for):
     done = perform("open", mission_for("rilakkuma", max_researches=0), geometric=True)
-    assert done.report.ending is Ending.EXHAUSTED
+    assert done.report.ending is Ending.GIVEN_UP
     assert not done.report.achieved
     assert _at_rest(done)
 

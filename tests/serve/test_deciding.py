@@ -69,7 +69,7 @@ def test_a_mission_can_be_begun_after_another_one(serve):
     for _ in range(2):
         assert client.ask("choose") == 0
         assert client.ask(f"choose {leave(evidence(client))}") == 2
-        assert evidence(client)["ending"] == "exhausted"
+        assert evidence(client)["ending"] == "given_up"
 
 
 @pytest.mark.parametrize("line", ["arrive lena", "move_to 90", "connect", "stop", "target rilakkuma"])

@@ -149,5 +149,5 @@ class Baseline(ABC):
             self.queue.current.time_s = self.now()
             self.enter("reached" if reached else "gave_up")
             if not self.queue.more_targets:
-                return Ending.ACHIEVED if self.queue.achieved else Ending.EXHAUSTED
+                return Ending.ACHIEVED if self.queue.achieved else Ending.GIVEN_UP
             self.queue.next_target(self.preferred())

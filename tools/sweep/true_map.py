@@ -17,6 +17,7 @@ from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
 from nxtdrive.recording.map_events import EventReader, MapEvent, Numbering, numbering
 from nxtdrive.recording.map_picture import START_MARK_MM, number_notes
 from nxtdrive.recording.map_style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
+from nxtdrive.recording.wording import spaced
 from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
@@ -80,7 +81,7 @@ def true_map_page(trace: EpisodeTrace, title: str) -> Page:
 
 
 def _result(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[str]:
-    yield f"{trace.ending.replace('_', ' ')} after {trace.duration_s:.1f} s"
+    yield f"{spaced(trace.ending)} after {trace.duration_s:.1f} s"
     if trace.error:
         yield trace.error
     arrivals = {event.same[1]: (event, mark) for event, mark in events.items() if event.kind == "reached"}

@@ -16,11 +16,12 @@ from behaviors.pause import Pause
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import Profile
 from behaviors.profiles.registry import find_profile, make_policy, supervised
-from behaviors.recoveries import RECOVERIES, Choice
+from behaviors.recoveries import Choice
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetQueue
 from nxtdrive.mission.assembly import MissionRun, OpenRobot
 from nxtdrive.recording.progress_lines import ProgressLines
+from nxtdrive.recording.wording import spaced, state_words
 
 from .answers import Answers
 from .decisions import asked, made
@@ -39,11 +40,10 @@ WAITING = {"select": "waiting for your choice"}
 def doing(record: Record) -> str:
     """Return what the robot is doing, in the words of the terminal: "look elsewhere: lena"."""
     if record.kind is Kind.END:
-        return f"ended: {str(record.data['ending']).replace('_', ' ')}"
+        return f"ended: {spaced(str(record.data['ending']))}"
     if record.state == "finished":  # whatever target was the last one: it need not have been reached
         return record.state
-    recovery = RECOVERIES.get(record.state)
-    state = recovery.label if recovery else WAITING.get(record.state, record.state.replace("_", " "))
+    state = WAITING.get(record.state) or state_words(record.state)
     return f"{state}: {record.target}" if record.target else state
 
 

@@ -218,9 +218,9 @@ def _print_json(record: Record) -> None:
 
 def _say_where(report: Report, recording: Recording) -> None:
     """Print the result of each target and the paths of the run's files."""
-    from nxtdrive.recording.wording import target_outcome_words
+    from nxtdrive.recording.wording import spaced, target_outcome_words
 
-    print_line(f"{report.ending.replace('_', ' ')} after {report.duration_s:.1f} s")
+    print_line(f"{spaced(report.ending)} after {report.duration_s:.1f} s")
     for progress in report.targets:
         when = "" if progress.time_s is None else f" at {progress.time_s:.1f} s"
         print_line(

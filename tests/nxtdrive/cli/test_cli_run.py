@@ -105,7 +105,7 @@ def test_a_mission_that_is_not_achieved_ends_with_one(small):
     mission.write_text(MISSION.replace("lena", "rilakkuma") + "[thesis]\nmax_researches = 0\n", encoding="utf-8")
     code, folder = _run(small, "--nxt", "sim://open", *UNSEEN, "--profile", "thesis")
     assert code == 1
-    assert _journal(folder)[-1]["ending"] == "exhausted"
+    assert _journal(folder)[-1]["ending"] == "given_up"
 
 
 def test_a_target_that_is_pending_at_the_end_is_not_reached(capsys, small):

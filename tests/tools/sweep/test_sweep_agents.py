@@ -21,7 +21,7 @@ def _limited(scenario, limit_s):
 )
 def test_every_agent_ends_a_mission_with_the_robot_at_rest(agent):
     trace, referee = perform(_limited(generate_scenario("absent", 100), 40.0), agent, "geometric")
-    assert trace.ending in (Ending.TIME_UP, Ending.EXHAUSTED)
+    assert trace.ending in (Ending.TIME_UP, Ending.GIVEN_UP)
     assert trace.duration_s <= 43.0
     assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
     assert trace.judged[-1].record.kind is Kind.END

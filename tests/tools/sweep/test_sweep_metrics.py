@@ -72,7 +72,7 @@ class EpisodeBuilder:
             self.disturbances,
             self.late_objects,
             3000.0,
-            Ending.EXHAUSTED,
+            Ending.GIVEN_UP,
             self.time_s,
         )
 

@@ -12,6 +12,7 @@ from typing import Any
 from behaviors.mission import Mission
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.camera import GEOMETRIC
+from nxtdrive.recording.wording import spaced
 
 from ..app import Server
 from ..hub import Hub
@@ -77,7 +78,7 @@ def result(summary: Mapping[str, Any]) -> dict[str, Any]:
     targets = summary.get("targets") or []
     return {
         "mission": summary.get("mission") or "",
-        "ending": str(summary.get("ending") or "unfinished").replace("_", " "),
+        "ending": spaced(str(summary.get("ending") or "unfinished")),
         "achieved": bool(summary.get("achieved")),
         "reached": sum(each.get("outcome") == "reached" for each in targets),
         "targets": len(targets),
