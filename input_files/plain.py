@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeGuard
 
+from input_files.mistakes import nearest
+
 MEGABYTE = 1_000_000
 MAX_DEPTH = 32
 """How deep tables, lists and objects may be nested; ours need 6."""
@@ -48,7 +50,9 @@ def read_bytes(path: Path, limit: int) -> bytes:
         with open(path, "rb") as file:
             content = file.read(limit + 1) if found.st_size <= limit else None
     except OSError as error:
-        raise InputFileError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+        meant = _similar(path) if isinstance(error, FileNotFoundError) else None
+        remedy = f"Did you mean {meant}?" if meant else "Check the path."
+        raise InputFileError(f"{path}: cannot be read ({error.strerror}). {remedy}") from None
     except InputFileError:
         raise
     except ValueError as error:  # a NUL in the path
@@ -56,6 +60,15 @@ def read_bytes(path: Path, limit: int) -> bytes:
     if content is None or len(content) > limit:
         raise InputFileError(f"{path} is too large: more than {limit / MEGABYTE:g} MB. Choose another file.")
     return content
+
+
+def _similar(path: Path) -> Path | None:
+    """Return the file of the same kind beside a path whose name is most like it, if one is."""
+    try:
+        others = {each.stem: each for each in path.parent.iterdir() if each.suffix == path.suffix}
+    except OSError:
+        return None
+    return others.get(nearest(path.stem, others))
 
 
 def read_text(path: Path, limit: int) -> str:

@@ -26,7 +26,7 @@ COMMON_MISTAKES = (
         r"""^(?:\[[^\]"'#]*|[^="'#]*)[^\x00-\x7f]""",
         "Put a name with letters beyond a-z between quotation marks.",
     ),
-    (r"""=\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
+    (r"""=\s*\[?\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
 )
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
 

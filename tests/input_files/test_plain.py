@@ -39,6 +39,17 @@ def test_a_damaged_one_is_named(compressed, damage):
         read_text(compressed, limit=10_000)
 
 
+def test_of_a_file_that_is_not_there_the_most_similar_one_beside_it_is_named(tmp_path):
+    (tmp_path / "my-mission.toml").touch()
+    (tmp_path / "my-misson.txt").touch()
+    with pytest.raises(InputFileError) as said:
+        read_text(tmp_path / "my-misson.toml", limit=1)
+    assert str(said.value).endswith(f"(No such file or directory). Did you mean {tmp_path / 'my-mission.toml'}?")
+    for other in ("cat.toml", "nowhere/my-mission.toml"):
+        with pytest.raises(InputFileError, match=r"Check the path\.$"):
+            read_text(tmp_path / other, limit=1)
+
+
 @pytest.mark.parametrize("text", ["", "-1", "1.0", "²", "٣", " 1", "1_0", "9" * 19, "9" * 5000])
 def test_what_is_not_a_whole_number_of_64_bits_is_none(text):
     assert whole_number(text) is None

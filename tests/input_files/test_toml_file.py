@@ -35,6 +35,7 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
         ("[ target . kätzchen ]", "between quotation marks"),
         ("größe = 5", "name with letters beyond a-z between quotation marks"),
         ("detector = picture", "Put text between quotation marks"),
+        ("targets = [my-cat]  # the [target.NAME] below", "Put text between quotation marks"),
         ("present = true, # or not", "Correct it there"),
         ('targets = ["kätzchen" "dog"]', "Correct it there"),
     ],
