@@ -12,8 +12,8 @@ from rich.text import Text
 from firmware_protocol.printable import printable
 from input_files.mistakes import excerpt
 from input_files.plain import whole_number
-from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
+from nxtdrive.cli.views.decision import candidate_table, known_lines
 from nxtdrive.recording.wording import failure_words
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
 from input_files.pydantic_words import first_mistake
-from nxtdrive.cli.mission_template import template
+from nxtdrive.cli.templates.mission import template
 
 from .missions import Conflict, Missions
 from .photographs import NewTarget, Photographs

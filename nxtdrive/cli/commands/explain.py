@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Explain each telegram as soon as it is read."""
     from firmware_protocol.explain import explain
-    from nxtdrive.cli.telegram_view import as_json
+    from nxtdrive.cli.views.telegram import as_json
 
     for text in _telegrams(args.hex):
         explanation = explain(parse_hex(text))

@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         write_json(_plain(explanation), indent=2)
         return DONE
-    from nxtdrive.cli.explanation_view import show
+    from nxtdrive.cli.views.explanation import show
 
     show(explanation)
     return DONE

@@ -27,7 +27,7 @@ from nxtdrive.cli.output import report_file, write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from nxtdrive.cli.template_target import TemplateTarget
+    from nxtdrive.cli.templates.target import TemplateTarget
 
 DESCRIPTION = """\
 Check mission files, show a mission's parameters and its statechart, or write
@@ -119,7 +119,7 @@ def _show(args: argparse.Namespace) -> int:
 def _described(mission: Mission) -> str:
     """Format every number the mission runs with; a star marks those that the mission or its robot file sets."""
     from behaviors.mission_warnings import unused_keys
-    from nxtdrive.cli.mission_template import meanings
+    from nxtdrive.cli.templates.mission import meanings
 
     tables = {
         "mission": mission.mission,
@@ -156,9 +156,9 @@ def _short(value: object) -> str:
 
 
 def _new(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.mission_template import template
-    from nxtdrive.cli.template_target import RED_BOX
-    from nxtdrive.cli.world_template import world_text
+    from nxtdrive.cli.templates.mission import template
+    from nxtdrive.cli.templates.target import RED_BOX
+    from nxtdrive.cli.templates.world import world_text
     from nxtdrive.mission.files import own_room
     from nxtdrive.recording.output_file import write_file
 
@@ -197,7 +197,7 @@ def _tried_out(target: TemplateTarget, text: str, world: Path) -> str:
     Raises:
         ConfigError: It is not found there.
     """
-    from nxtdrive.cli.world_template import try_out, world_text
+    from nxtdrive.cli.templates.world import try_out, world_text
     from nxtdrive.mission.simpler_detector import simpler_detector
     from nxtdrive.vision.detectors import make_detector
     from nxtdrive.vision.sources import read_image
@@ -226,7 +226,7 @@ def _new_target(args: argparse.Namespace) -> TemplateTarget:
     Raises:
         ConfigError: There is no such picture, text or height.
     """
-    from nxtdrive.cli.template_target import RED_BOX, marker_target, qr_target
+    from nxtdrive.cli.templates.target import RED_BOX, marker_target, qr_target
     from nxtdrive.vision.detectors.qr import QrDetector
     from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
@@ -252,7 +252,7 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
         ConfigError: It is not an image, or its height is not known and there is no terminal to ask in.
     """
     from firmware_protocol.errors import CameraError
-    from nxtdrive.cli.template_target import TemplateTarget, plain_name
+    from nxtdrive.cli.templates.target import TemplateTarget, plain_name
     from nxtdrive.vision.sources import read_image
 
     try:

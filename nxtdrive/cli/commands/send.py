@@ -111,7 +111,7 @@ def _sent(command: Command[Any], as_json: bool) -> int:
 
 def _replied(telegram: bytes, as_json: bool) -> int:
     from firmware_protocol.explain import explain
-    from nxtdrive.cli.telegram_view import as_json as explanation_as_json
+    from nxtdrive.cli.views.telegram import as_json as explanation_as_json
 
     explanation = explain(telegram)
     if as_json:

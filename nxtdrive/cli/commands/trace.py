@@ -88,7 +88,7 @@ def _in_words(entry: Entry, *, full: bool) -> str:
 
 def _as_json(entry: Entry) -> dict[str, object]:
     from firmware_protocol.explain import explain
-    from nxtdrive.cli.telegram_view import as_json
+    from nxtdrive.cli.views.telegram import as_json
 
     value = json.loads(entry.to_json())
     return {**value, "explained": as_json(explain(entry.telegram))} if entry.telegram else value

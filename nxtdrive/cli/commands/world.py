@@ -74,8 +74,8 @@ def _mistakes(file: str) -> list[str]:
 
 
 def _show(args: argparse.Namespace) -> int:
-    from nxtdrive.cli.room_picture import draw
-    from nxtdrive.cli.room_sketch import sketch
+    from nxtdrive.cli.views.room_picture import draw
+    from nxtdrive.cli.views.room_sketch import sketch
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.recording.output_file import write_file
     from sim_backend.world.loading import load_world

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from behaviors.journal import Kind, Record
-from nxtdrive.cli.explanation_view import outcome_words
+from nxtdrive.cli.views.explanation import outcome_words
 from nxtdrive.recording.decisions import decisions
 
 

@@ -8,7 +8,7 @@ import pytest
 from behaviors.diagram import mermaid, transition_table
 from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
 from nxtdrive.cli.main import DONE, USAGE, exit_code, main
-from nxtdrive.cli.mission_template import meanings, template
+from nxtdrive.cli.templates.mission import meanings, template
 from nxtdrive.tools.web.missions import Missions
 from sim_backend.bundled import PICTURES
 

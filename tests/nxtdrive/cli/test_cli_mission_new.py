@@ -18,7 +18,7 @@ import nxtdrive
 from behaviors.mission import load_mission
 from behaviors.mission_targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.cli.template_target import plain_name
+from nxtdrive.cli.templates.target import plain_name
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.dev.onnx_models import red_model

@@ -56,7 +56,7 @@ def test_explain_reads_one_telegram_a_line(monkeypatch, capsys):
 @given(st.binary(max_size=80))
 def test_any_bytes_are_explained_as_json(telegram):
     from firmware_protocol.explain import explain
-    from nxtdrive.cli.telegram_view import as_json
+    from nxtdrive.cli.views.telegram import as_json
 
     assert json.loads(json.dumps(as_json(explain(telegram))))["telegram"] in telegram.hex()
 

@@ -14,7 +14,7 @@ import pytest
 import nxtdrive
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.cli.room_picture import room_page
+from nxtdrive.cli.views.room_picture import room_page
 from nxtdrive.drawing.floor_view import FloorView
 from nxtdrive.drawing.sheet import Sheet
 from sim_backend.bundled import WORLDS

@@ -28,7 +28,7 @@ from behaviors.mission import BUILT_IN
 from firmware_protocol.errors import AddressError, CameraError, ConfigError, LocalProtocolError
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
-from nxtdrive.cli.mission_template import template
+from nxtdrive.cli.templates.mission import template
 from nxtdrive.mission.files import PICTURES
 from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.template_target import FARTHEST_STOP_MM, TemplateTarget
+from nxtdrive.cli.templates.target import FARTHEST_STOP_MM, TemplateTarget
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from nxtdrive.cli.template_target import RED_BOX, USUAL_STOP_MM, TemplateTarget
-from nxtdrive.cli.world_template import toml_path
+from nxtdrive.cli.templates.target import RED_BOX, USUAL_STOP_MM, TemplateTarget
+from nxtdrive.cli.templates.world import toml_path
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

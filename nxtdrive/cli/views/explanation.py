@@ -9,8 +9,8 @@ from rich.text import Text
 
 from behaviors.profile_names import THESIS
 from firmware_protocol.printable import printable
-from nxtdrive.cli.decision_view import candidate_table, known_lines
 from nxtdrive.cli.output import make_console
+from nxtdrive.cli.views.decision import candidate_table, known_lines
 from nxtdrive.recording.decisions import Decision, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
 from nxtdrive.recording.wording import failure_words, measured_words, spaced, state_words

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from nxtdrive.cli.room_sketch import absence, sound_words
+from nxtdrive.cli.views.room_sketch import absence, sound_words
 from nxtdrive.drawing.blocks import Tag
 from nxtdrive.drawing.floor_view import Area, Axes, FloorView
 from nxtdrive.drawing.legend import Key, dot_sample, line_sample, marker_sample, patch_sample, ring_sample

@@ -1,0 +1,1 @@
+"""The files that `nxtdrive mission new` and `nxtdrive world new` write."""

@@ -1,0 +1,1 @@
+"""What commands show: decisions, explanations of runs, telegrams, rooms."""
