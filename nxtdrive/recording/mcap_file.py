@@ -20,7 +20,7 @@ from behaviors.robot_description import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture
-from nxtdrive.recording.map_scene import pose_of
+from nxtdrive.recording.map.scene import pose_of
 from nxtdrive.recording.mcap_schemas import SCHEMAS, TOPICS
 from nxtdrive.recording.progress_lines import lines_of
 from nxtdrive.recording.run_reader import PastRun

@@ -14,8 +14,8 @@ from behaviors.ports import Clock, Sighting
 from nxtdrive.drawing.sheet import encoded
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import Look, looked, read_pictures
-from nxtdrive.recording.map_picture import draw_map
-from nxtdrive.recording.map_scene import Line
+from nxtdrive.recording.map.picture import draw_map
+from nxtdrive.recording.map.scene import Line
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY, VIDEO, RunFolder
 from nxtdrive.recording.video import Follow, write_webm

@@ -17,7 +17,7 @@ from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
-from nxtdrive.recording.map_scene import MapScene, gather, pose_of, sighted_at
+from nxtdrive.recording.map.scene import MapScene, gather, pose_of, sighted_at
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.world.world_file import WorldFile
 

@@ -14,9 +14,9 @@ from nxtdrive.drawing.floor_view import Area, Axes, FloorView
 from nxtdrive.drawing.legend import Key, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, INK, Color, Sheet
-from nxtdrive.recording.map_events import EventReader, MapEvent, Numbering, numbering
-from nxtdrive.recording.map_picture import START_MARK_MM, number_notes
-from nxtdrive.recording.map_style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
+from nxtdrive.recording.map.events import EventReader, MapEvent, Numbering, numbering
+from nxtdrive.recording.map.picture import START_MARK_MM, number_notes
+from nxtdrive.recording.map.style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 from nxtdrive.recording.wording import spaced
 from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point

@@ -12,7 +12,7 @@ from nxtdrive.drawing.floor_view import Area, Axes, FloorView
 from nxtdrive.drawing.legend import Key, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet
-from nxtdrive.recording.map_style import SEARCH, target_color
+from nxtdrive.recording.map.style import SEARCH, target_color
 from sim_backend.world.placement import (
     outline_of_box,
     outline_of_carpet,

@@ -17,10 +17,10 @@ from nxtdrive.drawing.label_placement import overlap
 from nxtdrive.drawing.page import place_tags
 from nxtdrive.drawing.sheet import Sheet
 from nxtdrive.mission.files import read_mission_file
-from nxtdrive.recording.map_events import LAST, MOST, numbering
-from nxtdrive.recording.map_picture import draw_map, map_page
-from nxtdrive.recording.map_scene import gather
-from nxtdrive.recording.map_style import PATHS
+from nxtdrive.recording.map.events import LAST, MOST, numbering
+from nxtdrive.recording.map.picture import draw_map, map_page
+from nxtdrive.recording.map.scene import gather
+from nxtdrive.recording.map.style import PATHS
 from nxtdrive.recording.progress_lines import ProgressLines
 
 SIGHTING = {"bearing_deg": 90.0, "distance_mm": 1000.0, "confidence": 1.0, "box": [0, 0, 10, 10]}
@@ -145,7 +145,7 @@ def test_the_path_has_the_colour_of_its_state():
 
 
 def test_paths_of_different_states_differ_also_in_grey():
-    from nxtdrive.recording.map_style import path_style
+    from nxtdrive.recording.map.style import path_style
 
     styles = [path_style(state) for state in (*PATHS, *RECOVERIES)]
     for one, other in combinations(styles, 2):

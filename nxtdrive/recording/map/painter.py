@@ -13,9 +13,9 @@ from behaviors.robot_description import CameraTable
 from nxtdrive.drawing.floor_view import Area, FloorView
 from nxtdrive.drawing.legend import Key, Paint, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet
-from nxtdrive.recording.map_events import MapEvent, Numbering
-from nxtdrive.recording.map_scene import Line, MapScene
-from nxtdrive.recording.map_style import (
+from nxtdrive.recording.map.events import MapEvent, Numbering
+from nxtdrive.recording.map.scene import Line, MapScene
+from nxtdrive.recording.map.style import (
     ECHO,
     HINT,
     MOVED,

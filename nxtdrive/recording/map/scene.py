@@ -17,7 +17,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
 from behaviors.robot_description import CameraTable, RobotTable
 from input_files.plain import is_number
-from nxtdrive.recording.map_events import EventReader, MapEvent
+from nxtdrive.recording.map.events import EventReader, MapEvent
 
 Line = tuple[float, float, float, float]
 """Both ends of a line on the floor: x0_mm, y0_mm, x1_mm, y1_mm."""

@@ -16,10 +16,10 @@ from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page
 from nxtdrive.drawing.sheet import DIM, Color
-from nxtdrive.recording.map_events import MapEvent, Numbering, numbering
-from nxtdrive.recording.map_painter import MapPainter, middle, on_page
-from nxtdrive.recording.map_scene import START, Line, MapScene, gather
-from nxtdrive.recording.map_style import mark_style, target_color
+from nxtdrive.recording.map.events import MapEvent, Numbering, numbering
+from nxtdrive.recording.map.painter import MapPainter, middle, on_page
+from nxtdrive.recording.map.scene import START, Line, MapScene, gather
+from nxtdrive.recording.map.style import mark_style, target_color
 from nxtdrive.recording.run_reader import start_of
 from nxtdrive.recording.wording import spaced, target_outcome_words
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from behaviors.recoveries import recovery_in
 from nxtdrive.drawing.sheet import INK, Color
-from nxtdrive.recording.map_events import MapEvent
+from nxtdrive.recording.map.events import MapEvent
 
 UNKNOWN: Color = (236, 236, 233)
 HINT: Color = (196, 199, 203)

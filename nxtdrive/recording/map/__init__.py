@@ -1,0 +1,1 @@
+"""The map of a run: what happened, where, and how it is drawn."""
