@@ -35,7 +35,7 @@ def brick_id(bluetooth_address: str) -> str:
 
 
 class RobotFileError(MistakesError):
-    """A robot file with mistakes; the message lists all of them, one a line, each with its path and what to do."""
+    """A robot file with mistakes; the message lists all of them, one per line, each with its path and what to do."""
 
 
 class Table(BaseModel):

@@ -1,4 +1,4 @@
-"""A journal as a table: one row a record, one unit a column."""
+"""A journal as a table: one row per record, one unit per column."""
 
 from __future__ import annotations
 

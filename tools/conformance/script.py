@@ -86,7 +86,7 @@ def read_script(path: Path, *, allow_writes: bool) -> list[Line]:
             lines.append(line)
             note = []
     if not lines:
-        raise ConfigError(f"{path} has no telegrams.", remedy="Write one a line, as in GetBatteryLevel or 00 0b.")
+        raise ConfigError(f"{path} has no telegrams.", remedy="Write one per line, as in GetBatteryLevel or 00 0b.")
     return lines
 
 

@@ -63,9 +63,9 @@ OVERVIEW = {
     "agent": "agent",
     "success [95 %]": "targets reached [95 %]",
     "SPL": "path efficiency",
-    "contacts": "contacts a mission",
+    "contacts": "contacts per mission",
     "wrong stops": "wrong stops",
-    "mission s": "seconds a mission",
+    "mission s": "seconds per mission",
 }
 """Columns of the overview, and what they are called there."""
 RECOVERY_COLUMNS = [

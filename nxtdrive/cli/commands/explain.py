@@ -20,7 +20,7 @@ EXAMPLES = """\
   nxtdrive explain 00 0b
   nxtdrive explain 02 0b 00 40 1f
   nxtdrive explain 0x00,0x04,0x01,0x64,0x07,0x01,0x00,0x20,0x68,0x01,0x00,0x00
-  nxtdrive explain - --json < telegrams.txt      # one telegram a line"""
+  nxtdrive explain - --json < telegrams.txt      # one telegram per line"""
 
 STANDARD_INPUT = "-"
 _SEPARATORS = re.compile(r"0x|\\x|[\s,:;-]+", re.IGNORECASE)

@@ -49,7 +49,7 @@ def labels_in(metadata: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def read_labels(path: Path) -> tuple[str, ...]:
-    """Read labels from a text file: one a line, or as JSON a list, or an object from number to label.
+    """Read labels from a text file: one per line, or as JSON a list, or an object from number to label.
 
     Raises:
         ConfigError: It cannot be read, or has none.
@@ -59,7 +59,7 @@ def read_labels(path: Path) -> tuple[str, ...]:
     except InputFileError as error:
         raise ConfigError(str(error)) from None
     if not found:
-        raise ConfigError(f"{path} has no labels.", remedy="Write one a line, in the model's order.")
+        raise ConfigError(f"{path} has no labels.", remedy="Write one per line, in the model's order.")
     return found
 
 
@@ -76,7 +76,7 @@ def number_of(label: str, labels: Sequence[str], model: Path) -> int:
     if not labels:
         raise ConfigError(
             f"{model} does not name its labels, so {label!r} is not known.",
-            remedy='Name them in a file, labels = "labels.txt", one a line, or give the number: label = "0".',
+            remedy='Name them in a file, labels = "labels.txt", one per line, or give the number: label = "0".',
         )
     alike = [one for one in labels if one.casefold() == label.casefold()]
     alike = alike or difflib.get_close_matches(label, labels[:1000], n=1)
@@ -92,7 +92,7 @@ def listed(labels: Sequence[str], most: int = 100) -> str:
 
 
 def _parsed(text: str) -> tuple[str, ...]:
-    """Return the labels in a text: JSON, a Python literal as Ultralytics writes it, or one a line or between commas."""
+    """Return the labels in a text: JSON, a Python literal as Ultralytics writes it, one per line, or between commas."""
     value: object = None
     for parse in (json.loads, ast.literal_eval) if text.lstrip()[:1] in ("{", "[", "(") else ():
         with suppress(ValueError, SyntaxError, MemoryError, RecursionError, TypeError), catch_warnings():
