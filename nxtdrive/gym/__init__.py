@@ -5,8 +5,8 @@ Needs the extra ``gym``. See docs/gym.md.
 
 import gymnasium
 
-from .decisions import DecisionEnv
-from .wheels import WheelEnv
+from nxtdrive.gym.decisions import DecisionEnv
+from nxtdrive.gym.wheels import WheelEnv
 
 __all__ = ["DecisionEnv", "WheelEnv"]
 

@@ -18,10 +18,9 @@ from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
 from behaviors.stepped_mission import SteppedMission
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
-
-from .scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 
 CANDIDATES = 16
 """Largest number of candidates of a decision that an action can name."""
@@ -100,11 +99,8 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         eyes: str = GEOMETRIC,
         second_costs: float = 1.0,
     ) -> None:
-        self._scenarios, self._eyes, self._second_costs = (
-            ScenarioSampler(kinds, seeds, profile),
-            check_eyes(eyes),
-            second_costs,
-        )
+        self._scenarios = ScenarioSampler(kinds, seeds, profile)
+        self._eyes, self._second_costs = check_eyes(eyes), second_costs
         self._ongoing: _OngoingMission | None = None
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)

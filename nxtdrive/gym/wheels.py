@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Outage, Sighting
 from behaviors.profile_names import ADAPTIVE
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
-
-from .scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
 
 IMAGE = (320, 240)
 """Width and height of an ``image``."""

@@ -8,8 +8,7 @@ from typing import Any
 
 from behaviors.journal import Record
 from input_files.plain import is_number
-
-from .csv_table import csv_text
+from nxtdrive.recording.csv_table import csv_text
 
 POSE = ("x_mm", "y_mm", "heading_deg")
 SIGHTING = ("bearing_deg", "distance_mm", "confidence")

@@ -6,12 +6,11 @@ from contextlib import ExitStack
 
 from behaviors.journal import Kind, Observer, Record
 from nxtdrive.brick import Brick
+from nxtdrive.simulated.robot import scenario_robot
+from nxtdrive.simulated.scenario import Scenario
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 from sim_backend.simulation import Simulation
-
-from .robot import scenario_robot
-from .scenario import Scenario
 
 
 class Episode:

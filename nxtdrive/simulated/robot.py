@@ -19,11 +19,10 @@ from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, build_body
 from nxtdrive.mission.camera import SIMULATED, open_mission_camera
 from nxtdrive.mission.eyes import mission_eyes
+from nxtdrive.simulated.scenario import Scenario
 from sim_backend.camera.geometric import Quad
 from sim_backend.scenarios.extras import CameraLoss, Sight
 from sim_backend.simulation import Simulation
-
-from .scenario import Scenario
 
 GEOMETRIC, CAMERA = "geometric", "camera"
 """Eyes that skip rendering and detection, and eyes that do both."""
