@@ -151,7 +151,7 @@ class Arrival:
         """Return how far away the target is at most, by its size and by the sonar.
 
         An echo from farther away than the target looks may be of what is behind it; but then the size says enough from
-        a little nearer. So may an echo from a slanted print, which throws most of the sound aside.
+        a little nearer. So may an echo from a slanted print, which deflects most of the sound.
         """
         echo_mm = self._echo_ahead(sighting, now_s)
         if echo_mm is None or self._contradicted(sighting, echo_mm):

@@ -31,7 +31,7 @@ class BeliefNumbers:
         edge_mm: Between the farthest place and the edge of the map.
         facings: Directions in which a picture may face.
         half_slant_deg: A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md
-            section 1.2, 45 and 60 degrees aside.
+            section 1.2, 45 and 60 degrees to the side.
         slant_width_deg: How gradually; the grid of facings is coarse.
         sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
         stand_mm: Looks from places no farther apart than this are looks from one place.

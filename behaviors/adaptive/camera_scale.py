@@ -158,7 +158,7 @@ class CameraScale:
         """Update with a distance by size as measured; one of a target that is cut off is none.
 
         Args:
-            sighting: It is not seen from far aside.
+            sighting: It is not seen from far to the side.
             pose: Where the robot was then.
             range_mm: The echo, or None.
         """

@@ -37,7 +37,7 @@ async def _drive_from_a_phone(address, pin):
         f"ws://{address}/ws", additional_headers=session(address, pin), max_queue=None
     ) as phone:
         for ahead in (0.0, *[1.0] * 15):
-            await phone.send(json.dumps({"type": "drive", "ahead": ahead, "aside": 0.0}))
+            await phone.send(json.dumps({"type": "drive", "ahead": ahead, "turn": 0.0}))
             await asyncio.sleep(0.05)
 
 

@@ -5,7 +5,7 @@ const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 async function drive(ahead, seconds) {
   for (let sent = 0; sent < seconds * 20; sent++) {
-    page.send(JSON.stringify({ type: "drive", ahead, aside: 0 }));
+    page.send(JSON.stringify({ type: "drive", ahead, turn: 0 }));
     await sleep(50);
   }
 }

@@ -13,7 +13,7 @@ async def main() -> None:
 
         async def drive(ahead: float, seconds: float) -> None:
             for _ in range(int(seconds * 20)):
-                await page.send(json.dumps({"type": "drive", "ahead": ahead, "aside": 0.0}))
+                await page.send(json.dumps({"type": "drive", "ahead": ahead, "turn": 0.0}))
                 await asyncio.sleep(0.05)
 
         await drive(0.0, 0.05)

@@ -68,7 +68,7 @@ async def main(url, number):
                 if isinstance(message, str) and '"latency_ms"' in message:
                     latency_ms.append(json.loads(message)["latency_ms"])
         async def steer(ahead):
-            await page.send(json.dumps({"type": "drive", "ahead": ahead, "aside": 0}))
+            await page.send(json.dumps({"type": "drive", "ahead": ahead, "turn": 0}))
         reading = asyncio.create_task(read())
         for trial in range(number):
             await steer(0)

@@ -214,7 +214,7 @@ class Teleop(App[None]):
         if reading.lost:
             self._controls.let_go()
         if reading.sticks is not None:
-            self._controls.steer(reading.sticks.ahead, reading.sticks.aside, self._now())
+            self._controls.steer(reading.sticks.ahead, reading.sticks.turn, self._now())
 
     def _obey(self, button: Button) -> None:
         match button:

@@ -59,11 +59,11 @@ class Controls:
         if not self.stopped:
             self._key = (*direction.value, now_s)
 
-    def steer(self, ahead: float, aside: float, now_s: float) -> None:
+    def steer(self, ahead: float, turn: float, now_s: float) -> None:
         """Note a stick's position: parts of the highest speed and turn rate, -1..1, positive right; zeros: centred."""
-        moved = bool(ahead or aside)
+        moved = bool(ahead or turn)
         self._stick_free = self._stick_free or not moved
-        self._stick = (ahead, aside, now_s) if moved and self._stick_free and not self.stopped else None
+        self._stick = (ahead, turn, now_s) if moved and self._stick_free and not self.stopped else None
 
     def let_go_of_keys(self) -> None:
         """Forget the pressed key."""

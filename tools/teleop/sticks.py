@@ -38,7 +38,7 @@ class Sticks:
         return response(-_strongest(self.left_y, self.cross_y))
 
     @property
-    def aside(self) -> float:
+    def turn(self) -> float:
         """Part of the highest turn rate, -1..1, right positive; the stick that is deflected farther counts."""
         return response(_strongest(self.left_x, self.right_x, self.cross_x))
 

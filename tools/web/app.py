@@ -232,10 +232,10 @@ class Server:
     def _control(self, robot: Robot, client: Client, message: Message) -> Work | None:
         match message:
             case Drive():
-                if not self._arbiter.take(client.name) and (message.ahead or message.aside):
+                if not self._arbiter.take(client.name) and (message.ahead or message.turn):
                     raise ValueError(f"Another page ({self._arbiter.driver}) drives. It has been asked for control.")
                 if self._arbiter.driver == client.name:
-                    robot.drive(message.ahead, message.aside)
+                    robot.drive(message.ahead, message.turn)
             case Release():
                 robot.release()
             case SpeedLimit(percent=percent):

@@ -29,12 +29,12 @@ class Drive(_Message):
 
     Attributes:
         ahead: Part of the highest speed, forward positive.
-        aside: Part of the highest turn rate, right positive.
+        turn: Part of the highest turn rate, right positive.
     """
 
     type: Literal["drive"]
     ahead: Part
-    aside: Part
+    turn: Part
 
 
 class Stop(_Message):

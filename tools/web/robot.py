@@ -102,15 +102,15 @@ class Robot:
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
 
-    def drive(self, ahead: float, aside: float) -> None:
+    def drive(self, ahead: float, turn: float) -> None:
         """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread.
 
         Raises:
             ValueError: The robot is stopped or does something else; the text says so.
         """
-        self.controls.steer(ahead, aside, self._now())
+        self.controls.steer(ahead, turn, self._now())
         self._news.set()
-        if ahead or aside:
+        if ahead or turn:
             self._slot.check_hand_drive()
 
     def let_go(self) -> None:

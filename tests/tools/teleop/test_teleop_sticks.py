@@ -40,7 +40,7 @@ def test_the_end_is_full_and_the_middle_of_the_way_is_gentle():
 @given(st.builds(Sticks, DEFLECTIONS, DEFLECTIONS, DEFLECTIONS, CROSS, CROSS))
 def test_any_sticks_ask_for_what_the_robot_can(sticks):
     assert -1.0 <= sticks.ahead <= 1.0
-    assert -1.0 <= sticks.aside <= 1.0
+    assert -1.0 <= sticks.turn <= 1.0
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_any_sticks_ask_for_what_the_robot_can(sticks):
     ],
 )
 def test_up_is_forward_and_right_is_positive(sticks, course):
-    assert (sticks.ahead, sticks.aside) == course
+    assert (sticks.ahead, sticks.turn) == course
 
 
 @pytest.fixture

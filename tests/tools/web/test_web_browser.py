@@ -136,7 +136,7 @@ def test_what_may_mean_that_nobody_steers_stops_the_motion_at_once(browser, url)
         ActionChains(browser).click_and_hold(pad).move_by_offset(0, -40).perform()
         _until(browser, "doing", "driving")
         last = browser.execute_script(end + "; return sent.at(-1)")
-        assert json.loads(last) == {"type": "drive", "ahead": 0, "aside": 0}, end
+        assert json.loads(last) == {"type": "drive", "ahead": 0, "turn": 0}, end
         _until(browser, "doing", "at rest")
         ActionChains(browser).release().perform()
 

@@ -110,7 +110,7 @@ def _stalled_page(port: int) -> socket.socket:
     """A page that takes the wheel and then neither reads nor answers, as on a computer that sleeps."""
     page = socket.create_connection(("127.0.0.1", port))
     page.sendall(HANDSHAKE.format(port=port).encode())
-    drive = b'{"type": "drive", "ahead": 0, "aside": 0}'
+    drive = b'{"type": "drive", "ahead": 0, "turn": 0}'
     page.sendall(bytes((0x81, 0x80 | len(drive), 0, 0, 0, 0)) + drive)
     return page
 

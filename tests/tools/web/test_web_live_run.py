@@ -72,7 +72,7 @@ def test_watchers_do_not_change_the_journal_and_get_the_end(start, tmp_path, cap
         reader, _never_reads = (pages.enter_context(_watch(address)) for _ in range(2))
         hello = next(_messages(reader))
         assert not hello["drives"]
-        reader.send('{"type": "drive", "ahead": 1, "aside": 0}')
+        reader.send('{"type": "drive", "ahead": 1, "turn": 0}')
         assert "one run" in _until(reader, "refused")["text"]
         ended = _until(reader, "ended")
     assert ended["achieved"]

@@ -13,7 +13,7 @@ from nxtdrive.tools.web.messages import Drive, StartMission, Stop, read_message
 
 def test_messages_are_read():
     assert read_message('{"type": "stop"}') == Stop(type="stop")
-    assert read_message('{"type": "drive", "ahead": 0.5, "aside": -1}') == Drive(type="drive", ahead=0.5, aside=-1.0)
+    assert read_message('{"type": "drive", "ahead": 0.5, "turn": -1}') == Drive(type="drive", ahead=0.5, turn=-1.0)
     assert read_message('{"type": "start_mission"}') == StartMission(type="start_mission")
 
 
@@ -24,8 +24,8 @@ def test_messages_are_read():
         "[]",
         '{"type": "fly"}',
         '{"type": "drive"}',
-        '{"type": "drive", "ahead": 1.5, "aside": 0}',
-        '{"type": "drive", "ahead": NaN, "aside": 0}',
+        '{"type": "drive", "ahead": 1.5, "turn": 0}',
+        '{"type": "drive", "ahead": NaN, "turn": 0}',
         '{"type": "stop", "more": 1}',
         '{"type": "answer", "question": 1, "choice": -1}',
         "[" * 100_000,

@@ -192,7 +192,7 @@ def test_the_command_key_lets_go_of_held_keys(browser, tell):
         browser.execute_script(
             f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{...{key}, bubbles: true}}))"
         )
-    assert _sent(browser, "drive")[-1] == {"type": "drive", "ahead": 0, "aside": 0}
+    assert _sent(browser, "drive")[-1] == {"type": "drive", "ahead": 0, "turn": 0}
 
 
 def test_a_gamepad_does_not_drive_a_page_that_is_hidden(browser, tell):
@@ -202,7 +202,7 @@ def test_a_gamepad_does_not_drive_a_page_that_is_hidden(browser, tell):
         "Object.defineProperty(document, 'hidden', { value: true });"
         "document.dispatchEvent(new Event('visibilitychange')); return sent.at(-1)"
     )
-    assert last == {"type": "drive", "ahead": 0, "aside": 0}
+    assert last == {"type": "drive", "ahead": 0, "turn": 0}
 
 
 @pytest.mark.parametrize("panel", ["lines", "decision"])

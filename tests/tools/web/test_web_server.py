@@ -187,9 +187,9 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
         client.websocket_connect("/ws") as other,
     ):
         for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         assert _until(page, lambda each: each.get("doing") == "driving")
-        other.send_json({"type": "drive", "ahead": -1, "aside": 0})
+        other.send_json({"type": "drive", "ahead": -1, "turn": 0})
         assert "(page 1) drives" in _until(other, lambda each: each["type"] == "refused")["text"]
         # no further sign of the driver: the dead-man switch stops
         stopped = _until(page, lambda each: each.get("doing") == "at rest")
@@ -200,7 +200,7 @@ def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
     server = _server(tmp_path)
     with _client(server).websocket_connect("/ws") as page:
         for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         page.send_text("no message")
         _until(page, lambda each: each["type"] == "refused")
         assert server.robot.controls.wanted(0.0)[0] > 0
@@ -212,7 +212,7 @@ def test_a_driver_that_hands_over_stops_the_robot_and_a_pad_held_meanwhile_does_
     with _client(server) as client, client.websocket_connect("/ws") as page, client.websocket_connect("/ws") as other:
 
         def drive(which: WebSocketTestSession, ahead: float) -> float:
-            which.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            which.send_json({"type": "drive", "ahead": ahead, "turn": 0})
             which.send_text("no message")
             _until(which, lambda each: each["type"] == "refused" and "drives;" not in each["text"])
             return server.robot.controls.wanted(0.0)[0]
@@ -236,10 +236,10 @@ def test_anyone_may_stop_and_nothing_drives_until_the_stop_is_released(tmp_path)
         client.websocket_connect("/ws") as other,
     ):
         for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         other.send_json({"type": "stop"})
         _until(page, lambda each: each.get("stopped") is True)
-        for asked in ({"type": "drive", "ahead": 1, "aside": 0}, {"type": "start_mission"}):
+        for asked in ({"type": "drive", "ahead": 1, "turn": 0}, {"type": "start_mission"}):
             page.send_json(asked)
             assert "stopped" in _until(page, lambda each: each["type"] == "refused")["text"]
         other.send_json({"type": "release"})
@@ -252,7 +252,7 @@ def test_who_drives_during_a_mission_is_told_why_the_robot_does_not_obey(tmp_pat
         page.send_json({"type": "start_mission"})
         _until(page, lambda each: each["type"] == "run")
         for ahead in (0, 1):
-            page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+            page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
         assert "A mission is running" in _until(page, lambda each: each["type"] == "refused")["text"]
 
 

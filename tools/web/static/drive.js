@@ -35,7 +35,7 @@ export class Drive {
     this.pad.addEventListener("pointerdown", (event) => {
       if (event.button) return; // the menu of another one would hide that it is released
       this.pad.setPointerCapture(event.pointerId);
-      this.connection.send({ type: "drive", ahead: 0, aside: 0 });
+      this.connection.send({ type: "drive", ahead: 0, turn: 0 });
       move(event);
     });
     this.pad.addEventListener("pointermove", (event) => this.dragged && move(event));
@@ -62,19 +62,19 @@ export class Drive {
 
   wanted() {
     if (this.dragged) return this.dragged;
-    let [ahead, aside] = [0, 0];
-    for (const code of this.held) [ahead, aside] = [ahead + KEYS[code][0], aside + KEYS[code][1]];
-    if (ahead || aside) return [clamp(ahead), clamp(ahead ? aside / 2 : aside)];
+    let [ahead, turn] = [0, 0];
+    for (const code of this.held) [ahead, turn] = [ahead + KEYS[code][0], turn + KEYS[code][1]];
+    if (ahead || turn) return [clamp(ahead), clamp(ahead ? turn / 2 : turn)];
     return gamepad();
   }
 
   tick() {
-    const [ahead, aside] = this.wanted();
-    const moving = Boolean(ahead || aside);
-    if (moving && !this.moving) this.connection.send({ type: "drive", ahead: 0, aside: 0 });
-    if (moving || this.moving) this.connection.send({ type: "drive", ahead, aside });
+    const [ahead, turn] = this.wanted();
+    const moving = Boolean(ahead || turn);
+    if (moving && !this.moving) this.connection.send({ type: "drive", ahead: 0, turn: 0 });
+    if (moving || this.moving) this.connection.send({ type: "drive", ahead, turn });
     this.moving = moving;
-    this.knob.style.left = `${50 + 33 * aside}%`;
+    this.knob.style.left = `${50 + 33 * turn}%`;
     this.knob.style.top = `${50 - 33 * ahead}%`;
   }
 
@@ -89,8 +89,8 @@ function gamepad() {
   if (document.hidden) return [0, 0]; // what the browser has may be old
   for (const pad of navigator.getGamepads?.() ?? []) {
     if (!pad) continue;
-    const ahead = beyond(-pad.axes[1]), aside = beyond(pad.axes[2] ?? 0) || beyond(pad.axes[0]);
-    if (ahead || aside) return [ahead, aside];
+    const ahead = beyond(-pad.axes[1]), turn = beyond(pad.axes[2] ?? 0) || beyond(pad.axes[0]);
+    if (ahead || turn) return [ahead, turn];
   }
   return [0, 0];
 }

@@ -198,7 +198,7 @@ def test_one_page_drives_a_robot_and_another_page_another(running):
         with client.websocket_connect("/robot/Ada/ws") as one, client.websocket_connect("/robot/Grace/ws") as other:
             for page in (one, other):
                 for ahead in (0, 1):
-                    page.send_json({"type": "drive", "ahead": ahead, "aside": 0})
+                    page.send_json({"type": "drive", "ahead": ahead, "turn": 0})
                 assert _until(page, lambda each: each.get("doing") == "driving")
                 assert _until(page, lambda each: each.get("doing") == "at rest")  # the dead-man switch
 
