@@ -83,7 +83,7 @@ SLIPS: dict[Slip, float] = {(1, 1): 1.0 - N.slips} | dict.fromkeys(((0.5, 1), (1
 AGES: dict[float, float] = {0.0: 1.0 - 3 * N.older} | dict.fromkeys((0.15, 0.3, 0.45), N.older)
 """How much older than they say frames may be, in seconds, and how probable that is."""
 
-Motion = tuple[float, float]
+Displacement = tuple[float, float]
 """How far a robot drove, in mm, and turned, in degrees and positive right, by its odometry."""
 
 
@@ -104,7 +104,7 @@ class Wiring(NamedTuple):
     right: float = 1
     exchanged: bool = False
 
-    def true_motion(self, forward_mm: float, turned_deg: float, track_mm: float) -> tuple[float, float]:
+    def true_displacement(self, forward_mm: float, turned_deg: float, track_mm: float) -> tuple[float, float]:
         """Return how far the robot really drove and turned, positive right, where its odometry has these values."""
         arc_mm = math.radians(turned_deg) * track_mm / 2
         wheels = self.left * (forward_mm + arc_mm), self.right * (forward_mm - arc_mm)
@@ -180,47 +180,47 @@ class WiringCheck:
 
     def _hear(self, time_s: float, range_mm: float, pose: Pose) -> None:
         last_s, last_mm, last = self._heard or (-math.inf, 0.0, pose)
-        motion = forward_mm, turned_deg = _motion(last, pose)
+        displacement = forward_mm, turned_deg = _displacement(last, pose)
         rolled_mm = abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2
         old = time_s - last_s > N.within_s
         if old or rolled_mm >= N.rolled_mm:
             self._heard = time_s, range_mm, pose
         if not old and rolled_mm >= N.rolled_mm:
-            self._learn(dict.fromkeys(AGES, motion), lambda *true: _echo_likelihood(last_mm, range_mm, *true))
+            self._learn(dict.fromkeys(AGES, displacement), lambda *true: _echo_likelihood(last_mm, range_mm, *true))
 
     def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
         last, then = self._seen or (seen, poses)
-        motions = {age_s: _motion(then[age_s], pose) for age_s, pose in poses.items()}
+        displacements = {age_s: _displacement(then[age_s], pose) for age_s, pose in poses.items()}
         moved = any(
             abs(turned_deg) >= N.turned_deg or abs(forward_mm) >= N.approached * last.distance_mm
-            for forward_mm, turned_deg in motions.values()
+            for forward_mm, turned_deg in displacements.values()
         )
         unlike = last.target != seen.target or seen.time_s - last.time_s > N.within_s
         if self._seen is None or unlike or moved:
             self._seen = seen, poses
         if moved and not unlike:
-            self._learn(motions, lambda *true: self._sighting_likelihood(last, seen, *true))
+            self._learn(displacements, lambda *true: self._sighting_likelihood(last, seen, *true))
 
     def _in_view(self, sighting: Sighting) -> bool:
         """Return whether the middle of the target is in the frame, so that its bearing is accurate."""
         return not sighting.cut and abs(sighting.bearing_deg - self._camera.yaw_deg) < self._camera.hfov_deg / 2
 
-    def _learn(self, motions: dict[float, Motion], likelihood: Callable[[float, float], float]) -> None:
+    def _learn(self, displacements: dict[float, Displacement], likelihood: Callable[[float, float], float]) -> None:
         """Update the chances of all wirings.
 
         Args:
-            motions: How far the robot drove and turned between two sightings or echoes, for each of `AGES`.
+            displacements: How far the robot drove and turned between two sightings or echoes, for each of `AGES`.
             likelihood: Of what was seen or heard after it, if it really drove and turned so far.
         """
-        track_mm, different = self._robot.axle_track_mm, set(motions.values())
+        track_mm, different = self._robot.axle_track_mm, set(displacements.values())
         for wiring, chances in self._chances.items():
             of_age = {age_s: sum(chances[slip, age_s] for slip in SLIPS) for age_s in AGES}
             for slip, usual in SLIPS.items():
-                moving = wiring.slipping(slip).true_motion
-                likelihoods = {motion: likelihood(*moving(*motion, track_mm)) for motion in different}
-                for age_s, motion in motions.items():
+                moving = wiring.slipping(slip).true_displacement
+                likelihoods = {displacement: likelihood(*moving(*displacement, track_mm)) for displacement in different}
+                for age_s, displacement in displacements.items():
                     now = (1.0 - N.changes) * chances[slip, age_s] + N.changes * usual * of_age[age_s]
-                    chances[slip, age_s] = now * likelihoods[motion]
+                    chances[slip, age_s] = now * likelihoods[displacement]
         total = sum(map(self._chance, WIRINGS))
         self._chances = {
             wiring: {how: chance / total for how, chance in chances.items()}
@@ -273,8 +273,8 @@ def _mixed(moved: float, late: float, stray: float) -> float:
     return (1.0 - N.late - N.stray) * moved + N.late * late + N.stray * stray
 
 
-def _motion(last: Pose, pose: Pose) -> Motion:
-    """Return the motion between two poses."""
+def _displacement(last: Pose, pose: Pose) -> Displacement:
+    """Return the displacement between two poses."""
     turned_deg = pose.heading_deg - last.heading_deg
     between = replace(last, heading_deg=last.heading_deg + turned_deg / 2)
     bearing_deg, distance_mm = between.polar_to((pose.x_mm, pose.y_mm))

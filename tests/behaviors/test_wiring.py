@@ -62,7 +62,7 @@ def drive(wiring, seed=1, *, robot=None, fov=1.0, track=1.0, late_frames=0, for_
             return str(error)
         moved = speed_mm_s * STEP_S, turn_deg_s * STEP_S
         by_wheels = on(by_wheels, *moved)
-        further = on(truly, *wiring.true_motion(*moved, robot.axle_track_mm * track))
+        further = on(truly, *wiring.true_displacement(*moved, robot.axle_track_mm * track))
         against_a_wall = max(abs(further.x_mm), abs(further.y_mm)) > ROOM_MM - 150.0
         truly = Pose(truly.x_mm, truly.y_mm, further.heading_deg) if against_a_wall else further
         poses.append(truly)
@@ -147,7 +147,10 @@ def test_a_wheel_that_slips_for_long_is_not_taken_for_a_reversed_one_without_a_t
         check.look(step * STEP_S, by_wheels, heard_mm, None)
         turns = random.randint(5, 60) if heard_mm is not None and heard_mm < 500.0 else turns - 1
         moved = (0.0, 50.0 * STEP_S) if turns > 0 else (200.0 * STEP_S, 0.0)
-        by_wheels, truly = on(by_wheels, *moved), on(truly, *wiring.true_motion(*moved, RobotTable().axle_track_mm))
+        by_wheels, truly = (
+            on(by_wheels, *moved),
+            on(truly, *wiring.true_displacement(*moved, RobotTable().axle_track_mm)),
+        )
 
 
 @given(seed=st.integers(0, 10**6))
