@@ -115,8 +115,9 @@ class Attempts:
 
 
 def _alike(one: _Failure, other: _Failure) -> bool:
+    """Return whether two failures are of one kind and at one place, which odometry does not tell if wheels slipped."""
     same = (one.target, one.round, one.reason) == (other.target, other.round, other.reason)
-    return same and _same_place(one.place, other.place)
+    return same and (one.reason is Reason.SLIPPED or _same_place(one.place, other.place))
 
 
 def _same_place(one: Point, other: Point) -> bool:

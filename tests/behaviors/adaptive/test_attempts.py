@@ -50,6 +50,14 @@ def test_failures_are_counted_for_each_place_and_reason_and_turn():
     assert counted == [(1, 1), (1, 1), (2, 1), (3, 2), (2, 3), (1, 1), (1, 1)]
 
 
+def test_slips_are_at_one_place_wherever_odometry_puts_them():
+    """While the wheels spin, odometry counts on."""
+    attempts = Attempts()
+    for x_mm in (0.0, 430.0, 860.0):
+        attempts.failed("door", 1, Reason.SLIPPED, (x_mm, 0.0))
+    assert attempts.failures() == (3, 3)
+
+
 @pytest.mark.parametrize("places_mm", [(0, 200, -200), (0, -240, 240), (0, 240, 0)])
 def test_failures_to_and_fro_about_a_place_are_in_a_row(places_mm):
     attempts = Attempts()
