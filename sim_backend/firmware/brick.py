@@ -143,6 +143,7 @@ class SimBrick:
             sound=self.sound,
             loader=self.loader,
             inputs=self.input,
+            outputs=self.output,
             programs=self.command,
             radio=self.radio,
             io_control=self.io_control,

@@ -72,7 +72,8 @@ class ScreenRefresh:
         self.erase_mask = self.erase_mask & ~marks.drop_erase | marks.erase
         self.update_mask = self.update_mask & ~marks.drop | marks.update
         centered = 0 if marks.again else marks.update & _TEXT_LINES
-        self.centered_lines = self.centered_lines & ~(marks.drop | marks.uncenter) | centered
+        left = marks.uncenter if marks.keeps_centered else marks.drop | marks.uncenter
+        self.centered_lines = self.centered_lines & ~left | centered
         if any(marks):
             self.wake()
 

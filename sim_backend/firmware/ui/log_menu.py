@@ -6,6 +6,7 @@ Source: docs/firmware.md section 8.5.
 from __future__ import annotations
 
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.data_log import SENSOR_PORTS, VALUES, DataLog
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 
@@ -15,15 +16,20 @@ _Steps = list[tuple[UiState, Marks]]
 DATA_LOG: Place = (2,)
 """Item of the main menu."""
 
-_DONE = 12
+_DONE = len(VALUES)
 """Item of the list of values that ends the choice."""
 
 _MOTORS = (6, 7)
-_SENSOR_PORTS, _MOTOR_PORTS = 4, 3
+_MOTOR_PORTS = 3
 
 DONE = (*DATA_LOG, _DONE)
 START = (*DONE, 0)
-"""The only item of the page that starts the log."""
+"""The only item of the page that starts the log, and the page behind it."""
+
+STORE = 1
+"""Item of that page, besides the one that deletes the log."""
+_KEPT = 2
+"""Number of its items."""
 
 _PORT_LEVEL = 3
 """Items that lead to a value's port: data log, value, port."""
@@ -32,27 +38,41 @@ _PORT_LEVEL = 3
 class LogMenu:
     """The values that are chosen for the data log.
 
+    Args:
+        log: Runs with them.
+
     Attributes:
+        log: As given.
+        begins: Whether it is about to begin.
         refuses: Whether the message is shown that a port has a value already, until a key is pressed.
+        chosen: Of each port that has a value the item of the value; motors follow the sensors.
     """
 
-    def __init__(self) -> None:
-        self.refuses = False
-        self._taken: set[tuple[bool, int]] = set()
+    def __init__(self, log: DataLog) -> None:
+        self.log = log
+        self.begins = self.refuses = False
+        self.chosen: dict[int, int] = {}
+
+    def begin(self) -> None:
+        """Begin the log."""
+        self.begins = False
+        self.log.begin(self.chosen)
 
     def clear(self) -> None:
         """Begin without values."""
-        self._taken.clear()
+        self.chosen.clear()
 
     def items(self, menu: Place) -> int:
         """Return the number of items of a menu of the data log, 0 of another one."""
+        if menu == START:
+            return _KEPT
         if menu[:1] != DATA_LOG or len(menu) >= _PORT_LEVEL:
             return 0
         if menu == DATA_LOG:
             return _DONE + 1
         if menu == DONE:
             return 1
-        return _MOTOR_PORTS if menu[1] in _MOTORS else _SENSOR_PORTS
+        return _MOTOR_PORTS if menu[1] in _MOTORS else SENSOR_PORTS
 
     def follows(self, place: Place) -> bool:
         """Return whether enter does more in a place than to open a menu."""
@@ -64,12 +84,12 @@ class LogMenu:
         enter = (UiState.DRAWING, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.ENTER, NOTHING), draws
         end = draws, (UiState.DRAWING, NOTHING)
         if place == DONE:
-            if self._taken:
+            if self.chosen:
                 return [*START], [*enter, (UiState.DRAWING, marks.READY), end[-1]]
             return [*DATA_LOG], [*enter, end[-1], *end]
-        port = place[1] in _MOTORS, place[2]
-        self.refuses = port in self._taken
+        port = place[2] + SENSOR_PORTS * (place[1] in _MOTORS)
+        self.refuses = port in self.chosen
         if self.refuses:
-            return [*place], [(UiState.DRAWING, marks.FILE_NAME)]
-        self._taken.add(port)
+            return [*place], [(UiState.DRAWING, marks.REFUSES)]
+        self.chosen[port] = place[1]
         return [*DONE], [*enter, (UiState.DRAWING, marks.TAKEN), (UiState.EXIT, NOTHING), *end]

@@ -6,16 +6,15 @@ the choice of values for the data log, and the pages of volume and sleep. Source
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
-from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.ui import log_menu
+from sim_backend.firmware.ui import data_log, log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu_places import Places
@@ -30,9 +29,6 @@ from sim_backend.firmware.ui.stored_settings import StoredSettings
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
 
 
-def _nothing() -> None: ...
-
-
 class Menu:
     """The place in the menus.
 
@@ -43,10 +39,11 @@ class Menu:
         loader: Has the files.
         screen: Draws the menus.
         view: The value of a sensor or motor that is shown.
-        data_log: Whether the main menu has an item for the data log.
+        logs: The data log.
+        has_log: Whether the main menu has an item for it.
 
     Attributes:
-        shows_key: Whether states of the last key are left.
+        states: The states of the last key.
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
         program: The program that is made on the brick.
@@ -60,20 +57,17 @@ class Menu:
         loader: Loader,
         screen: ScreenRefresh,
         view: SensorView,
+        logs: LogMenu,
         *,
-        data_log: bool,
+        has_log: bool,
     ) -> None:
         self._registers, self._sleep_timer, self._stored = registers, sleep_timer, stored
         self._loader, self._screen = loader, screen
-        self.shows_key = self.switches_off = False
+        self.switches_off = False
         self.runs = self._file = ""
-        self.program, self.view, self._log = ProgramSteps(loader), view, LogMenu()
-        log = self._log if data_log else None
-        self._places = Places(loader.flash.names_ending, self.program, self.view, log)
-        self._steps: list[tuple[UiState, Marks]] = []
-        self._state: UiState | None = None
-        self._drawn = NOTHING
-        self._set: Callable[[], object] = _nothing
+        self.program, self.view, self.logs = ProgramSteps(loader), view, logs
+        self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
+        self.states = KeyStates(registers, screen)
         self.reset()
 
     def reset(self) -> None:
@@ -90,15 +84,18 @@ class Menu:
 
     def show_page(self) -> None:
         """Show the page again of the file that was started there."""
-        self.shows_key, self._steps, self._drawn, self.runs = True, [], marks.PAGE, ""
+        self.states.begin(drawn=marks.PAGE)
+        self.runs = ""
 
     def redraw(self) -> None:
         """Draw the page after a file from state DRAWING on."""
-        self.shows_key, self._drawn, self.runs = True, NOTHING, ""
-        self._steps = [(UiState.DRAWING, drawn) for drawn in drawing.FILE_PAGE]
+        self.states.begin(UiState.DRAWING)
+        self.runs = ""
         if places.is_list(tuple(self._place[:-1])):
-            del self._steps[1:]
+            self.states.draw_last(marks.PAGE)
             self._draw_list(places.PROGRAMS)
+        else:
+            self.states.draw_last(*drawing.FILE_PAGE)
 
     def go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
@@ -106,35 +103,38 @@ class Menu:
         keys = {shown: key for key, shown in _STATES.items()}
         if state in keys:
             self.press(keys[UiState(state)])
-            del self._steps[0]
+            del self.states.left[0]
             return
         drawn = self._page
         later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
         first = marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn
-        self.shows_key, self.runs, self._drawn = True, "", first
-        self._steps = [(each, drawn if each == UiState.DRAWING else NOTHING) for each in later]
+        self.runs = ""
+        self.states.begin(*later, drawn=first)
+        if later:
+            self.states.draw_last(drawn)
 
     @property
     def shows_value(self) -> bool:
         """Whether the value of a sensor or motor is shown, until exit is pressed."""
-        return self.view.shown and not self.shows_key
+        return self.view.shown and not self.states.shown
 
     @property
     def shows_message(self) -> bool:
         """Whether a message is shown until any key is pressed."""
-        return self._log.refuses and not self.shows_key
+        return self.logs.refuses and not self.states.shown
 
     @property
     def begins_file(self) -> bool:
         """Whether the next step runs a file, which comes before a request to start one."""
-        return bool(self.runs) and self.shows_key and not self._steps
+        return bool(self.runs) and self.states.shown and not self.states.left
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
-        if key not in tuple(Key):
+        if key not in tuple(Key) or (key == Key.EXIT and tuple(self._place[:-1]) == log_menu.START):
             return
-        self.shows_key, self._steps, self._drawn, self.runs = True, [], NOTHING, ""
-        self._show(_STATES[Key(key)])
+        self.states.begin()
+        self.runs = ""
+        self.states.show(_STATES[Key(key)])
         if self._confirms is not None:
             self._answer(key)
         elif key in (Key.LEFT, Key.RIGHT):
@@ -143,16 +143,8 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self.runs or self.switches_off or self.view.chosen or any(self._steps[-1][1])):
-            self._draw_last(self._page)
-
-    def _show(self, state: UiState) -> None:
-        """Add the states of a key."""
-        self._steps += [(state, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, NOTHING)]
-
-    def _draw_last(self, *drawn: Marks) -> None:
-        """Show the last state for a pass for each of the marks, which are made at the end of the pass."""
-        self._steps[-1:] = [(self._steps[-1][0], each) for each in drawn]
+        if not (self.runs or self.switches_off or self.view.chosen or self.logs.begins or any(self.states.left[-1][1])):
+            self.states.draw_last(self._page)
 
     @property
     def _page(self) -> Marks:
@@ -162,42 +154,24 @@ class Menu:
             return NOTHING
         steps = self.program.is_step([*menu]) or self.program.is_run([*menu])
         runs = places.action(tuple(self._place)) == places.RUN
-        below = menu in (places.VOLUME, places.SLEEP) or menu[:1] in places.LISTS
+        below = menu in (places.VOLUME, places.SLEEP) or (menu[:1] in places.LISTS and menu != log_menu.START)
         return marks.PAGE if steps or runs or below else marks.MENU
-
-    def next_state(self) -> UiState | None:
-        """Return the next state of the last key, which lasts a pass; the drawing of the one before is shown."""
-        self._draw()
-        if self._state == UiState.DRAWING:
-            self._set()
-            self._set = _nothing
-        self.shows_key = bool(self._steps)
-        self._state, self._drawn = self._steps.pop(0) if self._steps else (None, NOTHING)
-        return self._state
-
-    def _draw(self) -> None:
-        """Draw for the current state; a page shows the status bar, and draws its icons that have changed."""
-        self._screen.mark(self._drawn)
-        if self._drawn not in (NOTHING, marks.ENTRY):
-            self._registers.set(UiFlag.ENABLE_STATUS)
-        if self._drawn.update & marks.ICONS:
-            self._registers.set(UiFlag.UPDATE)
 
     def interrupt(self) -> None:
         """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
-        self._draw()
+        self.states.draw()
         self._drop_question()
         self.drop()
 
     def _drop_question(self) -> None:
         """Drop the question whether to switch off in the pass after exit: it is only asked in the next one."""
-        if self.shows_key and self._state == UiState.EXIT:
+        if self.states.shown and self.states.state == UiState.EXIT:
             self._confirms = None
 
     def drop(self) -> None:
         """Drop the states to come and what they draw: another state was written to the map."""
-        self.shows_key, self._steps, self._drawn, self._set = False, [], NOTHING, _nothing
-        self._log.refuses = False
+        self.states.drop()
+        self.logs.refuses = self.logs.begins = False
 
     def _answer(self, key: int) -> None:
         """Answer whether to switch off."""
@@ -207,7 +181,7 @@ class Menu:
         self.switches_off = bool(self._confirms) and key == Key.ENTER
         self.reset()
         if self.switches_off:
-            del self._steps[1:]
+            del self.states.left[1:]
 
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
@@ -216,78 +190,87 @@ class Menu:
             self._place[-1] = places.NO if step > 0 else places.YES
             return
         items = self._places.items(menu)
-        if items == drawing.PAIR and (places.is_list(menu) or places.is_page(menu)):
+        if items == drawing.PAIR:
             self._place[-1] = max(step, 0)
         elif items:
             self._place[-1] %= items
         if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
         if menu == places.VOLUME:
-            self._set = partial(self._set_volume, self._place[-1])
+            self.states.action = partial(self._set_volume, self._place[-1])
         if menu in (places.VOLUME, places.SLEEP):
-            self._draw_last(marks.BAR, NOTHING)
+            self.states.draw_last(marks.BAR, NOTHING)
         elif places.action(menu) == places.SEND:
-            self._draw_last(drawing.CONNECTIONS[1])
+            self.states.draw_last(drawing.CONNECTIONS[1])
         if places.action(tuple(self._place)) == places.RUN:
-            self._draw_last(*drawing.FILE_PAGE)
+            self.states.draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
         if places.is_list(menu) and (files := self._places.items(menu)):
-            self._draw_last(*drawing.list_moved(files, self._place[-1], step))
+            self.states.draw_last(*drawing.list_moved(files, self._place[-1], step))
 
     def _leave(self) -> None:
         if len(self._place) == 1:
             self._confirms = True
             return
         if tuple(self._place[:-1]) == places.VOLUME:
-            self._set = partial(self._set_volume, self._volume)
-            self._show(UiState.EXIT)
+            self.states.action = partial(self._set_volume, self._volume)
+            self.states.show(UiState.EXIT)
             self._place.pop()
         left = [*self._place]
-        if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
-            self._place[-1] = 0
-            return
         self._place.pop()
+        if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
+            return
         menu = tuple(self._place[:-1])
         if self.program.is_step(self._place[:-1]):
-            self._set = partial(self.program.leave, left)
-            self._draw_last(marks.STEP, marks.PAGE)
+            self.states.action = partial(self.program.leave, left)
+            self.states.draw_last(marks.STEP, marks.PAGE)
         elif self.program.is_step(self._place):
-            self._draw_last(marks.STEP)
-            self._steps += [(UiState.MENU, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.DRAWING, marks.TYPES)]
+            self.states.draw_last(marks.STEP)
+            self.states.add(UiState.MENU, UiState.DRAWING)
+            self.states.draw_last(marks.MENU, marks.TYPES)
         if places.is_list(menu):
             self._place[-1] = 0
             self._draw_list(menu)
         if tuple(left) == log_menu.START:
-            self._draw_last(*drawing.OPENED[log_menu.DATA_LOG])
+            self.states.draw_last(*drawing.OPENED[log_menu.DATA_LOG])
         self._draw_slowly()
 
     def leave_view(self) -> None:
         """Leave the value of a sensor or motor for the list of items to show."""
         self._screen.mark(marks.LIST)
         self._place.pop()
-        self.shows_key, self._drawn = True, NOTHING
-        self._steps = [(UiState.EXIT, NOTHING), (UiState.MENU, NOTHING), (UiState.DRAWING, self._page)]
+        self.states.begin()
+        self.states.show(UiState.EXIT)
+        self.states.draw_last(self._page)
         self._draw_slowly()
+
+    def leave_log(self) -> None:
+        """Leave the data log for the page that stores or deletes it."""
+        self._place.append(log_menu.STORE)
+        self.states.begin()
+        self.states.show(UiState.RIGHT)
+        self.states.draw_last(marks.MENU)
 
     def close_message(self) -> None:
         """Show the ports again after the message that one has a value already."""
-        self._log.refuses, self.shows_key, self._drawn = False, True, marks.REFUSED
-        self._steps = [(UiState.MENU, NOTHING), (UiState.DRAWING, self._page)]
+        self.logs.refuses = False
+        self.states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
+        self.states.draw_last(self._page)
 
     def _draw_slowly(self) -> bool:
         """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
         if slow:
-            self._draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
+            self.states.draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
         return slow
 
     def _draw_list(self, menu: tuple[int, ...]) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
         files = self._places.items(menu)
-        self._draw_last(marks.MENU, *drawing.list_drawn(files))
+        self.states.draw_last(marks.MENU, *drawing.list_drawn(files))
         if not files:
             self._place.pop()
-            self._show(UiState.EXIT)
+            self.states.show(UiState.EXIT)
 
     def _set_volume(self, volume: int) -> None:
         self._registers.volume = volume
@@ -305,12 +288,12 @@ class Menu:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
         if menu == places.VOLUME:
             self._volume = place[-1]
-            self._show(UiState.EXIT)
+            self.states.show(UiState.EXIT)
             self._leave()
-            self._set = partial(self._store_volume, place[-1])
+            self.states.action = partial(self._store_volume, place[-1])
         elif menu == places.SLEEP:
-            self._set = partial(self._store_sleep, self._place.pop())
-            self._show(UiState.EXIT)
+            self.states.action = partial(self._store_sleep, self._place.pop())
+            self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
         elif places.action(place) == places.RUN:
@@ -320,13 +303,17 @@ class Menu:
             self._answer_page(places.action(menu), place[-1])
         elif self.view.opens(place):
             return
-        elif self._log.follows(place):
-            self._place, self._steps[-1:] = self._log.enter(place)
+        elif place == log_menu.START:
+            self.logs.begins = True
+        elif menu == log_menu.START:
+            self._keep_log(place[-1])
+        elif self.logs.follows(place):
+            self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self.program.is_run([*menu]):
             self._leave_steps(place[-1])
         elif place in (places.TRY_ME, places.SEARCH):
-            self._draw_last(marks.MENU)
-            self._show(UiState.ENTER)
+            self.states.draw_last(marks.MENU)
+            self.states.show(UiState.ENTER)
             if place == places.TRY_ME and self._places.listed(place):
                 self._open(place)
             else:
@@ -334,34 +321,48 @@ class Menu:
         else:
             self._open(place)
 
+    def _keep_log(self, item: int) -> None:
+        """Store the data log under a number, behind a message, or delete it."""
+        self._place = [*log_menu.DATA_LOG]
+        if item == log_menu.STORE:
+            self.states.action = self._store_log
+            self.states.draw_last(*drawing.STORED)
+            self.states.add(UiState.MENU, UiState.DRAWING)
+        else:
+            self.states.action = partial(self._loader.delete, data_log.FILE)
+            self.states.draw_last(*drawing.LOG_DELETED)
+
+    def _store_log(self) -> None:
+        self._loader.rename(data_log.FILE, f"OBD_{self._stored.count_log()}.log")
+
     def _leave_steps(self, item: int) -> None:
         """Run the program, for which a file is missing, or leave it for the main menu."""
         if item == RUN:
-            self._draw_last(*marks.NOT_RUN)
+            self.states.draw_last(*marks.NOT_RUN)
         elif item == LEAVE:
             self._place = [PROGRAM]
 
     def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
         if action == places.SEND:
-            self._draw_last(*drawing.SENT)
-            self._show(UiState.EXIT)
+            self.states.draw_last(*drawing.SENT)
+            self.states.show(UiState.EXIT)
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
-            self._set = partial(self._loader.delete, self._file)
-            self._draw_last(*drawing.DELETED)
-            self._show(UiState.EXIT)
-            self._draw_last(marks.MENU, *drawing.list_drawn(left))
+            self.states.action = partial(self._loader.delete, self._file)
+            self.states.draw_last(*drawing.DELETED)
+            self.states.show(UiState.EXIT)
+            self.states.draw_last(marks.MENU, *drawing.list_drawn(left))
             self._place[-1] = 0
             if not left:
                 self._place.pop()
-                self._show(UiState.EXIT)
+                self.states.show(UiState.EXIT)
 
     def _find_nothing(self, drawn: Marks = NOTHING) -> None:
         """Leave a list of files that is empty."""
-        self._draw_last(drawn, NOTHING)
-        self._show(UiState.EXIT)
+        self.states.draw_last(drawn, NOTHING)
+        self.states.show(UiState.EXIT)
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
@@ -369,7 +370,7 @@ class Menu:
         if names:
             self._file = names[place[-1] % len(names)]
         if place == log_menu.DATA_LOG:
-            self._log.clear()
+            self.logs.clear()
         elif place == places.VOLUME:
             first = self._volume = self._stored.volume
         elif place == places.SLEEP:
@@ -378,16 +379,16 @@ class Menu:
             first = places.first_action(place)
         self._place.append(first)
         if places.is_list(place):
-            self._draw_last(*2 * drawing.list_drawn(self._places.items(place)))
+            self.states.draw_last(*2 * drawing.list_drawn(self._places.items(place)))
         elif places.is_list(place[:-1]):
             page = drawing.FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
-            self._draw_last(NOTHING, *page)
+            self.states.draw_last(NOTHING, *page)
         if place in (places.VOLUME, places.SLEEP):
-            self._draw_last(marks.PAGE, marks.BAR, NOTHING)
+            self.states.draw_last(marks.PAGE, marks.BAR, NOTHING)
         elif places.action(place) == places.SEND:
-            self._draw_last(marks.MENU, drawing.CONNECTIONS[0])
+            self.states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
-            self._set = partial(self.program.enter, [*place])
-            self._draw_last(*self.program.drawn([*place]))
+            self.states.action = partial(self.program.enter, [*place])
+            self.states.draw_last(*self.program.drawn([*place]))
         elif place[0] in places.SLOW and not self._draw_slowly():
-            self._draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))
+            self.states.draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))

@@ -28,8 +28,9 @@ _LIST_MS, _MOVE_MS = 5, 4
 _PAIR_MS = {1: 7, -1: 6}
 """The latter for a list of two files, by the direction to the other one."""
 
-_SENT_MS, _DELETED_MS, _NO_FILE_MS = 2620, 1623, 3
-"""Passes of the messages that a file was not sent and that it was deleted, and of a list that is empty after that."""
+_SENT_MS, _DELETED_MS, _STORED_MS, _NO_FILE_MS = 2620, 1623, 3129, 3
+"""Passes of the messages that a file was not sent, that it was deleted, and that a data log was stored; and of a list
+that is empty after the second."""
 
 
 def _message(passes: int, before: int) -> list[Marks]:
@@ -41,6 +42,10 @@ def _message(passes: int, before: int) -> list[Marks]:
 
 SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
 """The messages that a file was not sent, and that it was deleted."""
+STORED = _message(_STORED_MS, before=3)
+"""The message that a data log was stored."""
+LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
+"""The end of a data log that is deleted."""
 
 
 def list_drawn(files: int) -> list[Marks]:

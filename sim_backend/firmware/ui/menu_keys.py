@@ -34,21 +34,24 @@ class MenuKeys:
     def active(self) -> bool:
         """Whether keys are for the menus."""
         registers = self._registers
-        shown = registers.state in states.IN_MENU or self._menu.shows_key
+        shown = registers.state in states.IN_MENU or self._menu.states.shown
         hidden = registers.from_menu or registers.state == UiState.LOW_BATTERY
         return registers.is_on and shown and not hidden
 
     @property
     def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn."""
-        shown = self._registers.state == UiState.WAITING or self._menu.shows_value or self._menu.shows_message
-        return self._registers.is_on and shown
+        menu = self._menu
+        shown = menu.shows_value or menu.shows_message or menu.logs.log.runs
+        return self._registers.is_on and (shown or self._registers.state == UiState.WAITING)
 
     def follow(self) -> None:
         """Follow a key, if it counts."""
         registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
         key = self._keys.read() if self.awaited else 0
-        if menu.shows_value:
+        if menu.logs.log.runs:
+            self._follow_log(key)
+        elif menu.shows_value:
             if key == Key.EXIT:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
@@ -56,19 +59,35 @@ class MenuKeys:
             menu.close_message() if menu.shows_message else menu.press(key)
             self.show()
 
+    def _follow_log(self, key: int) -> None:
+        """Draw a value of the data log that runs, or end it, in the next pass."""
+        if key in (Key.LEFT, Key.RIGHT):
+            self._menu.logs.log.choose(1 if key == Key.RIGHT else -1)
+        elif key == Key.EXIT:
+            self._menu.leave_log()
+        if key in (Key.LEFT, Key.RIGHT, Key.EXIT):
+            self._registers.next_step_ms = min(self._registers.next_step_ms, self._clock.now_ms + 1)
+
     def show(self) -> None:
         """Show the next state of a key; after the last one wait for another key, run a file, or switch off."""
         registers, menu = self._registers, self._menu
-        state = menu.next_state()
+        state = menu.states.next()
         if state is not None:
             registers.state, registers.next_step_ms = int(state), self._clock.now_ms + 1
             if menu.view.shown:
                 registers.clear(UiFlag.BUSY)
                 menu.view.end()
+            elif menu.logs.log.runs:
+                registers.clear(UiFlag.BUSY)
+                menu.logs.log.end()
         elif menu.runs:
             self._files.begin_from_menu()
         elif menu.view.chosen:
             self._begin_view()
+        elif menu.logs.begins:
+            registers.set(UiFlag.BUSY)
+            menu.logs.begin()
+            registers.next_step_ms = self._clock.now_ms + 1
         elif not menu.shows_message:
             registers.state = int(UiState.WAITING)
             registers.force_off = registers.force_off or int(menu.switches_off)

@@ -12,7 +12,7 @@ class Marks(NamedTuple):
     """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
 
     Lines of text to draw are centered, unless `again` says that they are drawn as they were. Lines of `uncenter` are no
-    longer centered.
+    longer centered, and neither are those that are dropped, but with `keeps_centered`.
     """
 
     erase: int = 0
@@ -21,6 +21,7 @@ class Marks(NamedTuple):
     drop_erase: int = 0
     again: bool = False
     uncenter: int = 0
+    keeps_centered: bool = False
 
     def framed(self, shows_status: int) -> Marks:
         """Return the same without the frame around the status bar, unless that is shown."""
@@ -49,11 +50,13 @@ NOT_RUN = (
     PAGE,
 )
 """The start of that program without the file that runs it, pass by pass."""
-VALUE = Marks(0x4000_0200, 0x11_F200)
+VALUE = Marks(0x4000_0200, 0x11_F200, drop=_ALL)
 """The value of a sensor or motor."""
 LIST = Marks(0x8000_0000, 0x4)
-TAKEN, READY, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(0x8)
-"""The data log: a port is chosen, all of them are, and the end of the message that one is not free."""
+TAKEN, READY, REFUSES, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(update=0x8), Marks(0x8)
+"""The data log: a port is chosen, all of them are, and the message that one is not free, and its end."""
+LOG_TIME, LOG_DELETED = Marks(update=0x8), Marks(0xE_041C)
+"""The time of a data log that runs, and the end of one that is not kept."""
 FILE_NAME = Marks(update=0x8, drop=_ALL)
 
 OPENING = Marks(update=0x8, drop=_ALL)
@@ -81,7 +84,19 @@ STATUS_RUNNING = Marks(0x200, 0x1F218, drop=_ALL)
 """The status bar, and the same while a program runs."""
 
 
+def _neighbours(items: int, chosen: int) -> tuple[bool, bool]:
+    """Return whether there is an item to the left and to the right: two items stop at their ends, more are a ring."""
+    return items > 2 or items > 1 == chosen, items > 2 or items > 1 > chosen
+
+
 def listed(items: int, chosen: int) -> Marks:
     """Return the items of a list: the chosen one in the middle, and one on each side if there are more."""
-    left, right = items > 2 or items > 1 == chosen, items > 2 or items > 1 > chosen
+    left, right = _neighbours(items, chosen)
     return Marks(0xE_0010, 0x4_0500 | left * 0x2_0000 | right * 0x8_0000)
+
+
+def logged(values: int, chosen: int) -> Marks:
+    """Return the chosen value of a data log that runs, and those on each side if there are more."""
+    left, right = _neighbours(values, chosen)
+    update = 0x5E_1108 | left * 0x20_0000 | right * 0x80_0000
+    return Marks(0x4000_0000, update, drop=_ALL, keeps_centered=True)

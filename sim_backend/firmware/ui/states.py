@@ -85,9 +85,17 @@ class Programs(Protocol):
 
     Attributes:
         status: How the last program ended.
+        sync_time: Time set for the data log.
+        sync_tick: The brick's time at that moment.
     """
 
     status: int
+    sync_time: int
+    sync_tick: int
+
+    @property
+    def tick(self) -> int:
+        """The brick's time."""
 
     @property
     def active(self) -> bool:

@@ -10,7 +10,7 @@ SETTINGS = "NVConfig.sys"
 SLEEP_MINUTES = (0, 2, 5, 10, 30, 60)
 """The sleep time-outs that the menus offer; the file has the number of one."""
 
-_VOLUME, _SLEEP = 2, 3
+_VOLUME, _SLEEP, _LOGS = 2, 3, slice(4, 6)
 """Bytes of the file of newer versions."""
 _BITS, _VOLUME_SHIFT = 7, 4
 """In the one byte of 1.05 the sleep time-out has the lowest bits, the volume some above."""
@@ -59,6 +59,13 @@ class StoredSettings:
         else:
             content[_VOLUME], content[_SLEEP] = self.volume, self.sleep
         self._replace()
+
+    def count_log(self) -> int:
+        """Store that one more data log was stored, and return its number."""
+        number = int.from_bytes(self._content[_LOGS], "little") + 1 & 0xFFFF
+        self._content[_LOGS] = number.to_bytes(2, "little")
+        self.save()
+        return number
 
     def _replace(self) -> None:
         loader = self._loader

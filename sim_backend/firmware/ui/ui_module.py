@@ -13,6 +13,7 @@ from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
@@ -21,9 +22,11 @@ from sim_backend.firmware.ui import states
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
+from sim_backend.firmware.ui.data_log import DataLog
 from sim_backend.firmware.ui.file_runner import FileRunner
 from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import ENTER, EXIT, KEYS, Key
+from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_keys import MenuKeys
 from sim_backend.firmware.ui.power_off import PowerOff
@@ -62,6 +65,7 @@ class UiModule:
         sound: SoundModule,
         loader: Loader,
         inputs: InputModule,
+        outputs: OutputModule,
         programs: Programs,
         radio: Radio,
         io_control: IoControl,
@@ -80,7 +84,8 @@ class UiModule:
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
         data_log = version.data_log
         view = SensorView(inputs, modern=data_log)
-        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, data_log=data_log)
+        logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
+        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, logs, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
@@ -291,10 +296,12 @@ class UiModule:
             if state == UiState.START:
                 self._restart(now_ms)
             self._boot.go_on()
-        elif self._menu.shows_key:
+        elif self._menu.states.shown:
             self._menu_keys.show()
         elif self._menu.view.chosen:
             self._menu.view.set_sensor()
+        elif self._menu.logs.log.runs:
+            registers.next_step_ms = self._menu.logs.log.go_on()
         elif state == UiState.OPENING:
             self._files.enter()
         elif registers.runs_file:

@@ -1,0 +1,171 @@
+"""The data log that the menus start, which samples into a file. Source: docs/firmware.md section 8.5."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.module import Clock
+from sim_backend.firmware.motors.output import OutputModule
+from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.states import Programs
+
+FILE = "Tmp.log"
+"""The log until it is stored under another name."""
+
+_PERIOD_MS = 100
+_SAMPLED_MS, _WRITTEN_MS = 80, 99
+"""In each period, when a sample is taken, and when it is written."""
+
+_TURN = 360
+"""Degrees of a rotation."""
+
+
+class Value(NamedTuple):
+    """A value that can be logged.
+
+    Attributes:
+        sensor: Name of the sensor in the file.
+        unit: Name of the unit, if it has any, behind a `_`.
+        type: Type of the input; of a motor none.
+        mode: Mode of the input.
+    """
+
+    sensor: str
+    unit: str = ""
+    type: SensorType = SensorType.NONE
+    mode: SensorMode = SensorMode.RAW
+
+
+_TEMPERATURE, _SOUND, _LIGHT, _ROTATION, _DISTANCE = (
+    "NXT Temp Sensor",
+    "Sound Sensor",
+    "Light Sensor",
+    "FP Rotation Sensor",
+    "Distance Sensor",
+)
+_ROTATIONS = Value(_ROTATION, "_rot")
+
+VALUES = (
+    Value(_TEMPERATURE, "_C", SensorType.LOW_SPEED_9V),
+    Value(_TEMPERATURE, "_F", SensorType.LOW_SPEED_9V),
+    Value(_SOUND, "_dB", SensorType.SOUND_DB, SensorMode.PERCENT),
+    Value(_SOUND, "_dBa", SensorType.SOUND_DBA, SensorMode.PERCENT),
+    Value(_LIGHT, "_on", SensorType.LIGHT_ACTIVE, SensorMode.PERCENT),
+    Value(_LIGHT, "_off", SensorType.LIGHT_INACTIVE, SensorMode.PERCENT),
+    _ROTATIONS,
+    Value(_ROTATION, "_deg"),
+    Value("Bumper", type=SensorType.SWITCH, mode=SensorMode.BOOLEAN),
+    Value(_DISTANCE, "_in", SensorType.LOW_SPEED_9V),
+    Value(_DISTANCE, "_cm", SensorType.LOW_SPEED_9V),
+    Value("Color Detector", "_0", SensorType.COLOR_FULL),
+)
+"""The values, in the order of the menu."""
+
+SENSOR_PORTS = 4
+"""Ports of sensors; the numbers of motors follow."""
+
+
+class DataLog:
+    """A log that runs, until exit is pressed.
+
+    Args:
+        clock: The brick's time.
+        loader: Stores the file.
+        inputs: The sensors.
+        outputs: The motors.
+        programs: Has the time, and its setting by a telegram.
+        screen: Shows the values.
+
+    Attributes:
+        runs: Whether it runs.
+        draws: Whether the next pass draws the chosen value and its neighbours.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        loader: Loader,
+        inputs: InputModule,
+        outputs: OutputModule,
+        programs: Programs,
+        screen: ScreenRefresh,
+    ) -> None:
+        self._clock, self._loader, self._screen = clock, loader, screen
+        self._inputs, self._outputs, self._programs = inputs, outputs, programs
+        self.runs = self.draws = False
+        self._values: list[tuple[int, Value]] = []
+        self._sample: list[str] = []
+        self._chosen = 0
+        self._handle = self._started_ms = self._drawn_ms = 0
+
+    def begin(self, items: dict[int, int]) -> None:
+        """Begin a file in all free flash, with ports and sensors.
+
+        Args:
+            items: Of each port the item of the menu; motors follow the sensors.
+        """
+        self._values = [(port, VALUES[item]) for port, item in sorted(items.items())]
+        self.runs, self._started_ms, self._chosen = True, self._clock.now_ms, 0
+        self._loader.delete(FILE)
+        _, self._handle, _ = self._loader.create(FILE, self._loader.flash.free, appendable=True)
+        programs = self._programs
+        self._write("Sync data", programs.sync_time, programs.sync_tick, programs.tick, _PERIOD_MS, -1)
+        self._write("Sdata", *(f"{port + 1}_{each.sensor}{each.unit}" for port, each in self._values))
+        self._write("Time", *(each.sensor for _, each in self._values))
+
+    def go_on(self) -> int:
+        """Set up the ports, take a sample, write it, or draw; return when to go on."""
+        now_ms = self._clock.now_ms
+        passed_ms = now_ms - self._started_ms
+        if passed_ms == 1:
+            self._set_up()
+        if passed_ms % _PERIOD_MS == _SAMPLED_MS:
+            self._sample = [self._reading(port, value) for port, value in self._values]
+        elif passed_ms % _PERIOD_MS == _WRITTEN_MS:
+            self._write(passed_ms - _WRITTEN_MS, *self._sample)
+        if self.draws:
+            self._screen.mark(marks.logged(len(self._values), self._chosen))
+            self.draws, self._drawn_ms = False, now_ms
+        elif (now_ms - self._drawn_ms) % _PERIOD_MS == 0:
+            self._screen.mark(marks.LOG_TIME)
+        events_ms = self._started_ms + _SAMPLED_MS, self._started_ms + _WRITTEN_MS, self._drawn_ms
+        return now_ms + min((event_ms - now_ms) % _PERIOD_MS or _PERIOD_MS for event_ms in events_ms)
+
+    def _set_up(self) -> None:
+        """Set types and modes, and count motors from here on."""
+        for port, value in self._values:
+            if port >= SENSOR_PORTS:
+                control = self._outputs.controls[port - SENSOR_PORTS]
+                control.reset_count()
+                control.count -= control.fresh  # the reset comes after the counts of the next pass
+            else:
+                self._inputs.store(port, type=value.type, mode=value.mode)
+        self.draws = True
+
+    def choose(self, step: int) -> None:
+        """Show the value to the left (-1) or right (1) from the next pass on; two values stop at their ends."""
+        last = len(self._values) - 1
+        self._chosen, self.draws = min(max(self._chosen + step, 0), last), True
+
+    def _reading(self, port: int, value: Value) -> str:
+        if port >= SENSOR_PORTS:
+            count = self._outputs.controls[port - SENSOR_PORTS].count
+            return f"{count / _TURN:.0f}" if value is _ROTATIONS else str(count)
+        sensor = self._inputs.ports[port]
+        return "-" if sensor.invalid else str(sensor.scaled)
+
+    def _write(self, *columns: object) -> None:
+        line = "\t".join(str(each) for each in columns) + "\r\n"
+        self._loader.write(self._handle, line.encode("ascii"))
+
+    def end(self) -> None:
+        """Close the file, and leave the inputs without types."""
+        self.runs = False
+        self._loader.crop(self._handle)
+        for port, _ in self._values:
+            if port < SENSOR_PORTS:
+                self._inputs.store(port, type=SensorType.NONE)
