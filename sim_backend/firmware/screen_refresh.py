@@ -118,9 +118,20 @@ class ScreenRefresh:
         """Show a message over the normal screen: no line is sent, and the flags stay as they are."""
         self._flags = self.flags | DisplayFlag.POPUP
 
-    def next_pause(self, now_ms: int) -> int:
-        """Return the pass that ends the first refresh that ends in the given pass or later."""
-        return now_ms + (self._pause_ms - now_ms) % _PERIOD_MS
+    def end_refresh(self) -> None:
+        """Make the refresh that runs the last one."""
+        self.flags &= ~int(DisplayFlag.REFRESH)
+        self.wake()
+
+    def refresh(self) -> None:
+        """Switch the refresh on again."""
+        self.flags |= int(DisplayFlag.REFRESH)
+        self.wake()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the last refresh has ended."""
+        return bool(self._flags & DisplayFlag.REFRESH_DISABLED)
 
     def begin(self, pause_ms: int) -> None:
         """Begin the refresh again, with a pause in the given pass."""

@@ -19,6 +19,8 @@ _PICTURES = 17
 """Number of the pictures of the logo."""
 _SOUND_AT = 12
 """The picture at whose end the sound of the start begins."""
+_AFTER_PICTURE_MS = 900
+"""Time of the state after the pictures, if it is written, from the end of the present picture on."""
 
 
 class Boot:
@@ -73,6 +75,10 @@ class Boot:
             self._screen.mark(marks.MENU)
             self._status_bar.draw(everything=False)
 
+    def skip_pictures(self) -> None:
+        """Leave out the pictures to come, for a written state, which lasts longer by the rest of the present one."""
+        self._registers.next_step_ms += _AFTER_PICTURE_MS
+
     def follow(self) -> None:
         """Show that the battery is empty instead of the logo, once."""
         registers, now_ms = self._registers, self._clock.now_ms
@@ -100,17 +106,17 @@ class Boot:
         """Stop the refresh, and begin it again with the next picture when it has ended; False after the last one."""
         registers, screen = self._registers, self._screen
         if screen.flags & DisplayFlag.REFRESH:
-            screen.flags &= ~int(DisplayFlag.REFRESH)
+            screen.end_refresh()
             registers.next_step_ms = now_ms + 1
-        elif not screen.flags & DisplayFlag.REFRESH_DISABLED:
+        elif not screen.stopped:
             registers.next_step_ms = now_ms + 1
         elif self._pictures < _PICTURES and not self._loads:
             if self._pictures == _SOUND_AT:
                 self._sound.play_own(STARTUP, registers.volume)
             self._loads, registers.next_step_ms = True, now_ms + times.PICTURE_LEAD_MS
+            screen.mark(marks.PICTURE)
         else:
-            screen.flags |= DisplayFlag.REFRESH
+            screen.refresh()
             self._pictures, self._loads = self._pictures + 1, False
             registers.next_step_ms = now_ms + times.PICTURE_MS
-        screen.wake()
         return self._pictures <= _PICTURES

@@ -18,13 +18,12 @@ from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu_places import Places
+from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.sensor_view import SensorView
-from sim_backend.firmware.ui.sleep_timer import SleepTimer
 from sim_backend.firmware.ui.states import UiState
-from sim_backend.firmware.ui.stored_settings import StoredSettings
 
 _STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
 
@@ -33,9 +32,8 @@ class Menu:
     """The place in the menus.
 
     Args:
-        registers: The settings that the menus change, and the flags.
-        sleep_timer: Its time is another setting.
-        stored: The settings as they are kept without power.
+        registers: Has the volume that is in use, and the flags.
+        settings: Settings that the menus change.
         loader: Has the files.
         screen: Draws the menus.
         view: The value of a sensor or motor that is shown.
@@ -46,14 +44,14 @@ class Menu:
         states: The states of the last key.
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
+        file: Name of the file that was opened or chosen in a list last.
         program: The program that is made on the brick.
     """
 
     def __init__(
         self,
         registers: UiRegisters,
-        sleep_timer: SleepTimer,
-        stored: StoredSettings,
+        settings: MenuSettings,
         loader: Loader,
         screen: ScreenRefresh,
         view: SensorView,
@@ -61,10 +59,9 @@ class Menu:
         *,
         has_log: bool,
     ) -> None:
-        self._registers, self._sleep_timer, self._stored = registers, sleep_timer, stored
-        self._loader, self._screen = loader, screen
+        self._registers, self._settings, self._loader, self._screen = registers, settings, loader, screen
         self.switches_off = False
-        self.runs = self._file = ""
+        self.runs = self.file = ""
         self.program, self.view, self.logs = ProgramSteps(loader), view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
@@ -78,7 +75,8 @@ class Menu:
 
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
-        self._place, asked, self._confirms, self._file = [*places.PROGRAMS, 0, 0], self._confirms, None, name
+        self.view.shown = False
+        self._place, asked, self._confirms, self.file = [*places.PROGRAMS, 0, 0], self._confirms, None, name
         if asked:
             self._place.pop()
 
@@ -94,6 +92,8 @@ class Menu:
         if places.is_list(tuple(self._place[:-1])):
             self.states.draw_last(marks.PAGE)
             self._draw_list(places.PROGRAMS)
+            if not any(self.states.left[-1][1]):
+                self.states.draw_last(self._page)
         else:
             self.states.draw_last(*drawing.FILE_PAGE)
 
@@ -101,15 +101,21 @@ class Menu:
         """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
         self._drop_question()
         keys = {shown: key for key, shown in _STATES.items()}
-        if state in keys:
+        if state in keys and not self.view.shown:
             self.press(keys[UiState(state)])
             del self.states.left[0]
             return
+        if state in (UiState.MELODY, UiState.ENTRY):
+            self.reset()
+            self.view.shown = False
         drawn = self._page
+        if self.view.shown:  # it is shown again
+            self.view.shown, self.view.chosen, drawn = False, True, NOTHING
         later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
-        first = marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn
+        if state in keys:
+            later = [UiState.MENU, UiState.DRAWING]
         self.runs = ""
-        self.states.begin(*later, drawn=first)
+        self.states.begin(*later, drawn=marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn)
         if later:
             self.states.draw_last(drawn)
 
@@ -197,7 +203,7 @@ class Menu:
         if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
         if menu == places.VOLUME:
-            self.states.action = partial(self._set_volume, self._place[-1])
+            self.states.action = partial(self._settings.set_volume, self._place[-1])
         if menu in (places.VOLUME, places.SLEEP):
             self.states.draw_last(marks.BAR, NOTHING)
         elif places.action(menu) == places.SEND:
@@ -206,6 +212,7 @@ class Menu:
             self.states.draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
         if places.is_list(menu) and (files := self._places.items(menu)):
+            self._choose_file(menu, self._place[-1])
             self.states.draw_last(*drawing.list_moved(files, self._place[-1], step))
 
     def _leave(self) -> None:
@@ -213,7 +220,7 @@ class Menu:
             self._confirms = True
             return
         if tuple(self._place[:-1]) == places.VOLUME:
-            self.states.action = partial(self._set_volume, self._volume)
+            self.states.action = partial(self._settings.set_volume, self._volume)
             self.states.show(UiState.EXIT)
             self._place.pop()
         left = [*self._place]
@@ -267,22 +274,16 @@ class Menu:
     def _draw_list(self, menu: tuple[int, ...]) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
         files = self._places.items(menu)
+        self._choose_file(menu, 0)
         self.states.draw_last(marks.MENU, *drawing.list_drawn(files))
         if not files:
             self._place.pop()
             self.states.show(UiState.EXIT)
 
-    def _set_volume(self, volume: int) -> None:
-        self._registers.volume = volume
-
-    def _store_volume(self, volume: int) -> None:
-        self._registers.volume = self._stored.volume = volume
-        self._stored.save()
-
-    def _store_sleep(self, number: int) -> None:
-        self._stored.sleep = number
-        self._sleep_timer.limit_minutes = self._stored.sleep_minutes
-        self._stored.save()
+    def _choose_file(self, menu: tuple[int, ...], item: int) -> None:
+        names = self._places.listed(menu) if places.is_list(menu) else ()
+        if names:
+            self.file = names[item % len(names)]
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
@@ -290,14 +291,14 @@ class Menu:
             self._volume = place[-1]
             self.states.show(UiState.EXIT)
             self._leave()
-            self.states.action = partial(self._store_volume, place[-1])
+            self.states.action = partial(self._settings.store_volume, place[-1])
         elif menu == places.SLEEP:
-            self.states.action = partial(self._store_sleep, self._place.pop())
+            self.states.action = partial(self._settings.store_sleep, self._place.pop())
             self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
         elif places.action(place) == places.RUN:
-            self.runs = self._file
+            self.runs = self.file
         elif places.is_page(menu[:-1]):
             self._place.pop()
             self._answer_page(places.action(menu), place[-1])
@@ -333,7 +334,7 @@ class Menu:
             self.states.draw_last(*drawing.LOG_DELETED)
 
     def _store_log(self) -> None:
-        self._loader.rename(data_log.FILE, f"OBD_{self._stored.count_log()}.log")
+        self._loader.rename(data_log.FILE, f"OBD_{self._settings.stored.count_log()}.log")
 
     def _leave_steps(self, item: int) -> None:
         """Run the program, for which a file is missing, or leave it for the main menu."""
@@ -350,7 +351,7 @@ class Menu:
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
-            self.states.action = partial(self._loader.delete, self._file)
+            self.states.action = partial(self._loader.delete, self.file)
             self.states.draw_last(*drawing.DELETED)
             self.states.show(UiState.EXIT)
             self.states.draw_last(marks.MENU, *drawing.list_drawn(left))
@@ -366,19 +367,18 @@ class Menu:
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
-        names = self._places.listed(place[:-1]) if places.is_list(place[:-1]) else ()
-        if names:
-            self._file = names[place[-1] % len(names)]
+        self._choose_file(place[:-1], place[-1])
         if place == log_menu.DATA_LOG:
             self.logs.clear()
         elif place == places.VOLUME:
-            first = self._volume = self._stored.volume
+            first = self._volume = self._settings.stored.volume
         elif place == places.SLEEP:
-            first = self._stored.sleep
+            first = self._settings.stored.sleep
         elif places.is_page(place):
             first = places.first_action(place)
         self._place.append(first)
         if places.is_list(place):
+            self._choose_file(place, 0)
             self.states.draw_last(*2 * drawing.list_drawn(self._places.items(place)))
         elif places.is_list(place[:-1]):
             page = drawing.FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)

@@ -71,8 +71,10 @@ WARNING = Marks(update=0x10_0000)
 """The warning of a low battery."""
 REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
 """The parts of a message of the radio."""
-LOGO, EMPTY, ENTRY = Marks(0x2000_0000, 0x10_0000), Marks(update=0x10_0000), Marks(0x2000_0000)
-"""The first picture of a start, that of an empty battery, and the end of the pictures."""
+LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
+"""The first picture of a start, and the others."""
+EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)
+"""The picture of an empty battery in a start, and the end of the pictures."""
 STATUS = Marks(0x200, 0x1F200)
 QUESTION = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
 """The parts of a question of the radio, behind the status bar."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_protocol.iomap import UiFlag
+from firmware_protocol.iomap import DisplayFlag, UiFlag
 from sim_backend.firmware.button import Button, ButtonState
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
@@ -29,6 +29,7 @@ from sim_backend.firmware.ui.keys import ENTER, EXIT, KEYS, Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_keys import MenuKeys
+from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.power_off import PowerOff
 from sim_backend.firmware.ui.program_steps import ProgramSteps
 from sim_backend.firmware.ui.program_watch import ProgramWatch
@@ -83,9 +84,10 @@ class UiModule:
         sound.volume = registers.volume
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
         data_log = version.data_log
+        settings = MenuSettings(registers, sleep_timer, self._stored)
         view = SensorView(inputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
-        self._menu = menu = Menu(registers, sleep_timer, self._stored, loader, screen, view, logs, has_log=data_log)
+        self._menu = menu = Menu(registers, settings, loader, screen, view, logs, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
@@ -133,6 +135,8 @@ class UiModule:
             registers.next_step_ms = self._clock.now_ms
         elif ran and state == UiState.MENU:
             self._files.show_menu()
+        elif state == UiState.MELODY and before == UiState.LOGO and registers.starting:
+            self._boot.skip_pictures()
         elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
         elif not ran and state == UiState.REPORT:
@@ -150,13 +154,11 @@ class UiModule:
         registers.next_step_ms, registers.from_menu = now_ms + 2 * (state == UiState.RUNNING), False
         registers.leave_start()
         registers.starting = state == UiState.START
-        self._files.choose(registers.program_name, opened=state == UiState.OPENING)
+        self._files.choose(pack_name(self._menu.file), opened=state == UiState.OPENING)
         if state in states.MENU_STATES:
             self._menu.go_on_from(state)
         elif state == UiState.RUNNING:
             registers.set(UiFlag.BUSY)
-        elif state == UiState.LOGO:
-            registers.next_step_ms = self._screen.next_pause(now_ms + 2)
 
     def wake(self) -> None:
         """Run in this module's next turn."""
@@ -307,12 +309,22 @@ class UiModule:
         elif registers.runs_file:
             self._files.go_on()
         elif state == UiState.LOGO:
-            registers.state, registers.next_step_ms = int(UiState.MELODY), now_ms + 1
-            self._menu.go_on_from(registers.state)
+            self._leave_logo(now_ms)
         elif state == UiState.DRAWING:
             registers.state = int(UiState.WAITING)
         elif state == UiState.QUESTION:
             self._dialog.go_on_with_question()
+
+    def _leave_logo(self, now_ms: int) -> None:
+        """Continue from the state of the logo, which was written, when the refresh that runs has ended."""
+        registers, screen = self.registers, self._screen
+        registers.next_step_ms = now_ms + 1
+        if screen.stopped:
+            registers.state = int(UiState.MELODY)
+            screen.refresh()
+            self._menu.go_on_from(registers.state)
+        elif screen.flags & DisplayFlag.REFRESH:
+            screen.end_refresh()
 
     def _restart(self, now_ms: int) -> None:
         """Start again after the brick was switched off: as at power-on, but the other modules continue."""
