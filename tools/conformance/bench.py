@@ -27,6 +27,8 @@ _USB_MS = 1
 
 _RADIO_PATIENCE = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
+_WRITE_FORM = 0xFE
+"""Mask of an I2C address without the bit that says that a device sends."""
 MOST = 100_000
 """Most passes, bytes or files of a control line: some seconds of work."""
 
@@ -210,7 +212,8 @@ class Bench:
         device, sensor = self._devices[index], self.brick.low_speed.channels[index].bus.sensor
         match action:
             case "attach":
-                device.address, self._attached[index], sensor.acknowledges = int(arguments[0], 16), True, True
+                device.address = int(arguments[0], 16) & _WRITE_FORM
+                self._attached[index] = sensor.acknowledges = True
             case "detach":
                 self._attached[index] = False
             case "set":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from firmware_protocol.framing import LENGTH_SIZE
 from sim_backend.firmware.brick import SimBrick
+from sim_backend.firmware.comm.dispatch import is_divided
 from sim_backend.firmware.limits import BLUETOOTH
 
 _RING = 128
@@ -148,9 +149,16 @@ class RadioStream:
         if not self.waiting:
             self._at_end = self._was_full and (position + count) % _RING == 0
             self._was_full = False
-        if len(self._taken) < _size(self._taken):
+        if len(self._taken) < min(_size(self._taken), LENGTH_SIZE + BLUETOOTH.buffer):
             return b""
-        framed, self._taken = self._taken, b""
+        framed, left = self._taken, _size(self._taken) - LENGTH_SIZE
+        if is_divided(left, framed[LENGTH_SIZE:]):
+            left -= BLUETOOTH.buffer
+            framed, self._taken = _framed(framed[LENGTH_SIZE:]), left.to_bytes(LENGTH_SIZE, "little")
+        elif len(framed) < _size(framed):
+            return b""
+        else:
+            self._taken = b""
         reply = self._brick.bluetooth.begin_framed(framed)
         self.note_command(_END_BT)
         return reply
@@ -166,6 +174,10 @@ def _split(stream: bytes) -> tuple[int, bytes]:
     while len(rest) >= (size := _size(rest)):
         rest, pieces = rest[size:], pieces + max(1, -(-(size - LENGTH_SIZE) // BLUETOOTH.buffer))
     return pieces, rest
+
+
+def _framed(telegram: bytes) -> bytes:
+    return len(telegram).to_bytes(LENGTH_SIZE, "little") + telegram
 
 
 def _size(stream: bytes) -> int:

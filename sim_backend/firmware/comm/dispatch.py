@@ -194,7 +194,7 @@ class BluetoothComm(Comm):
         """
         telegram, size = data[LENGTH_SIZE:], BLUETOOTH.buffer
         replies = b""
-        while len(telegram) > size and (len(telegram) == _SPLIT or not _is_write(telegram)):
+        while is_divided(len(telegram), telegram):
             replies += self._framed(telegram[:size])
             telegram = telegram[size:]
         return replies + (self._framed(telegram) if telegram else b"")
@@ -223,6 +223,11 @@ class BluetoothComm(Comm):
         if announced > REPLY_HEADER + _READ_OVERHEAD and reply[1] == Read.opcode:
             announced = REPLY_HEADER + _READ_OVERHEAD + int.from_bytes(reply[4:6], "little")
         return (announced & LENGTH_LIMIT).to_bytes(LENGTH_SIZE, "little") + reply
+
+
+def is_divided(size: int, telegram: bytes) -> bool:
+    """Return whether the first piece of a telegram of `size` bytes, of which that has arrived, is one of its own."""
+    return size > BLUETOOTH.buffer and (size == _SPLIT or not _is_write(telegram))
 
 
 def _is_write(telegram: bytes) -> bool:
