@@ -12,9 +12,6 @@ from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 
 
-def _nothing() -> None: ...
-
-
 class KeyStates:
     """The states to come.
 
@@ -26,7 +23,7 @@ class KeyStates:
         shown: Whether the states of a key are shown.
         left: The states that are left, each with what it draws at the end of its pass.
         state: The present one, if any.
-        action: What the end of the first pass of state DRAWING does.
+        actions: What the ends of the first passes of state DRAWING do.
     """
 
     def __init__(self, registers: UiRegisters, screen: ScreenRefresh) -> None:
@@ -38,7 +35,7 @@ class KeyStates:
         self.shown, self.left = False, list[tuple[UiState, Marks]]()
         self.state: UiState | None = None
         self._drawn = NOTHING
-        self.action: Callable[[], object] = _nothing
+        self.actions: list[Callable[[], object]] = []
 
     def begin(self, *states: UiState, drawn: Marks = NOTHING) -> None:
         """Show states after the present one, which draws `drawn`."""
@@ -60,9 +57,8 @@ class KeyStates:
     def next(self) -> UiState | None:
         """Return the next state; the drawing of the one before is shown."""
         self.draw()
-        if self.state == UiState.DRAWING:
-            self.action()
-            self.action = _nothing
+        if self.state == UiState.DRAWING and self.actions:
+            self.actions.pop(0)()
         self.shown = bool(self.left)
         self.state, self._drawn = self.left.pop(0) if self.left else (None, NOTHING)
         return self.state

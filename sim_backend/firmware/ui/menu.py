@@ -10,13 +10,14 @@ from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.ui import data_log, log_menu
+from sim_backend.firmware.ui import log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
+from sim_backend.firmware.ui.menu_files import MenuFiles
 from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
@@ -65,6 +66,7 @@ class Menu:
         self.program, self.view, self.logs = ProgramSteps(loader), view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
+        self._files = MenuFiles(loader, settings.stored, self._places, self.states)
         self.reset()
 
     def reset(self) -> None:
@@ -192,8 +194,10 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        if places.action(menu) == places.DELETE:
+        erases = menu[:-1] == places.ERASE
+        if erases or places.action(menu) == places.DELETE:
             self._place[-1] = places.NO if step > 0 else places.YES
+            self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + erases])
             return
         items = self._places.items(menu)
         if items == drawing.PAIR:
@@ -203,7 +207,7 @@ class Menu:
         if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
         if menu == places.VOLUME:
-            self.states.action = partial(self._settings.set_volume, self._place[-1])
+            self.states.actions = [partial(self._settings.set_volume, self._place[-1])]
         if menu in (places.VOLUME, places.SLEEP):
             self.states.draw_last(marks.BAR, NOTHING)
         elif places.action(menu) == places.SEND:
@@ -219,8 +223,10 @@ class Menu:
         if len(self._place) == 1:
             self._confirms = True
             return
+        if places.action(tuple(self._place[:-1])) == places.DELETE and self._place[-1] == places.YES:
+            self._place.pop()
         if tuple(self._place[:-1]) == places.VOLUME:
-            self.states.action = partial(self._settings.set_volume, self._volume)
+            self.states.actions = [partial(self._settings.set_volume, self._volume)]
             self.states.show(UiState.EXIT)
             self._place.pop()
         left = [*self._place]
@@ -229,7 +235,7 @@ class Menu:
             return
         menu = tuple(self._place[:-1])
         if self.program.is_step(self._place[:-1]):
-            self.states.action = partial(self.program.leave, left)
+            self.states.actions = [partial(self.program.leave, left)]
             self.states.draw_last(marks.STEP, marks.PAGE)
         elif self.program.is_step(self._place):
             self.states.draw_last(marks.STEP)
@@ -291,9 +297,9 @@ class Menu:
             self._volume = place[-1]
             self.states.show(UiState.EXIT)
             self._leave()
-            self.states.action = partial(self._settings.store_volume, place[-1])
+            self.states.actions = [partial(self._settings.store_volume, place[-1])]
         elif menu == places.SLEEP:
-            self.states.action = partial(self._settings.store_sleep, self._place.pop())
+            self.states.actions = [partial(self._settings.store_sleep, self._place.pop())]
             self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self._find_nothing()
@@ -304,10 +310,18 @@ class Menu:
             self._answer_page(places.action(menu), place[-1])
         elif self.view.opens(place):
             return
+        elif menu == places.ERASE:
+            self._place.append(places.NO)
+            self.states.draw_last(NOTHING, *drawing.ERASE_ANSWER)
+        elif menu[:-1] == places.ERASE:
+            self._place.pop()
+            if place[-1] == places.YES:
+                self._files.erase(self._place.pop())
         elif place == log_menu.START:
             self.logs.begins = True
         elif menu == log_menu.START:
-            self._keep_log(place[-1])
+            self._place = [*log_menu.DATA_LOG]
+            self._files.keep_log(place[-1])
         elif self.logs.follows(place):
             self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self.program.is_run([*menu]):
@@ -321,20 +335,6 @@ class Menu:
                 self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
         else:
             self._open(place)
-
-    def _keep_log(self, item: int) -> None:
-        """Store the data log under a number, behind a message, or delete it."""
-        self._place = [*log_menu.DATA_LOG]
-        if item == log_menu.STORE:
-            self.states.action = self._store_log
-            self.states.draw_last(*drawing.STORED)
-            self.states.add(UiState.MENU, UiState.DRAWING)
-        else:
-            self.states.action = partial(self._loader.delete, data_log.FILE)
-            self.states.draw_last(*drawing.LOG_DELETED)
-
-    def _store_log(self) -> None:
-        self._loader.rename(data_log.FILE, f"OBD_{self._settings.stored.count_log()}.log")
 
     def _leave_steps(self, item: int) -> None:
         """Run the program, for which a file is missing, or leave it for the main menu."""
@@ -351,7 +351,7 @@ class Menu:
         elif answer == places.YES:
             self._place.pop()
             left = self._places.items(tuple(self._place[:-1])) - 1
-            self.states.action = partial(self._loader.delete, self.file)
+            self.states.actions = [partial(self._loader.delete, self.file)]
             self.states.draw_last(*drawing.DELETED)
             self.states.show(UiState.EXIT)
             self.states.draw_last(marks.MENU, *drawing.list_drawn(left))
@@ -388,7 +388,7 @@ class Menu:
         elif places.action(place) == places.SEND:
             self.states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
-            self.states.action = partial(self.program.enter, [*place])
+            self.states.actions = [partial(self.program.enter, [*place])]
             self.states.draw_last(*self.program.drawn([*place]))
         elif place[0] in places.SLOW and not self._draw_slowly():
             self.states.draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))

@@ -28,7 +28,7 @@ class MenuKeys:
         screen: ScreenRefresh,
     ) -> None:
         self._clock, self._registers, self._keys, self._menu, self._files = clock, registers, keys, menu, files
-        self._screen = screen
+        self._screen, self._drawn_ms = screen, 0
 
     @property
     def active(self) -> bool:
@@ -98,8 +98,17 @@ class MenuKeys:
         view = self._menu.view
         self._registers.set(UiFlag.BUSY | UiFlag.UPDATE)
         self._screen.mark(marks.VALUE)
-        view.shown = True
+        view.shown, self._drawn_ms = True, self._clock.now_ms
         if view.delays:
             self._registers.next_step_ms = self._clock.now_ms + 1
         else:
+            self.show_value()
+
+    def show_value(self) -> None:
+        """Set the sensor of the value that is shown, or draw the value again."""
+        view, now_ms = self._menu.view, self._clock.now_ms
+        if view.chosen:
             view.set_sensor()
+        else:
+            self._screen.mark(marks.VALUE_AGAIN)
+        self._registers.next_step_ms = now_ms + view.period_ms - (now_ms - self._drawn_ms) % view.period_ms

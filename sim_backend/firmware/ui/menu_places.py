@@ -19,7 +19,7 @@ MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,
 VALUES = (VIEW,)
 LISTS = DATA_LOG, VALUES
 SEARCH = (*BLUETOOTH, 0)
-VOLUME, SLEEP = (*SETTINGS, 0), (*SETTINGS, 1)
+VOLUME, SLEEP, ERASE = (*SETTINGS, 0), (*SETTINGS, 1), (*SETTINGS, 3)
 PROGRAMS = (*MY_FILES, 0)
 RUN, SEND, DELETE = range(3)
 _ACTIONS, _LOG_ACTIONS, _TRIED_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND), (DELETE, RUN)
@@ -30,7 +30,7 @@ NO, YES = range(2)
 SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
 
-_ITEMS = {(): 7, MY_FILES: 4, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
+_ITEMS = {(): 7, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
 """Items of the menus that are known."""
 
 _LOG = ".log"
@@ -97,8 +97,10 @@ class Places:
             return len(self.listed(menu))
         if is_page(menu):
             return len(actions(menu))
-        if menu == MY_FILES and self._log is None:
-            return len(EXTENSIONS) - 1
+        if menu == MY_FILES:
+            return len(self._types) - 1
+        if menu == ERASE:
+            return len(self._types)
         if self._log and (items := self._log.items(menu)):
             return items
         return _ITEMS.get(menu, 0) or self._program.items([*menu]) or self._view.items(menu)
@@ -106,6 +108,15 @@ class Places:
     def listed(self, menu: Place) -> Sequence[str]:
         """Return the names of a list of files."""
         return self._files(extension(menu))
+
+    def erased(self, item: int) -> Sequence[str]:
+        """Return the names of the files that an item of the page to delete files of a type deletes."""
+        return self._files(self._types[item % len(self._types)])
+
+    @property
+    def _types(self) -> Sequence[str]:
+        kept = EXTENSIONS if self._log else EXTENSIONS[:-1]
+        return (*kept, _TRIED)
 
     def is_missing(self, place: Place) -> bool:
         """Return whether the main menu leaves out an item."""

@@ -50,11 +50,13 @@ NOT_RUN = (
     PAGE,
 )
 """The start of that program without the file that runs it, pass by pass."""
-VALUE = Marks(0x4000_0200, 0x11_F200, drop=_ALL)
-"""The value of a sensor or motor."""
+VALUE, VALUE_AGAIN = Marks(0x4000_0200, 0x11_F200, drop=_ALL), Marks(update=0x8)
+"""The value of a sensor or motor, and the same later."""
 LIST = Marks(0x8000_0000, 0x4)
 TAKEN, READY, REFUSES, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(update=0x8), Marks(0x8)
 """The data log: a port is chosen, all of them are, and the message that one is not free, and its end."""
+ERASED = Marks(0xE_0400)
+"""The end of the question whether to delete all files of a type."""
 LOG_TIME, LOG_DELETED = Marks(update=0x8), Marks(0xE_041C)
 """The time of a data log that runs, and the end of one that is not kept."""
 FILE_NAME = Marks(update=0x8, drop=_ALL)

@@ -48,6 +48,7 @@ _INCHES = 4
 """Item that is drawn in three passes; in old firmware the first one is."""
 
 _SENSOR_PORTS, _MOTOR_PORTS = 4, 3
+_PERIOD_MS, _OLD_PERIOD_MS = 200, 250
 
 
 class SensorView:
@@ -61,12 +62,13 @@ class SensorView:
         chosen: Whether the page is about to be shown, or its sensor to be set.
         shown: Whether the page is shown.
         delays: Whether the sensor is set one pass after the beginning of the page.
+        period_ms: Time from one drawing of the value to the next.
     """
 
     def __init__(self, inputs: InputModule, *, modern: bool) -> None:
         self._inputs = inputs
         self.chosen = self.shown = False
-        self.delays = modern
+        self.delays, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
         self._item = self._port = 0
 

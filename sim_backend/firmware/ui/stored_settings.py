@@ -60,12 +60,15 @@ class StoredSettings:
             content[_VOLUME], content[_SLEEP] = self.volume, self.sleep
         self._replace()
 
-    def count_log(self) -> int:
-        """Store that one more data log was stored, and return its number."""
-        number = int.from_bytes(self._content[_LOGS], "little") + 1 & 0xFFFF
-        self._content[_LOGS] = number.to_bytes(2, "little")
+    @property
+    def logs(self) -> int:
+        """Number of data logs that were stored."""
+        return int.from_bytes(self._content[_LOGS], "little")
+
+    def count_log(self) -> None:
+        """Count one more data log."""
+        self._content[_LOGS] = (self.logs + 1 & 0xFFFF).to_bytes(2, "little")
         self.save()
-        return number
 
     def _replace(self) -> None:
         loader = self._loader

@@ -300,8 +300,8 @@ class UiModule:
             self._boot.go_on()
         elif self._menu.states.shown:
             self._menu_keys.show()
-        elif self._menu.view.chosen:
-            self._menu.view.set_sensor()
+        elif state == UiState.DRAWING and (self._menu.view.chosen or self._menu.view.shown):
+            self._menu_keys.show_value()
         elif self._menu.logs.log.runs:
             registers.next_step_ms = self._menu.logs.log.go_on()
         elif state == UiState.OPENING:
