@@ -33,8 +33,9 @@ class ProgramWatch:
 
     @property
     def due(self) -> bool:
-        """Whether the next pass may bring the end of a program, of which `FileRunner` does not learn."""
-        return not self._registers.runs_file if self._programs.active else self._programs.busy
+        """Whether the next pass may bring the end of a program, of which `FileRunner` does not learn, or has one."""
+        programs = self._programs
+        return programs.busy and not (programs.running and self._registers.runs_file)
 
     def note_end(self, *, had_screen: bool) -> None:
         """Notice in the next pass that a program, perhaps one that could not start, is over."""
