@@ -102,20 +102,27 @@ class DataLog:
         self._chosen = 0
         self._handle = self._started_ms = self._drawn_ms = 0
 
-    def begin(self, items: dict[int, int]) -> None:
-        """Begin a file in all free flash, with ports and sensors.
+    def begin(self, items: dict[int, int]) -> bool:
+        """Begin a file in all free flash, with ports and sensors; return whether there is room and a free handle.
 
         Args:
             items: Of each port the item of the menu; motors follow the sensors.
         """
         self._values = [(port, VALUES[item]) for port, item in sorted(items.items())]
-        self.runs, self._started_ms, self._chosen = True, self._clock.now_ms, 0
+        self._started_ms, self._chosen = self._clock.now_ms, 0
         self._loader.delete(FILE)
-        _, self._handle, _ = self._loader.create(FILE, self._loader.flash.free, appendable=True)
+        status, self._handle, _ = self._loader.create(FILE, self._loader.flash.free, appendable=True)
         programs = self._programs
-        self._write("Sync data", programs.sync_time, programs.sync_tick, programs.tick, _PERIOD_MS, -1)
-        self._write("Sdata", *(f"{port + 1}_{each.sensor}{each.unit}" for port, each in self._values))
-        self._write("Time", *(each.sensor for _, each in self._values))
+        self.runs = not status and all(
+            (
+                self._write("Sync data", programs.sync_time, programs.sync_tick, programs.tick, _PERIOD_MS, -1),
+                self._write("Sdata", *(f"{port + 1}_{each.sensor}{each.unit}" for port, each in self._values)),
+                self._write("Time", *(each.sensor for _, each in self._values)),
+            )
+        )
+        if not (self.runs or status):
+            self._loader.crop(self._handle)
+        return self.runs
 
     def go_on(self) -> int:
         """Set up the ports, take a sample, write it, or draw; return when to go on."""
@@ -158,9 +165,10 @@ class DataLog:
         sensor = self._inputs.ports[port]
         return "-" if sensor.invalid else str(sensor.scaled)
 
-    def _write(self, *columns: object) -> None:
+    def _write(self, *columns: object) -> bool:
+        """Write a line, and return whether it fits."""
         line = "\t".join(str(each) for each in columns) + "\r\n"
-        self._loader.write(self._handle, line.encode("ascii"))
+        return self._loader.write(self._handle, line.encode("ascii"))[1] == len(line)
 
     def end(self) -> None:
         """Close the file, and leave the inputs without types."""

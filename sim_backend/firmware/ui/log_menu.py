@@ -53,10 +53,10 @@ class LogMenu:
         self.begins = self.refuses = False
         self.chosen: dict[int, int] = {}
 
-    def begin(self) -> None:
-        """Begin the log."""
+    def begin(self) -> bool:
+        """Begin the log, and return whether that was possible."""
         self.begins = False
-        self.log.begin(self.chosen)
+        return self.log.begin(self.chosen)
 
     def clear(self) -> None:
         """Begin without values."""

@@ -257,10 +257,12 @@ class Menu:
         self.states.draw_last(self._page)
         self._draw_slowly()
 
-    def leave_log(self) -> None:
-        """Leave the data log for the page that stores or deletes it."""
+    def leave_log(self, *message: Marks) -> None:
+        """Leave the data log, perhaps by a message, for the page that stores or deletes it."""
         self._place.append(log_menu.STORE)
-        self.states.begin()
+        self.states.begin(*[UiState.DRAWING][: len(message)])
+        if message:
+            self.states.draw_last(*message)
         self.states.show(UiState.RIGHT)
         self.states.draw_last(marks.MENU)
 

@@ -28,9 +28,9 @@ _LIST_MS, _MOVE_MS = 5, 4
 _PAIR_MS = {1: 7, -1: 6}
 """The latter for a list of two files, by the direction to the other one."""
 
-_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _NO_FILE_MS = 2620, 1623, 1626, 3129, 3
-"""Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, and that
-a data log was stored; and of a list that is empty after the second."""
+_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS, _NO_FILE_MS = 2620, 1623, 1626, 3129, 2624, 3
+"""Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
+data log was stored, and that none could begin; and of a list that is empty after the second."""
 
 
 def _message(passes: int, before: int) -> list[Marks]:
@@ -42,8 +42,8 @@ def _message(passes: int, before: int) -> list[Marks]:
 
 SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
 """The messages that a file was not sent, and that it was deleted."""
-STORED = _message(_STORED_MS, before=3)
-"""The message that a data log was stored."""
+STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, before=1)
+"""The messages that a data log was stored, and that none could begin."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)

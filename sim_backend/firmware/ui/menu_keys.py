@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.module import Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
+from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui import states
 from sim_backend.firmware.ui.file_runner import FileRunner
@@ -85,8 +86,12 @@ class MenuKeys:
         elif menu.view.chosen:
             self._begin_view()
         elif menu.logs.begins:
-            registers.set(UiFlag.BUSY)
-            menu.logs.begin()
+            if menu.logs.begin():
+                registers.set(UiFlag.BUSY)
+            else:
+                self._screen.mark(marks.LOG_FAILS)
+                menu.leave_log(*drawing.LOG_FAILED)
+                self.show()
             registers.next_step_ms = self._clock.now_ms + 1
         elif not menu.shows_message:
             registers.state = int(UiState.WAITING)

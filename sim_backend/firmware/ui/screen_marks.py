@@ -57,8 +57,8 @@ TAKEN, READY, REFUSES, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(upd
 """The data log: a port is chosen, all of them are, and the message that one is not free, and its end."""
 ERASED = Marks(0xE_0400)
 """The end of the question whether to delete all files of a type."""
-LOG_TIME, LOG_DELETED = Marks(update=0x8), Marks(0xE_041C)
-"""The time of a data log that runs, and the end of one that is not kept."""
+LOG_TIME, LOG_FAILS, LOG_DELETED = Marks(update=0x8), Marks(0x8000_0000), Marks(0xE_041C)
+"""The time of a data log that runs, the beginning of one that cannot run, and the end of one that is not kept."""
 FILE_NAME = Marks(update=0x8, drop=_ALL)
 
 OPENING = Marks(update=0x8, drop=_ALL)
