@@ -54,6 +54,11 @@ class Controls:
         self.stopped = False
         self.percent = 60
 
+    @property
+    def awaits_centre(self) -> bool:
+        """Whether a stick must return to its centre before it drives."""
+        return not self._stick_free
+
     def press(self, direction: Direction, now_s: float) -> None:
         """Note that a key is pressed."""
         if not self.stopped:

@@ -39,6 +39,7 @@ SLICE_S = 0.005
 RETRY_S = 0.5
 CLOSE_S = 5.0
 """How long closing waits for the robot's thread; a brick that does not answer stops its motors itself."""
+AWAITS_CENTRE = "Let go of the pad, then drive. A program sends zeros once."
 BEEP = (880, 600)
 """Hertz and milliseconds."""
 
@@ -106,12 +107,14 @@ class Robot:
         """Drive on by hand, as parts of the highest speeds, for the time of the dead-man switch; any thread.
 
         Raises:
-            ValueError: The robot is stopped or does something else; the text says so.
+            ValueError: It is stopped, does something else, or the pad has to be let go first; the text says so.
         """
         self.controls.steer(ahead, turn, self._now())
         self._news.set()
         if ahead or turn:
             self._slot.check_hand_drive()
+            if self.controls.awaits_centre:
+                raise ValueError(AWAITS_CENTRE)
 
     def let_go(self) -> None:
         """Stop driving by hand; any thread."""

@@ -196,6 +196,12 @@ def test_one_page_drives_and_the_robot_stops_when_no_more_requests_come(tmp_path
         assert 20 < stopped["pose"][0] < 400
 
 
+def test_a_driver_is_told_to_begin_at_the_centre(tmp_path):
+    with _client(_server(tmp_path)).websocket_connect("/ws") as page:
+        page.send_json({"type": "drive", "ahead": 1, "turn": 0})
+        assert "sends zeros once" in _until(page, lambda each: each["type"] == "refused")["text"]
+
+
 def test_a_driver_that_leaves_stops_the_robot_at_once(tmp_path):
     server = _server(tmp_path)
     with _client(server).websocket_connect("/ws") as page:
