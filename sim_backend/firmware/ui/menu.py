@@ -70,8 +70,9 @@ class Menu:
         self.reset()
 
     def reset(self) -> None:
-        """Go to the first item of the main menu."""
+        """Go to the first item of the main menu; a data log that runs stays open, and a sensor keeps its type."""
         self._place = [0]
+        self.view.shown = self.logs.log.runs = self.logs.refuses = False
         self._confirms: bool | None = None
         self._volume = self._registers.volume
 
@@ -109,7 +110,6 @@ class Menu:
             return
         if state in (UiState.MELODY, UiState.ENTRY):
             self.reset()
-            self.view.shown = False
         drawn = self._page
         if self.view.shown:  # it is shown again
             self.view.shown, self.view.chosen, drawn = False, True, NOTHING
