@@ -12,7 +12,7 @@ class SleepTimer:
 
     Attributes:
         limit_minutes: Time until power-off, 0 for never.
-        rests: Whether it is reset in each pass, as the brick never sleeps.
+        rests: Whether it is reset in each pass: the brick never sleeps, or a data log runs.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -24,6 +24,11 @@ class SleepTimer:
     def restart(self, now_ms: int) -> None:
         """Count from `now_ms` on, that pass included."""
         self._started_ms = now_ms - 1
+
+    def rest(self, now_ms: int) -> None:
+        """Reset it in this pass and in those to come, up to the next call of `follow_request`."""
+        self.restart(now_ms)
+        self.rests = True
 
     @property
     def minutes(self) -> int:
@@ -42,9 +47,9 @@ class SleepTimer:
     def follow_request(self, now_ms: int, *, resets: bool) -> bool:
         """Reset the timer on request; return whether the next pass resets it as well since the brick never sleeps."""
         never = not self.limit_minutes
+        if resets or self.rests:
+            self.restart(now_ms if resets else now_ms - 1)
         self.rests = resets and never
-        if resets:
-            self.restart(now_ms)
         return never
 
     @property

@@ -235,6 +235,8 @@ class UiModule:
         self._follow_keys(now_ms)
         self._dialog.follow()
         self._step(now_ms)
+        if self._menu.logs.log.runs:
+            self.sleep_timer.rest(now_ms)
         self.status_bar.follow()
         self._boot.follow()
         self._follow_exit()
