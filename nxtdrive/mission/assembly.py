@@ -21,6 +21,8 @@ from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MISSION, SUMMARY, VIDEO, new_run_folder, summary
 from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
+from nxtdrive.transports.address import Address
+from nxtdrive.transports.record import brick_address
 from nxtdrive.vision.eyes import CameraEyes, OnLook
 
 if TYPE_CHECKING:
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     from behaviors.pause import Pause
     from behaviors.ports import Eyes
     from behaviors.profiles.profile import MakeProfile
-    from nxtdrive.transports.address import Address
     from nxtdrive.vision.camera import Camera, Frame
 
 WatchFrames = Callable[[Callable[["Frame"], None]], None]
@@ -131,7 +132,10 @@ class MissionRun:
         body, clock = build_body(robot.brick, mission), MissionClock(robot.brick)
         self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
         by_name = not isinstance(self._eyes, CameraEyes)
-        self._review = RunReview(mission, truth_of(robot.brick), say_hint, file, by_name=by_name, camera=robot.source)
+        world = brick_address(Address.parse(robot.address)).target
+        self._review = RunReview(
+            mission, truth_of(robot.brick), say_hint, file, by_name=by_name, camera=robot.source, world=world
+        )
 
     def on_look(self, observer: OnLook) -> None:
         """Call `observer` after each look at a frame; eyes that look at no frames never do."""

@@ -51,6 +51,7 @@ class RunReview:
         file: The mission's file, for the command in a hint; None for the built-in one.
         by_name: Whether a target is the simulated world's object of its name, whatever that looks like.
         camera: The camera's source, for the command in a hint.
+        world: The file or the name of the simulated world; empty for the default one.
 
     Attributes:
         hints: What to check or change, one sentence or two each.
@@ -67,11 +68,12 @@ class RunReview:
         *,
         by_name: bool = False,
         camera: str = "0",
+        world: str = "",
     ) -> None:
         self.hints: list[str] = []
         self.arrivals: list[dict[str, object]] = []
         self._mission, self._truth, self._say, self._file = mission, truth, say, file
-        self._by_name, self._camera = by_name, shlex.quote(camera)
+        self._by_name, self._camera, self._world = by_name, shlex.quote(camera), Path(world)
         self._seen: set[str] = set()
         self._reached: set[str] = set()
         self._told: set[str] = set()
@@ -166,7 +168,9 @@ class RunReview:
         has = f"It has {known}" if known else "It has no objects"
         advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         if self._file is not None and (room := own_room(self._file)).is_file():
-            advice = f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
+            opened = self._world.resolve() == room.resolve()
+            option = f"--nxt {shlex.quote(str(Address('sim', str(room))))}"
+            advice = f"Put {target} into {room}." if opened else f"Open the mission's own with {option}."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
 
     def _unseen(self, target: str) -> None:

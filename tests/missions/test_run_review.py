@@ -53,6 +53,17 @@ def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_pa
     assert f"--nxt sim://{tmp_path}/bear-world.toml" in review.hints[0]
 
 
+def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(mission_for, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("bear-world.toml").touch()
+    truth = Simulation("open").truth
+    for world in ("bear-world.toml", str(tmp_path / "bear-world.toml")):
+        review = RunReview(mission_for("rilakkuma"), truth, lambda _: None, Path("bear.toml"), world=world)
+        review(_unsuccessful("rilakkuma"))
+        [hint] = review.hints
+        assert hint.endswith("It has lena. Put rilakkuma into bear-world.toml.")
+
+
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
     assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
