@@ -1,4 +1,4 @@
-"""In which frames the floor right ahead was free: where the robot has driven since then."""
+"""Frames in which the floor right ahead was free, since the robot has driven over it afterwards."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections import deque
 from behaviors.ports import Pose
 
 FLOOR_MM = 700.0
-"""A frame shows the floor right ahead up to here from the axle, as far as its colours are learned."""
+"""The colours of the floor are learned from the lower edge of a frame, which shows it up to here from the axle."""
 STRAIGHT_DEG = 5.0
-"""A robot that turned farther did not drive where it looked before."""
+"""A robot that turned by more than this did not drive where it looked before."""
 
 
 class DrivenFloor:
@@ -22,11 +22,12 @@ class DrivenFloor:
         """Add a frame.
 
         Args:
-            time_s: When it was taken.
-            pose: The robot's.
+            time_s: When it was taken, on the mission's clock; not before the frame added last.
+            pose: Where the robot is.
 
         Returns:
-            When the latest earlier frame was taken whose floor right ahead the robot has driven over; None without one.
+            When the latest frame was taken whose floor right ahead the robot has driven over since the last call; None
+            without one.
         """
         if self._frames and not _drove_on(self._frames[0][1], self._frames[-1][1], pose):
             self._frames.clear()
@@ -39,5 +40,7 @@ class DrivenFloor:
 
 def _drove_on(first: Pose, last: Pose, pose: Pose) -> bool:
     """Return whether a robot drove straight ahead from the first to the last of some poses, and on to a further one."""
-    before_mm, now_mm = (first.polar_to((each.x_mm, each.y_mm))[1] for each in (last, pose))
-    return now_mm >= before_mm and abs(pose.heading_deg - first.heading_deg) <= STRAIGHT_DEG
+    _, before_mm = first.polar_to((last.x_mm, last.y_mm))
+    bearing_deg, now_mm = first.polar_to((pose.x_mm, pose.y_mm))
+    ahead = now_mm == 0.0 or abs(bearing_deg) < 90.0
+    return ahead and now_mm >= before_mm and abs(pose.heading_deg - first.heading_deg) <= STRAIGHT_DEG

@@ -30,6 +30,10 @@ def test_a_robot_that_backed_off_had_met_something():
     assert drive(DrivenFloor(), 0.0, 300.0, 600.0, 500.0, 900.0, 1190.0, 1200.0)[-3:] == [None, None, 3.0]
 
 
+def test_a_robot_that_drives_backwards_does_not_drive_over_what_it_sees():
+    assert drive(DrivenFloor(), 0.0, -400.0, -800.0, -1200.0) == [None] * 4
+
+
 @given(st.lists(st.tuples(st.floats(-300.0, 300.0), st.floats(-30.0, 30.0)), max_size=60))
 def test_a_frame_is_from_so_far_behind_and_from_about_the_same_heading(motions):
     floor, pose, poses = DrivenFloor(), Pose(), []
