@@ -291,8 +291,8 @@ class Eyes(Protocol):
         """Return how far the floor is free in the frame of the latest look, by direction.
 
         Args:
-            free_at_s: Time of a look at which the floor right ahead was free, as is known by now, so that its
-                appearance can be learned; None for no such look.
+            free_at_s: `Glimpse.time_s` of the latest look, or of an earlier one, for which it is now known that the
+                floor right ahead was free, so that its appearance can be learned; None without such a look.
 
         Returns:
             Nothing until the appearance has been learned; directions without information are left out.

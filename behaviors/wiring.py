@@ -45,7 +45,7 @@ class WiringNumbers:
         any_mm: over this span.
         late: Chance that a frame or an echo is older than it says, or that the robot did not move.
         stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
-        older: Chance that frames are older than the mission says by each age in `AGES`.
+        older: Chance, for each age in `AGES` but 0, that frames are older than the mission says by it.
         slips: Chance that a wheel slips.
         changes: Chance that a wheel begins or ceases to slip from one pair of sightings or echoes to the next: there
             are about two pairs per second, and a slip lasts for a minute or so.
@@ -78,7 +78,6 @@ Slip = tuple[float, float]
 
 SLIPS: dict[Slip, float] = {(1, 1): 1.0 - N.slips} | dict.fromkeys(((0.5, 1), (1, 0.5), (0, 1), (1, 0)), N.slips / 4)
 """How the wheels may slip, and how probable that usually is."""
-
 
 AGES: dict[float, float] = {0.0: 1.0 - 3 * N.older} | dict.fromkeys((0.15, 0.3, 0.45), N.older)
 """How much older than they say frames may be, in seconds, and how probable that is."""

@@ -115,7 +115,7 @@ class Attempts:
 
 
 def _alike(one: _Failure, other: _Failure) -> bool:
-    """Return whether two failures are of one kind and at one place, which odometry does not tell if wheels slipped."""
+    """Return whether two failures are of one kind and at one place; where wheels slipped, odometry is no measure."""
     same = (one.target, one.round, one.reason) == (other.target, other.round, other.reason)
     return same and (one.reason is Reason.SLIPPED or _same_place(one.place, other.place))
 

@@ -154,10 +154,10 @@ class Perception:
         return Observation(now_s, newest, range_mm, tuple(each is not None for each in sightings))
 
     def _free_at_s(self, time_s: float, pose: Pose) -> float | None:
-        """Return when a frame was taken in which the floor right ahead was free, the latest one or one before.
+        """Return the time of a frame in which the floor right ahead was free, the latest one or an earlier one.
 
-        An echo shows it for the latest. Without a sonar it is assumed free at the start; later, where the robot has
-        driven on since then.
+        The echo decides for the latest. Without a sonar the floor is assumed to be free at the start, and known to have
+        been free where the robot has driven since.
         """
         self._start = self._start or pose
         driven_s = self._driven.add(time_s, pose)
@@ -220,7 +220,7 @@ class Perception:
         """
         if speed_mm_s > 0:
             share = N.silent_share if self.sonar.silent and not self.sonar.stuck else 1.0  # without it the body is slow
-            speed_mm_s = min(share * speed_mm_s, N.step_mm / max(self._step_s, 0.01))
+            speed_mm_s = min(share * speed_mm_s, self._step_limit_mm_s)
         stop = self.context.body.drive(speed_mm_s, turn_deg_s)
         self.sonar.stopped |= stop is StopReason.OBSTACLE
         self.context.watch.update(stop, {"range_mm": self._range_mm})
@@ -231,7 +231,12 @@ class Perception:
         """How fast the robot drives along paths while there is no near echo."""
         numbers = self.parameters
         speed_mm_s = N.silent_share * numbers.cruise_mm_s if self.sonar.silent else numbers.travel_mm_s
-        return min(speed_mm_s, N.step_mm / max(self._step_s, 0.01))
+        return min(speed_mm_s, self._step_limit_mm_s)
+
+    @property
+    def _step_limit_mm_s(self) -> float:
+        """The speed at which the robot drives as far between two steps as it may."""
+        return N.step_mm / max(self._step_s, 0.01)
 
     @property
     def lost_after_s(self) -> float:

@@ -26,7 +26,12 @@ def own_room(mission: Path) -> Path:
 
 
 def in_own_room(address: Address, mission: Path | None) -> Address:
-    """Return the address with that room, if there is one and a simulated brick's address names no other."""
+    """Return the address with a mission's own room, if that file exists and the simulated brick's address names none.
+
+    Args:
+        address: A brick's; returned as it is if the brick is not simulated.
+        mission: The mission file; None for the built-in mission, which has no such room.
+    """
     if mission is None or not (room := own_room(mission)).is_file():
         return address
     return in_room(address, str(room))

@@ -130,7 +130,10 @@ def with_brick(address: Address, change: Callable[[Address], Address]) -> Addres
 
 
 def in_room(address: Address, room: str) -> Address:
-    """Return the address with this room for a simulated brick whose room it does not name, recorded or not."""
+    """Return the address with a room, a world's file or name, if it is a simulated brick's and names none.
+
+    A recording address gets the room for the brick that it records.
+    """
 
     def into_room(brick: Address) -> Address:
         return replace(brick, target=room) if brick.scheme == "sim" and not brick.target else brick

@@ -32,7 +32,7 @@ class FreeFloorNumbers:
         light_bins: A colour of the floor makes those within this many steps of its lightness likely, for shade.
         chroma_bins: The same for the other two.
         keeps: Share that a further frame leaves of what was learned before.
-        learn_every_s: And no more frames are kept than one in this time: it remembers ten to forty seconds.
+        learn_every_s: At most one frame is kept in this time; so what was learned fades in ten to forty seconds.
         kept_s: A frame is kept for this long.
         rare: Colours with less than this share of the commonest one's count are not the floor's.
         run_px: The floor ends where this many pixels in a column have other colours.
@@ -80,7 +80,12 @@ class FreeFloorDetector:
         return self._counts is not None
 
     def keep(self, image: Image, time_s: float) -> None:
-        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead."""
+        """Keep the part of a frame, (height, width, 3) BGR, that shows the floor right ahead, for `N.kept_s`.
+
+        Args:
+            image: The frame.
+            time_s: When it was taken, in seconds on any clock; later than the frames before.
+        """
         if time_s - self._kept_s < N.learn_every_s:
             return
         self._kept_s = time_s
@@ -88,7 +93,7 @@ class FreeFloorDetector:
         self._samples[time_s] = _sample(_reduced(image)).copy()
 
     def learn(self, time_s: float) -> None:
-        """Learn from the frame of a time, in which the floor right ahead was free, if it was kept."""
+        """Learn from the kept frame of exactly this time, if there is one: the floor right ahead was free in it."""
         sample = self._samples.pop(time_s, None)
         if sample is None:
             return

@@ -35,9 +35,10 @@ DESCRIPTION = """\
 Run a mission: search for its targets, drive to them, recover from failures.
 Without a file, the built-in mission "lena, then rilakkuma". A simulated robot
 stands in the room that `nxtdrive mission new` wrote with the mission, unless
---nxt names another. Ctrl-C stops the motors and leaves a complete run folder. A link or a camera that is lost suspends
-the mission until it is back, for reconnect_timeout_s at most. `nxtdrive
-explain-run` explains afterwards why the robot did what it did."""
+--nxt or $NXT names another. Ctrl-C stops the motors and leaves a complete run
+folder. A link or a camera that is lost suspends the mission until it is back,
+for reconnect_timeout_s at most. `nxtdrive explain-run` explains afterwards why
+the robot did what it did."""
 EXAMPLES = """\
   nxtdrive run
   nxtdrive run my-mission.toml        # in its own simulated room

@@ -226,7 +226,12 @@ class BluetoothComm(Comm):
 
 
 def is_divided(size: int, telegram: bytes) -> bool:
-    """Return whether the first piece of a telegram of `size` bytes, of which that has arrived, is one of its own."""
+    """Return whether the firmware handles the first piece of a telegram, as long as its buffer, as a telegram.
+
+    Args:
+        size: Length of the whole telegram in bytes.
+        telegram: Its first piece, or more of it.
+    """
     return size > BLUETOOTH.buffer and (size == _SPLIT or not _is_write(telegram))
 
 

@@ -29,8 +29,8 @@ class Value(NamedTuple):
 
     Attributes:
         sensor: Name of the sensor in the file.
-        unit: Name of the unit, if it has any, behind a `_`.
-        type: Type of the input; of a motor none.
+        unit: What follows that name: `_` and the unit, if it has one.
+        type: Type of the input; none for a motor.
         mode: Mode of the input.
     """
 
@@ -70,7 +70,7 @@ SENSOR_PORTS = 4
 
 
 class DataLog:
-    """A log that runs, until exit is pressed.
+    """A log of the menus: a file with the values of some ports, written from `begin` to `end`.
 
     Args:
         clock: The brick's time.
@@ -106,7 +106,7 @@ class DataLog:
         """Begin a file in all free flash, with ports and sensors; return whether there is room and a free handle.
 
         Args:
-            items: Of each port the item of the menu; motors follow the sensors.
+            items: For each port, 0 to 3 of sensors and 4 to 6 of motors, the index of its value in `VALUES`.
         """
         self._values = [(port, VALUES[item]) for port, item in sorted(items.items())]
         self._started_ms, self._chosen = self._clock.now_ms, 0
@@ -125,7 +125,7 @@ class DataLog:
         return self.runs
 
     def go_on(self) -> int:
-        """Set up the ports, take a sample, write it, or draw; return when to go on."""
+        """Set up the ports, take a sample, write it, or draw; return the time of the next call in ms."""
         now_ms = self._clock.now_ms
         passed_ms = now_ms - self._started_ms
         if passed_ms == 1:
@@ -154,7 +154,10 @@ class DataLog:
         self.draws = True
 
     def choose(self, step: int) -> None:
-        """Show the value to the left (-1) or right (1) from the next pass on; two values stop at their ends."""
+        """Show the value to the left (-1) or right (1) from the next pass on.
+
+        Two values stop at their ends. More are a ring, and look the same whichever is shown.
+        """
         last = len(self._values) - 1
         self._chosen, self.draws = min(max(self._chosen + step, 0), last), True
 

@@ -13,7 +13,7 @@ from sim_backend.firmware.ui.states import UiState
 
 
 class KeyStates:
-    """The states to come.
+    """The present state and those to come, one for each pass.
 
     Args:
         registers: Has the flags.

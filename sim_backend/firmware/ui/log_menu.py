@@ -45,7 +45,7 @@ class LogMenu:
         log: As given.
         begins: Whether it is about to begin.
         refuses: Whether the message is shown that a port has a value already, until a key is pressed.
-        chosen: Of each port that has a value the item of the value; motors follow the sensors.
+        chosen: For each port that has a value, the item of that value; motors' ports follow those of sensors.
     """
 
     def __init__(self, log: DataLog) -> None:

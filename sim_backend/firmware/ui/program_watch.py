@@ -33,7 +33,7 @@ class ProgramWatch:
 
     @property
     def due(self) -> bool:
-        """Whether the next pass may bring the end of a program, of which `FileRunner` does not learn, or has one."""
+        """Whether to check in the next pass whether a program has ended: nothing else tells of that end."""
         programs = self._programs
         return programs.busy and not (programs.running and self._registers.runs_file)
 

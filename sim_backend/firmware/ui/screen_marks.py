@@ -12,7 +12,7 @@ class Marks(NamedTuple):
     """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
 
     Lines of text to draw are centered, unless `again` says that they are drawn as they were. Lines of `uncenter` are no
-    longer centered, and neither are those that are dropped, but with `keeps_centered`.
+    longer centered, and neither are those that are dropped, unless `keeps_centered` is set.
     """
 
     erase: int = 0
