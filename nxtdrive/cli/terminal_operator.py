@@ -14,7 +14,7 @@ from input_files.mistakes import excerpt
 from input_files.plain import whole_number
 from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import candidate_table, known_lines
-from nxtdrive.recording.wording import failure_words
+from nxtdrive.recording.wording import reason_words
 
 if TYPE_CHECKING:
     from behaviors.operator import Question
@@ -53,7 +53,7 @@ class TerminalOperator:
     def _show(self, question: Question) -> None:
         evidence, console = question.evidence, self._console
         console.print()
-        console.print(Text(printable(f"{evidence.target}: {failure_words(evidence.reason)}"), style="bold"))
+        console.print(Text(printable(f"{evidence.target}: {reason_words(evidence.reason)}"), style="bold"))
         console.print(known_lines(evidence))
         numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
         console.print(candidate_table(question.candidates, numbers, chosen=0))

@@ -9,7 +9,7 @@ from typing import Any
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.recoveries import choice_from
-from nxtdrive.recording.wording import failure_words, outage_words, spaced
+from nxtdrive.recording.wording import outage_words, reason_words, spaced
 
 BACK: dict[object, str] = {
     Event.LINK_BACK: "the brick answers again",
@@ -48,7 +48,7 @@ class ProgressLines:
             return
         match record.kind:
             case Kind.TRANSITION if data["to"] == "select":
-                yield f"{record.target}: {failure_words(str(data.get('reason', 'failed')))}"
+                yield f"{record.target}: {reason_words(str(data.get('reason', 'failed')))}"
                 yield f"-> {self._choice}"
             case Kind.TRANSITION:
                 yield from _transition(record.target, data)

@@ -12,7 +12,7 @@ from behaviors.recoveries import RECOVERIES
 from behaviors.target_queue import TargetOutcome
 from firmware_protocol.wording import number_of
 
-FAILURES: dict[Reason, str] = {
+REASONS: dict[Reason, str] = {
     Reason.FULL_TURN_WITHOUT_SIGHTING: "a full turn did not bring it into view",
     Reason.NEVER_SEEN: "a scan did not bring it into view",
     Reason.TARGET_LOST: "it went out of view on the way there",
@@ -26,8 +26,9 @@ FAILURES: dict[Reason, str] = {
     Reason.UNCERTAIN: "it is found no more steadily than a look-alike, so the robot looks for a better one first",
     Reason.NO_WAY: "there is no path to where the robot wanted to go",
     Reason.APPROACH_TIMEOUT: "the approach took too long",
+    Reason.THERE: "the robot got there",
 }
-"""What the names of failures mean."""
+"""What the names of failures mean, and of other reasons that do not say it themselves."""
 OUTAGES = {
     "link": "the link to the brick is lost",
     "camera": "the camera gives no picture",
@@ -52,9 +53,9 @@ UNITS = {"mm": 0, "s": 1, "deg": 0}
 """Units at the end of names in the journal, and the decimals to show."""
 
 
-def failure_words(reason: str) -> str:
-    """Say what a failure's name means, or the name itself."""
-    return next((text for known, text in FAILURES.items() if known == reason), spaced(reason))
+def reason_words(reason: str) -> str:
+    """Say what a reason's name means, or the name itself."""
+    return next((text for known, text in REASONS.items() if known == reason), spaced(reason))
 
 
 def target_outcome_words(outcome: str) -> str:

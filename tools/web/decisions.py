@@ -13,7 +13,7 @@ from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
 from nxtdrive.recording.explanation import Explanation, explain, what_if_words
 from nxtdrive.recording.run_reader import PastRun
-from nxtdrive.recording.wording import evidence_lines, failure_words, spaced
+from nxtdrive.recording.wording import evidence_lines, reason_words, spaced
 
 
 def decisions_of(run: PastRun) -> list[dict[str, Any]]:
@@ -47,7 +47,7 @@ def decided(
     values = {
         "t": decision.time_s,
         "target": decision.target,
-        "failed": failure_words(decision.reason),
+        "failed": reason_words(decision.reason),
         "known": list(evidence_lines(decision.evidence)) if decision.evidence else [],
         "choice": choice.words() if choice else spaced(decision.chose),
         "why": decision.why,
@@ -78,7 +78,7 @@ def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str,
     """Return an open question as plain values."""
     return {
         "target": evidence.target,
-        "failed": failure_words(evidence.reason),
+        "failed": reason_words(evidence.reason),
         "known": list(evidence_lines(evidence)),
         "candidates": [candidate(each) for each in candidates],
     }

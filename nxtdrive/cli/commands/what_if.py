@@ -146,10 +146,10 @@ def _show(name: str, decision: dict[str, Any]) -> None:
     from rich.text import Text
 
     from firmware_protocol.printable import printable
-    from nxtdrive.recording.wording import failure_words
+    from nxtdrive.recording.wording import reason_words
 
     head = f"{name}, {decision['decision']}. {decision['t']:.1f} s, {decision['target']}: "
-    table = Table(title=Text(printable(head + failure_words(decision["reason"]))), title_justify="left")
+    table = Table(title=Text(printable(head + reason_words(decision["reason"]))), title_justify="left")
     for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
         table.add_column(column, overflow="fold")
     for candidate in decision["candidates"]:

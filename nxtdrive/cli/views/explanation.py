@@ -13,7 +13,7 @@ from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import candidate_table, known_lines
 from nxtdrive.recording.decisions import Decision, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
-from nxtdrive.recording.wording import failure_words, measured_words, spaced, state_words
+from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
 
 LEFT = {"left": "left for now", "gave_up": "given up"}
 RULE = (
@@ -68,7 +68,7 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column()
     measured = measured_words(decision.measured)
-    failed = f"{failure_words(decision.reason)}{measured and f' ({measured})'}"
+    failed = f"{reason_words(decision.reason)}{measured and f' ({measured})'}"
     grid.add_row("failed", printable(failed))
     grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
     grid.add_row("could", _candidates(each, explanation))
@@ -115,7 +115,7 @@ def outcome_words(decision: Decision) -> str:
     """Say what a decision led to."""
     outcome = decision.outcome
     steps = [_step_words(step, outcome.target) for step in outcome.steps]
-    reasons = [f" ({failure_words(step.reason)})" if step.reason else "" for step in outcome.steps]
+    reasons = [f" ({reason_words(step.reason)})" if step.reason else "" for step in outcome.steps]
     if outcome.result is Result.FAILED and reasons:
         reasons[-1] = ""  # the failure, which the next line tells
     path = ", ".join(map("".join, zip(steps, reasons, strict=True)))
@@ -123,7 +123,7 @@ def outcome_words(decision: Decision) -> str:
     match outcome.result:
         case Result.FAILED:
             again = "again " if outcome.target == decision.target else ""
-            end = f"{outcome.target} failed {again}{after}: {failure_words(outcome.detail)}"
+            end = f"{outcome.target} failed {again}{after}: {reason_words(outcome.detail)}"
         case Result.REACHED:
             end = f"{outcome.target} reached {after}"
         case Result.FINISHED:

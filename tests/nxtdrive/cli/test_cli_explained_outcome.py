@@ -27,17 +27,21 @@ def test_only_a_failure_of_the_same_target_is_one_again(next_target, words):
     assert outcome_words(decision) == words
 
 
-def test_recoveries_and_reasons_are_in_words_and_the_failure_is_told_once():
+@pytest.mark.parametrize(
+    ("reason", "words"),
+    [("no_way", "there is no path to where the robot wanted to go"), ("there", "the robot got there")],
+)
+def test_recoveries_and_reasons_are_in_words_and_the_failure_is_told_once(reason, words):
     """Not "move to 2.0 s (no way)", which names a state and a reason of the journal."""
     steps = [
         Record(1.0, Kind.TRANSITION, "select", "lena", {"source": "search", "to": "select", "reason": "never_seen"}),
         Record(1.0, Kind.TRANSITION, "move_to", "lena", {"source": "select", "to": "move_to"}),
-        Record(3.0, Kind.TRANSITION, "search", "lena", {"source": "move_to", "to": "search", "reason": "no_way"}),
+        Record(3.0, Kind.TRANSITION, "search", "lena", {"source": "move_to", "to": "search", "reason": reason}),
         Record(4.5, Kind.TRANSITION, "select", "lena", {"source": "search", "to": "select", "reason": "never_seen"}),
     ]
     chosen = Record(1.0, Kind.CHOICE, "select", "lena", {"choice": "move_to", "why": "", "evidence": {}})
     (decision,) = decisions([chosen, *steps])
     assert outcome_words(decision) == (
-        "look elsewhere 2.0 s (there is no path to where the robot wanted to go), search 1.5 s\n"
+        f"look elsewhere 2.0 s ({words}), search 1.5 s\n"
         "lena failed again after 3.5 s: a scan did not bring it into view"
     )
