@@ -44,7 +44,7 @@ class LogMenu:
     Attributes:
         log: As given.
         begins: Whether it is about to begin.
-        refuses: Whether the message is shown that a port has a value already, until a key is pressed.
+        refuses: Whether the message is shown that a port has a value already.
         chosen: For each port that has a value, the item of that value; motors' ports follow those of sensors.
     """
 

@@ -128,7 +128,7 @@ class Menu:
 
     @property
     def shows_message(self) -> bool:
-        """Whether a message is shown until any key is pressed."""
+        """Whether a message is shown that any key closes."""
         return self.logs.refuses and not self.states.shown
 
     @property
@@ -194,10 +194,9 @@ class Menu:
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
         self._place[-1] += step
-        erases = menu[:-1] == places.ERASE
-        if erases or places.action(menu) == places.DELETE:
+        if places.asks_to_delete(menu):
             self._place[-1] = places.NO if step > 0 else places.YES
-            self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + erases])
+            self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + (menu[:-1] == places.ERASE)])
             return
         items = self._places.items(menu)
         if items == drawing.PAIR:
@@ -223,7 +222,7 @@ class Menu:
         if len(self._place) == 1:
             self._confirms = True
             return
-        if places.action(tuple(self._place[:-1])) == places.DELETE and self._place[-1] == places.YES:
+        if places.asks_to_delete(tuple(self._place[:-1])) and self._place[-1] == places.YES:
             self._place.pop()
         if tuple(self._place[:-1]) == places.VOLUME:
             self.states.actions = [partial(self._settings.set_volume, self._volume)]

@@ -15,6 +15,9 @@ from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
+_MESSAGE_MS = 1500
+"""Time after which the message that a port has a value already ends, if no key is pressed."""
+
 
 class MenuKeys:
     """Follows a key in the menus, one state in each pass."""
@@ -57,8 +60,16 @@ class MenuKeys:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
         elif key:
-            menu.close_message() if menu.shows_message else menu.press(key)
-            self.show()
+            if menu.shows_message:
+                self.close_message()
+            else:
+                menu.press(key)
+                self.show()
+
+    def close_message(self) -> None:
+        """Close the message that a port has a value already: a key was pressed, or its time is over."""
+        self._menu.close_message()
+        self.show()
 
     def _follow_log(self, key: int) -> None:
         """Draw a value of the data log that runs, or end it, in the next pass."""
@@ -93,7 +104,9 @@ class MenuKeys:
                 menu.leave_log(*drawing.LOG_FAILED)
                 self.show()
             registers.next_step_ms = self._clock.now_ms + 1
-        elif not menu.shows_message:
+        elif menu.shows_message:
+            registers.next_step_ms = self._clock.now_ms + _MESSAGE_MS
+        else:
             registers.state = int(UiState.WAITING)
             registers.force_off = registers.force_off or int(menu.switches_off)
             menu.switches_off = False

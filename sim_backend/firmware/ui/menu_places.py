@@ -72,6 +72,11 @@ def action(place: Place) -> int | None:
     return actions(place[:-1])[place[-1]] if is_page(place[:-1]) else None
 
 
+def asks_to_delete(menu: Place) -> bool:
+    """Return whether a menu is the question whether to delete a file, or all files of a type."""
+    return menu[:-1] == ERASE or action(menu) == DELETE
+
+
 class Places:
     """The menus of a brick.
 

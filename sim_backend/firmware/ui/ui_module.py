@@ -304,6 +304,8 @@ class UiModule:
             self._menu_keys.show()
         elif state == UiState.DRAWING and (self._menu.view.chosen or self._menu.view.shown):
             self._menu_keys.show_value()
+        elif self._menu.shows_message:
+            self._menu_keys.close_message()
         elif self._menu.logs.log.runs:
             registers.next_step_ms = self._menu.logs.log.go_on()
         elif state == UiState.OPENING:
