@@ -124,15 +124,19 @@ class DataLog:
             self._loader.crop(self._handle)
         return self.runs
 
-    def go_on(self) -> int:
-        """Set up the ports, take a sample, write it, or draw; return the time of the next call in ms."""
+    def go_on(self, *, writes: bool = True) -> int:
+        """Set up the ports, take a sample, write it, or draw; return the time of the next call in ms.
+
+        Args:
+            writes: Whether a sample that is due is written; in the pass of exit it is not.
+        """
         now_ms = self._clock.now_ms
         passed_ms = now_ms - self._started_ms
         if passed_ms == 1:
             self._set_up()
         if passed_ms % _PERIOD_MS == _SAMPLED_MS:
             self._sample = [self._reading(port, value) for port, value in self._values]
-        elif passed_ms % _PERIOD_MS == _WRITTEN_MS:
+        elif writes and passed_ms % _PERIOD_MS == _WRITTEN_MS:
             self._write(passed_ms - _WRITTEN_MS, *self._sample)
         if self.draws:
             self._screen.mark(marks.logged(len(self._values), self._chosen))

@@ -72,13 +72,17 @@ class MenuKeys:
         self.show()
 
     def _follow_log(self, key: int) -> None:
-        """Draw a value of the data log that runs, or end it, in the next pass."""
-        if key in (Key.LEFT, Key.RIGHT):
-            self._menu.logs.log.choose(1 if key == Key.RIGHT else -1)
-        elif key == Key.EXIT:
+        """Draw a value of the data log that runs, or end it, in the next pass; what is due in this one comes first."""
+        registers, log, now_ms = self._registers, self._menu.logs.log, self._clock.now_ms
+        if key not in (Key.LEFT, Key.RIGHT, Key.EXIT):
+            return
+        if now_ms >= registers.next_step_ms:
+            log.go_on(writes=key != Key.EXIT)
+        if key == Key.EXIT:
             self._menu.leave_log()
-        if key in (Key.LEFT, Key.RIGHT, Key.EXIT):
-            self._registers.next_step_ms = min(self._registers.next_step_ms, self._clock.now_ms + 1)
+        else:
+            log.choose(1 if key == Key.RIGHT else -1)
+        registers.next_step_ms = now_ms + 1
 
     def show(self) -> None:
         """Show the next state of a key; after the last one wait for another key, run a file, or switch off."""
