@@ -14,6 +14,7 @@ from firmware_protocol.errors import ConfigError
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
+    from nxtdrive.transports.address import Address
 
 DEFAULT_ADDRESS = "sim://"
 
@@ -140,6 +141,18 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
         f"(default: $NXT, else {default})",
     )
     parser.add_argument("--trace", metavar="FILE", help="record the traffic with the brick, see `nxtdrive trace`")
+
+
+def mission_brick(args: argparse.Namespace) -> Address:
+    """Return the address of the brick for a mission; a simulated robot stands in its room unless ``--nxt`` names one.
+
+    Raises:
+        AddressError: The text of ``--nxt`` is not an address.
+    """
+    from nxtdrive.mission.files import in_own_room
+    from nxtdrive.transports.address import Address
+
+    return in_own_room(Address.parse(args.nxt), args.mission)
 
 
 def add_robot_argument(parser: argparse.ArgumentParser) -> None:

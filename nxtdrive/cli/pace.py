@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from nxtdrive.transports.address import Address
 
 
-def in_real_time(address: str) -> Address:
+def in_real_time(address: str | Address) -> Address:
     """Return the address with ``pace=realtime`` if it is simulated, recorded or not, and names no pace.
 
     Raises:
@@ -18,7 +18,7 @@ def in_real_time(address: str) -> Address:
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import with_brick
 
-    return with_brick(Address.parse(address), _paced)
+    return with_brick(Address.parse(address) if isinstance(address, str) else address, _paced)
 
 
 def _paced(brick: Address) -> Address:

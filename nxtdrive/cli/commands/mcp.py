@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import number
+from nxtdrive.cli.options import mission_brick, number
 from nxtdrive.cli.output import complain
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.web:
         require_page()
-    status_hub, address, folder = MissionStatusHub(), in_real_time(args.nxt), missions_folder(args)
+    status_hub, address, folder = MissionStatusHub(), in_real_time(mission_brick(args)), missions_folder(args)
     usual = robot_file_of(folder)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), status_hub, args.out)
     assistant = Assistant(robot, status_hub, Missions(folder, args.robot, usual), args.out, args.max_mm)

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, INCOMPLETE, LINK_LOST, NOT_ACHIEVED, REFUSED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, add_profile_argument, add_robot_argument
+from nxtdrive.cli.options import (
+    add_brick_arguments,
+    add_json_argument,
+    add_profile_argument,
+    add_robot_argument,
+    mission_brick,
+)
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument, require_page
@@ -101,19 +107,17 @@ def run(args: argparse.Namespace) -> int:
     """Run the mission and return the exit code."""
     from behaviors.observers import Observers
     from nxtdrive.mission.assembly import MissionRun, open_robot
-    from nxtdrive.mission.files import in_own_room
     from nxtdrive.recording.status_line import StatusLine
-    from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import brick_address
 
     mission = _mission(args)
-    address = in_own_room(Address.parse(args.nxt), args.mission)
+    address = mission_brick(args)
     observers = Observers(on_failure=_say_failure)
     if not args.json:
         observers.attempt(OUTPUT, print_line, GREETINGS[args.console].format(brick_address(address)))
     with ExitStack() as stack:
         page = _page(args, mission, stack) if args.web else None
-        robot = stack.enter_context(open_robot(in_real_time(str(address)) if page else address, args.camera))
+        robot = stack.enter_context(open_robot(in_real_time(address) if page else address, args.camera))
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         say_hint = _say_nothing if args.json else _say_hint
         if page:

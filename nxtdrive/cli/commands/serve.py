@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, mission_brick
 from nxtdrive.cli.output import complain, make_console, print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     mission = read_mission_file(args.mission, args.robot)
     with ExitStack() as stack:
         stopped = stack.enter_context(until_signal())
-        robot = stack.enter_context(open_robot(in_real_time(args.nxt), args.camera, reconnect=False))
+        robot = stack.enter_context(open_robot(in_real_time(mission_brick(args)), args.camera, reconnect=False))
         brick = robot.brick
         eyes = robot.eyes(mission)
         in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import DEFAULT_ADDRESS
+from nxtdrive.cli.options import DEFAULT_ADDRESS, mission_brick
 from nxtdrive.cli.output import print_line
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.cli.page_options import add_port_argument, add_server_arguments, missions_folder, require_page
@@ -79,7 +79,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
     from nxtdrive.tools.web.robot import Robot
     from nxtdrive.tools.web.runs import Runs
 
-    address = in_real_time(args.nxt)
+    address = in_real_time(mission_brick(args))
     folder = missions_folder(args)
     usual = robot_file_of(folder)
     hub, missions = Hub(), Missions(folder, args.robot, usual)

@@ -71,6 +71,14 @@ def test_it_tells_the_brick_the_camera_and_the_targets(server):
 
 
 @pytest.mark.slow
+def test_a_simulated_robot_stands_in_the_room_of_the_mission(server, tmp_path):
+    mission = tmp_path / "my.toml"
+    assert main(["mission", "new", str(mission)]) == 0
+    process, _ = server(str(mission))
+    assert f"brick sim://{tmp_path}/my-world.toml?pace=realtime," in process.stdout.readline()
+
+
+@pytest.mark.slow
 def test_a_conversation_with_the_brick_can_be_recorded(server, tmp_path):
     process, address = server("--nxt", "sim://open", "--trace", str(tmp_path / "talk.nxttrace"))
     with socket.create_connection(address, timeout=60) as client, client.makefile("rb") as replies:
