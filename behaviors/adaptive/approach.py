@@ -200,15 +200,15 @@ class ApproachSkill:
     def _drive(self, observation: Observation, bearing_deg: float, distance_mm: float) -> Fact | None:
         """Steer to the target; stop in front of a doubtful one."""
         perception = self._perception
-        seen = observation.sighting
+        seen = self._arrival.seen
         known_mm = self._arrival.farthest_mm(seen, observation.time_s) if seen else distance_mm
-        if known_mm <= self._arrival.near_mm:
+        if known_mm <= self._arrival.stop_mm:
             return self._stand(observation, bearing_deg)
         if self._arrival.stands:
             perception.context.report(Fact(Event.MOVED_OFF, Reason.OUT_OF_REACH, {"distance_mm": known_mm}))
         self._arrival.move_off()
         ahead = max(0.0, 1.0 - abs(bearing_deg) / SKILLS.sharp_deg)
-        near = min(1.0, max(N.slowest, (distance_mm - self._arrival.near_mm) / N.slow_mm))
+        near = min(1.0, max(N.slowest, (distance_mm - self._arrival.stop_mm) / N.slow_mm))
         speed_mm_s = perception.parameters.cruise_mm_s * ahead * near
         if ahead < N.straight:
             self._driven.clear()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from behaviors.adaptive.perception import Observation, Perception
 from behaviors.adaptive.target_memory import TargetEstimate
@@ -56,6 +56,7 @@ class Arrival:
     Attributes:
         stands: The same, now.
         rested: Frames in a row that were taken at rest before it.
+        seen: The target in the latest frame, or where it must be if it is too near for the frame; else None.
     """
 
     def __init__(self, perception: Perception, *, stands: bool) -> None:
@@ -63,9 +64,11 @@ class Arrival:
         self._targets = perception.world.targets
         self.stands = stands
         self.rested = 0
+        self.seen: Sighting | None = None
+        self._last: Sighting | None = None
         self._stood_s: float | None = None
         self._verifier = TargetVerifier()
-        self._oblique = False
+        self._oblique = self._too_near = self._sure = False
         self._echo: tuple[float, float] | None = None
         self._heard, self._low = True, False
         self._contradictions = 0
@@ -78,10 +81,15 @@ class Arrival:
     @property
     def near_mm(self) -> float:
         """From how near a stop counts as far as the camera is known, or from where the target leaves the frame."""
-        target, arrive_mm, scale = self._perception.target, self._perception.parameters.arrive_mm, self._targets.scale
-        fills_mm = arrive_mm if self._low else min(arrive_mm, scale.factor(target) * self._targets.fills_mm[target])
-        assured_mm = max(fills_mm, scale.assured_mm(target, arrive_mm, heard=self._heard))
+        target, arrive_mm = self._perception.target, self._perception.parameters.arrive_mm
+        fills_mm = arrive_mm if self._low else min(arrive_mm, self._targets.fills_mm(target))
+        assured_mm = max(fills_mm, self._targets.scale.assured_mm(target, arrive_mm, heard=self._heard))
         return N.hysteresis * assured_mm if self.stands else assured_mm
+
+    @property
+    def stop_mm(self) -> float:
+        """Where the robot stops: until it is clear what it sees, where the frame still shows it whole."""
+        return self.near_mm if self._sure else max(self.near_mm, self._targets.whole_mm(self._perception.target))
 
     def move_off(self) -> None:
         """Note that the robot drives on, and no longer stands in front of it."""
@@ -89,8 +97,13 @@ class Arrival:
 
     def weigh(self, observation: Observation, bearing_deg: float, distance_mm: float) -> bool:
         """Update with an observation; return whether the target should have been found where it is remembered."""
+        self.seen = observation.sighting
         if observation.sighting is not None:
             self._oblique = self._targets.slant.oblique(observation.sighting)
+            self._last = observation.sighting
+        self._too_near = not self._targets.fits(self._perception.target, distance_mm)
+        if self.seen is None and self._last is not None and self._too_near:
+            self.seen = replace(self._last, bearing_deg=bearing_deg, distance_mm=distance_mm)
         if self._should_be_seen(bearing_deg, distance_mm):
             for hit in observation.frames:
                 self._verifier.frame(hit=hit)
@@ -104,11 +117,12 @@ class Arrival:
         return (
             abs(bearing_deg - self._perception.world.camera.yaw_deg) <= N.in_view_share * self._targets.half_view_deg
             and distance_mm <= N.in_view_share * self._targets.detection_range_mm[self._perception.target]
+            and not self._too_near
         )
 
     def judge(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a fact when the robot has arrived, or when this is not the target at all."""
-        sighting = observation.sighting
+        sighting = self.seen
         if observation.range_mm is not None:
             self._echo = (observation.time_s, observation.range_mm)
         if sighting is not None:
@@ -118,15 +132,15 @@ class Arrival:
                 self._contradictions = 0
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
-        sure = self._verifier.clear or self._targets.look_alikes.compared(self._perception.target, known.place)
-        if self._verifier.unclear and not sure:
+        self._sure = self._verifier.clear or self._targets.look_alikes.compared(self._perception.target, known.place)
+        if self._verifier.unclear and not self._sure:
             return self._uncertain(observation)
-        if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.near_mm:
+        if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.stop_mm:
             return None
         decide = self._stood_for(observation, N.decide_s) and self._verifier.odds > 0
-        if not decide and not (sure and self._verifier.verdict is Verdict.REAL):
+        if not decide and not (self._sure and self._verifier.verdict is Verdict.REAL):
             return None
-        if not sure:
+        if not self._sure:
             return self._uncertain(observation)
         if self.rested < N.checks:
             return None
@@ -136,6 +150,7 @@ class Arrival:
         scale = round(self._targets.scale.factor(self._perception.target), 3)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, "scale": scale}
         measured |= {"passes_over": True} if self._low else {}
+        measured |= {"out_of_frame": True} if observation.sighting is None else {}
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def stand(self, observation: Observation) -> Failure | None:
@@ -199,9 +214,10 @@ class Arrival:
         return self._not_it(observation, Reason.UNCERTAIN, TargetFinding.UNCERTAIN, clarity=self._verifier.clarity)
 
     def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:
-        if self._oblique:
-            # seen obliquely the real one flickers, too; it has to be seen from elsewhere first
-            return arrive_failed(Reason.TARGET_LOST, observation, odds=self._verifier.odds, oblique=True)
+        if self._oblique or self._too_near:
+            # seen obliquely, or partly, the real one flickers, too; it has to be seen from elsewhere first
+            why = {"oblique": self._oblique, "too_near": self._too_near}
+            return arrive_failed(Reason.TARGET_LOST, observation, None, None, odds=self._verifier.odds, **why)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, **measured}
         return Failure(Event.MISTAKEN, reason, measured, finding=finding)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
+from behaviors.adaptive.frame_fit import Edges, FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.slant import Slant
@@ -33,7 +34,7 @@ class TargetNumbers:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        fills_share: A target that takes this share of the frame's height fills it; frames are 4:3.
+        shown_share: A target of which the frame shows a smaller share of its height may be missed.
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place, 0..1.
@@ -49,7 +50,7 @@ class TargetNumbers:
 
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
-    fills_share: float = 0.85
+    shown_share: float = 0.85
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
@@ -105,7 +106,6 @@ class TargetMemory:
         mismatched: Targets at which an arrival failed because the sonar contradicted their size; from then on an
             arrival there needs an echo that agrees.
         half_view_deg: Half the angle of view in which a target is wholly in the frame.
-        fills_mm: From how near each target fills the frame, by its size as it is believed.
         detection_range_mm: How far away each target's detector finds it in good light, by name.
     """
 
@@ -121,8 +121,9 @@ class TargetMemory:
             name: min(N.farthest_mm, target.height_mm * RANGE_HEIGHTS.get(target.detector, OTHER_RANGE_HEIGHTS))
             for name, target in mission.target.items()
         }
-        slope = N.fills_share * 3 / 4 * math.tan(math.radians(mission.camera.hfov_deg) / 2)
-        self.fills_mm = {name: target.height_mm / 2 / slope for name, target in mission.target.items()}
+        self._fit = FrameFit(mission.camera)
+        self._heights_mm = {name: target.height_mm for name, target in mission.target.items()}
+        self._edges_mm: dict[str, Edges] = {}
         likely = likely_places(floor)
         self.beliefs = {
             name: Belief(self.detection_range_mm[name], self.half_view_deg, likely) for name in mission.mission.targets
@@ -158,9 +159,28 @@ class TargetMemory:
                 self._see(target, believed[target])
                 if not self.slant.oblique(believed[target]):
                     self.scale.learn(glance.seen[target], self._poses.at(glance.time_s), range_mm)
-            else:
+            elif not self._too_near(target, self._poses.at(glance.time_s)):
                 self._miss(target, self._camera.view_at(self._poses.at(glance.time_s)))
         return believed
+
+    def fills_mm(self, target: str) -> float:
+        """Return from how near a target fills the frame, by its size as it is believed."""
+        half_mm = self.scale.factor(target) * self._heights_mm[target] / 2
+        return self._fit.fills_mm(self._edges_mm.get(target, (-half_mm, half_mm)))
+
+    def whole_mm(self, target: str) -> float:
+        """Return from how far the frame shows a target whole; 0 if a part is enough, or its height is not known."""
+        edges_mm = self._edges_mm.get(target)
+        return 0.0 if edges_mm is None else self._fit.fills_mm(edges_mm)
+
+    def fits(self, target: str, distance_mm: float) -> bool:
+        """Return whether the frame shows so much of a target at this distance that it should be found."""
+        edges_mm = self._edges_mm.get(target)
+        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= N.shown_share
+
+    def _too_near(self, target: str, pose: Pose) -> bool:
+        known = self.known.get(target)
+        return known is not None and not self.fits(target, self._camera.lens_at(pose).polar_to(known.place)[1])
 
     def learn(self, target: str, finding: TargetFinding | None, here: Point) -> None:
         """Update with a failure's finding about a target, made at `here`."""
@@ -258,6 +278,7 @@ class TargetMemory:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
+        self._note_edges(target, sighting)
         pose = self._camera.lens_at(self._poses.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self._floor.clear_line_of_sight(here, place)
@@ -274,6 +295,13 @@ class TargetMemory:
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
         self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm)
+
+    def _note_edges(self, target: str, sighting: Sighting) -> None:
+        edges_mm = sighting.edges_mm
+        if sighting.cut:
+            self._edges_mm.pop(target, None)  # its detector finds what is cut off, too
+        elif edges_mm is not None and math.isfinite(self._fit.fills_mm(edges_mm)):
+            self._edges_mm[target] = edges_mm
 
     def _follow_the_map(self) -> None:
         """Let the beliefs consider what floor is known, and all places on a map that has grown."""

@@ -1,0 +1,52 @@
+"""A picture that hangs high or stands low leaves the frame before the robot has arrived; it is reached all the same."""
+
+from __future__ import annotations
+
+import pytest
+
+from behaviors.journal import Kind
+from behaviors.mission import Mission
+from sim_backend.bundled import PICTURES
+
+WORLD = """\
+title = "A picture at an unusual height"
+[floor]
+size_mm = [3500, 2600]
+[robot]
+start_mm = [{start_mm}, 1200]
+heading_deg = 90
+[camera]
+height_mm = {lens_mm}
+[[pictures]]
+name = "lena"
+at_mm = [2900, 1300]
+size_mm = [{height_mm} , {height_mm}]
+centre_height_mm = {centre_mm}
+facing_deg = 180
+"""
+
+
+def _performed(perform, folder, *, height_mm, centre_mm, lens_mm=160, start_mm=700):
+    path = folder / "high.toml"
+    values = {"height_mm": height_mm, "centre_mm": centre_mm, "lens_mm": lens_mm, "start_mm": start_mm}
+    path.write_text(WORLD.format(**values), encoding="utf-8")
+    target = {"detector": "picture", "pictures": [str(PICTURES / "lena.png")], "height_mm": height_mm}
+    mission = {"mission": {"name": "high", "targets": ["lena"], "time_limit_s": 100}, "target": {"lena": target}}
+    return perform(str(path), Mission.model_validate(mission), geometric=True)
+
+
+@pytest.mark.parametrize(
+    ("height_mm", "centre_mm", "lens_mm"), [(297, 400, 160), (148, 350, 160), (210, 500, 120), (148, 75, 230)]
+)
+def test_a_picture_at_any_height_is_reached_at_the_first_attempt(perform, tmp_path, height_mm, centre_mm, lens_mm):
+    done = _performed(perform, tmp_path, height_mm=height_mm, centre_mm=centre_mm, lens_mm=lens_mm)
+    assert done.report.achieved
+    assert not done.of(Kind.CHOICE)
+    x_mm, y_mm, _ = done.track[-1][1]
+    assert 300 < ((2900 - x_mm) ** 2 + (1300 - y_mm) ** 2) ** 0.5 < 560  # the lens is 60 mm ahead of the axle
+
+
+def test_one_that_is_cut_off_from_the_start_is_looked_at_from_farther_away(perform, tmp_path):
+    done = _performed(perform, tmp_path, height_mm=297, centre_mm=300, start_mm=2350)
+    assert done.report.achieved
+    assert not done.of(Kind.TRANSITION, event="mistaken")
