@@ -89,7 +89,10 @@ class Arrival:
     @property
     def stop_mm(self) -> float:
         """Where the robot stops: until it is clear what it sees, where the frame still shows it whole."""
-        return self.near_mm if self._sure else max(self.near_mm, self._targets.whole_mm(self._perception.target))
+        if self._sure:
+            return self.near_mm
+        whole_mm = self._targets.whole_mm(self._perception.target)
+        return max(self.near_mm, N.hysteresis * whole_mm if self.stands else whole_mm)
 
     def move_off(self) -> None:
         """Note that the robot drives on, and no longer stands in front of it."""

@@ -34,10 +34,11 @@ class TargetNumbers:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        shown_share: A target of which the frame shows a smaller share of its height may be missed.
+        shown_share: A target of which the frame shows a smaller share of its height may be missed;
+        part_share: or a smaller one than this, by a detector that finds what is cut off.
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
-        settles: Weight of a new sighting in the estimate of a target's place, 0..1.
+        settles: Weight of a new sighting in the estimate of a target's place and of its edges, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
         jump_mm: A sighting this far from the last one is of something that moved, or of something else;
         jump_share: or this share of its distance, if that is more.
@@ -51,6 +52,7 @@ class TargetNumbers:
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
     shown_share: float = 0.85
+    part_share: float = 0.3
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
@@ -124,6 +126,7 @@ class TargetMemory:
         self._fit = FrameFit(mission.camera)
         self._heights_mm = {name: target.height_mm for name, target in mission.target.items()}
         self._edges_mm: dict[str, Edges] = {}
+        self._found_cut_off: set[str] = set()
         likely = likely_places(floor)
         self.beliefs = {
             name: Belief(self.detection_range_mm[name], self.half_view_deg, likely) for name in mission.mission.targets
@@ -171,12 +174,13 @@ class TargetMemory:
     def whole_mm(self, target: str) -> float:
         """Return from how far the frame shows a target whole; 0 if a part is enough, or its height is not known."""
         edges_mm = self._edges_mm.get(target)
-        return 0.0 if edges_mm is None else self._fit.fills_mm(edges_mm)
+        return 0.0 if edges_mm is None or target in self._found_cut_off else self._fit.fills_mm(edges_mm)
 
     def fits(self, target: str, distance_mm: float) -> bool:
         """Return whether the frame shows so much of a target at this distance that it should be found."""
         edges_mm = self._edges_mm.get(target)
-        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= N.shown_share
+        share = N.part_share if target in self._found_cut_off else N.shown_share
+        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= share
 
     def _too_near(self, target: str, pose: Pose) -> bool:
         known = self.known.get(target)
@@ -299,9 +303,11 @@ class TargetMemory:
     def _note_edges(self, target: str, sighting: Sighting) -> None:
         edges_mm = sighting.edges_mm
         if sighting.cut:
-            self._edges_mm.pop(target, None)  # its detector finds what is cut off, too
+            self._found_cut_off.add(target)
         elif edges_mm is not None and math.isfinite(self._fit.fills_mm(edges_mm)):
-            self._edges_mm[target] = edges_mm
+            lower_mm, upper_mm = self._edges_mm.get(target, edges_mm)
+            lower_mm += N.settles * (edges_mm[0] - lower_mm)
+            self._edges_mm[target] = lower_mm, upper_mm + N.settles * (edges_mm[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
         """Let the beliefs consider what floor is known, and all places on a map that has grown."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from behaviors.journal import Kind
 from behaviors.mission import Mission
 from sim_backend.bundled import PICTURES
 
+RED = Path(__file__).parents[1] / "hil" / "red.png"
 WORLD = """\
 title = "A picture at an unusual height"
 [floor]
@@ -50,3 +53,17 @@ def test_one_that_is_cut_off_from_the_start_is_looked_at_from_farther_away(perfo
     done = _performed(perform, tmp_path, height_mm=297, centre_mm=300, start_mm=2350)
     assert done.report.achieved
     assert not done.of(Kind.TRANSITION, event="mistaken")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("centre_mm", [350, 480])
+def test_a_detector_that_finds_what_is_cut_off_is_believed_until_next_to_nothing_is_left(perform, tmp_path, centre_mm):
+    values = {"height_mm": 210, "centre_mm": centre_mm, "lens_mm": 160, "start_mm": 700}
+    path = tmp_path / "red.toml"
+    text = WORLD.format(**values).replace('name = "lena"', f'name = "red"\nfile = "{RED.as_posix()}"')
+    path.write_text(text, encoding="utf-8")
+    target = {"detector": "color", "color": "red", "height_mm": 210}
+    mission = {"mission": {"name": "high", "targets": ["red"], "time_limit_s": 60}, "target": {"red": target}}
+    done = perform(str(path), Mission.model_validate(mission))
+    assert done.report.achieved
+    assert not done.of(Kind.CHOICE)
