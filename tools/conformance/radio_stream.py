@@ -12,9 +12,6 @@ _RING = 128
 _START = 62
 """Where the first byte of a stream is stored in it after a boot that leaves the radio on."""
 
-_MESSAGE_MS = 2
-"""Passes that telegrams take outside of stream mode, where they have no reply."""
-
 _END_BT, _END_USB, _RECOVERY = 3, 4, 98
 """Passes from a command to the radio, over Bluetooth or USB, to the end of the stream, and from there to a new one."""
 
@@ -29,6 +26,8 @@ class RadioStream:
     A command to the radio itself, as a new name, ends the stream for good. So does one that the stream's beginning has
     lost, if telegrams come while the firmware waits for its answer.
 
+    Outside of stream mode the firmware takes the bytes for messages of the radio, one, or a piece of one, in a pass.
+
     Attributes:
         waiting: The bytes that are not read yet.
     """
@@ -36,17 +35,17 @@ class RadioStream:
     def __init__(self, brick: SimBrick) -> None:
         self._brick = brick
         self.waiting = b""
-        self._taken = self._unheard = self._message = b""
-        self._message_ms = 0
+        self._taken = self._unheard = b""
+        self._message_rest = 0
         self._position = _START
-        self._is_stream = self._was_full = self._at_end = False
+        self._is_stream = self._was_full = self._at_end = self._is_blocked = False
         self._end_ms: int | None = None
         self._left_ms = 0
 
     @property
     def ends(self) -> bool:
         """Whether the stream has ended, or will in the next passes."""
-        return self._end_ms is not None
+        return self._end_ms is not None and self.is_stream
 
     @property
     def sending(self) -> bool:
@@ -55,8 +54,8 @@ class RadioStream:
 
     @property
     def incomplete(self) -> bool:
-        """Whether the stream ends within a telegram."""
-        return bool(self._split()[1])
+        """Whether the bytes sent end within a telegram."""
+        return bool(self._unheard)
 
     @property
     def is_stream(self) -> bool:
@@ -67,44 +66,25 @@ class RadioStream:
         """Append bytes, and return how many pieces the telegrams have that they complete."""
         if self._brick.radio.waits_in_vain:
             self._end_ms = self._brick.now_ms
-        before, _ = self._split()
         self.waiting += data
+        complete, self._unheard = _split(self._unheard + data)
         self._was_full = len(self.waiting) + self._at_end > _RING
-        return self._split()[0] - before
+        return complete
 
-    def pass_over(self, data: bytes) -> int:
-        """Append bytes outside of stream mode, and return how many passes the recordings wait for their telegrams."""
-        self._overwrite(data)
-        self._unheard += data
-        self._position += len(data)
-        complete, self._unheard = _split(self._unheard)
-        return (1 if self._unheard else _MESSAGE_MS) if complete else 0
-
-    def _overwrite(self, data: bytes) -> None:
-        """Take the bytes as messages of the radio, one in each pass; the firmware clears the number behind the length.
-
-        A message whose new bytes cross the end of the ring takes a pass more.
-        """
-        new = self._position + self._brick.radio.answered
-        position = new - len(self._message)
-        self._message += data
-        while self._message and 0 < (size := self._message[0]) < len(self._message):
-            message, self._message = self._message[: size + 1], self._message[size + 1 :]
-            begin, position = max(new, position), position + len(message)
-            crosses = begin // _RING < (position - 1) // _RING and begin % _RING > 0
-            self._message_ms = max(self._message_ms + 1, self._brick.now_ms) + crosses
-            if size < _RING - 1:
-                self._brick.radio.overwrite(self._message_ms, bytes((size, 0)) + message[2:])
+    def read_on(self) -> None:
+        """Let the firmware read in a pass whose replies are not recorded."""
+        if self.waiting:
+            self.take()
 
     def switch(self, *, stream: bool) -> None:
         """Begin or end the radio's stream mode, which drops an incomplete telegram.
 
         A stream that has ended begins again when the command to the radio is over.
         """
+        self._unheard = b""
         if stream == self._is_stream:
             return
-        self._position += len(self.waiting)
-        self.waiting = self._taken = self._unheard = self._message = b""
+        self._taken, self._message_rest, self._is_blocked = b"", 0, False
         now_ms, self._is_stream = self._brick.now_ms, stream
         self._brick.radio.streaming = stream
         if not stream:
@@ -127,9 +107,31 @@ class RadioStream:
 
     def take(self) -> bytes:
         """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
+        if not self.is_stream:
+            self._take_message()
+            return b""
         continues = self.sending
         reply = self._take()
         return reply + self._brick.bluetooth.next_piece() if continues else reply
+
+    def _take_message(self) -> None:
+        """Read a message, or a piece of one, into the receive buffer; the firmware clears the number in it.
+
+        A message of no bytes is the last one that is read.
+        """
+        if self._is_blocked or not self.waiting:
+            return
+        if not self._message_rest:
+            self._taken, self._message_rest, self._is_blocked = b"", self.waiting[0] + 1, not self.waiting[0]
+        position = self._position + self._brick.radio.answered
+        count = min(self._message_rest, _RING - position % _RING, BLUETOOTH.buffer - len(self._taken))
+        piece, self.waiting = self.waiting[:count], self.waiting[count:]
+        self._taken += piece
+        self._position += len(piece)
+        self._message_rest -= len(piece)
+        if not (self._is_blocked or (self._message_rest and len(self._taken) < BLUETOOTH.buffer)):
+            self._brick.radio.overwrite(self._brick.now_ms, self._taken[:1] + b"\0" + self._taken[2:])
+            self._taken = b""
 
     def _take(self) -> bytes:
         """Read as much as the firmware does in one pass, and return the reply to a telegram that is complete then."""
@@ -162,10 +164,6 @@ class RadioStream:
         reply = self._brick.bluetooth.begin_framed(framed)
         self.note_command(_END_BT)
         return reply
-
-    def _split(self) -> tuple[int, bytes]:
-        """Return the number of pieces of complete telegrams not handled yet, and the beginning of an incomplete one."""
-        return _split(self._taken + self.waiting)
 
 
 def _split(stream: bytes) -> tuple[int, bytes]:
