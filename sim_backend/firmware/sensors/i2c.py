@@ -161,8 +161,8 @@ class I2CBus(Wires):
         self._suspend()
 
     def abandon(self) -> None:
-        """Leave the pins as they are; a transfer continues as in `stop`."""
-        if self._suspends:
+        """Leave the pins as they are; a transfer continues as in `stop`, and a stop does, too."""
+        if self._suspends and self._reading is not None:
             self._suspend()
 
     def _suspend(self) -> None:
@@ -183,7 +183,8 @@ class I2CBus(Wires):
 
     def received(self) -> bool | None:
         """Return whether the bytes were read, or None while that is open."""
-        if self._complete or (self._sending is None and self._reading is None):
+        refused = not (self._turns or self._acknowledged)
+        if self._complete or refused or (self._sending is None and self._reading is None):
             return self._complete
         return None
 
@@ -280,14 +281,12 @@ class I2CBus(Wires):
         yield
         self._acknowledged = False
         yield from self._send_byte((address,), 0)
-        self._acknowledged = not self.data
+        self._acknowledged, self._turns = not self.data, False
         self.set_clock(False)
         if self._acknowledged:
-            self._turns = False
             self._reading = self._read()
         else:
             yield from self._stop()
-            self._turns = False
 
     def _resume(self, reading: Steps) -> Steps:
         """Go on with a read where it was suspended."""
