@@ -214,19 +214,24 @@ class Radio:
         )
         self._occupy(at_ms, *woken, *renamed, late_ms=1)
 
-    def switch(self, on: bool) -> bool:
-        """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite."""
+    def switch(self, on: bool, *, lead_ms: int = 0) -> bool:
+        """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite.
+
+        Args:
+            on: Whether to switch it on.
+            lead_ms: How much earlier the command reaches the radio than that of a telegram.
+        """
         self._settle()
         if self.busy or (on and not self.state & RadioState.OFF):
             return False
         if on:
-            self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163))
+            self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163), lead_ms=lead_ms)
         else:
             off = [Change(5, Part.ON, False)]
             if self._on:
                 off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.ANSWER, answers.SWITCHED_OFF)
                 off.append(Change(5, Part.REDRAWS))
-            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1)
+            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms)
         return True
 
     def disconnect(self) -> bool:
@@ -270,8 +275,11 @@ class Radio:
         if self._operation is not None:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
 
-    def _occupy(self, duration_ms: int, *changes: Change, answer_ms: int = 4, late_ms: int = 0) -> None:
-        self._operation = operation = _Operation(self._clock.now_ms, answer_ms, late_ms, duration_ms, changes)
+    def _occupy(
+        self, duration_ms: int, *changes: Change, answer_ms: int = 4, late_ms: int = 0, lead_ms: int = 0
+    ) -> None:
+        began_ms = self._clock.now_ms - lead_ms
+        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, changes)
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
         if self._is_streaming:

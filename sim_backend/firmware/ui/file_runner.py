@@ -17,6 +17,7 @@ from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
+from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.sleep_timer import SleepTimer
 from sim_backend.firmware.ui.states import Programs, Run, UiState
 
@@ -43,6 +44,7 @@ class FileRunner:
         self._known = (*states.KNOWN, states.LOG) if data_log else states.KNOWN
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
+        self._steps, self._parts = b"", list[Marks]()
 
     @property
     def shows_program(self) -> bool:
@@ -131,6 +133,10 @@ class FileRunner:
             case Run.SOUND if self._sound.playing:  # a key that has just clicked plays, too
                 registers.next_step_ms = now_ms + 1
                 self._show_running(now_ms)
+            case Run.STEPS:
+                self._menu.program.icons = self._steps
+                self._screen.mark(self._parts.pop(0))
+                self._run, registers.next_step_ms = Run.STEPS if self._parts else Run.ENDED, now_ms + 1
             case Run.PROGRAM | Run.SOUND:
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
             case Run.MESSAGE if now_ms < self._message_ends_ms:
@@ -205,7 +211,10 @@ class FileRunner:
             self._run, self._opened_ms = Run.SOUND, now_ms
             self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
         elif kind == states.ON_BRICK:
-            self._run = Run.ENDED
+            self._steps, self._run = self._menu.program.read(unpack_name(self._file)), Run.ENDED
+            if self._steps:
+                self._screen.mark(marks.OPENS_STEPS)
+                self._parts, self._run = [*marks.STEPS], Run.STEPS
         elif self._keys.read_button() is None:
             self._run = Run.LOG
         else:

@@ -1,7 +1,7 @@
 """The menus of the user interface as far as telegrams see them: the effects of keys.
 
 Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs,
-the choice of values for the data log, and the pages of volume and sleep. Source: docs/firmware.md section 8.5.
+the choice of values for the data log, and the pages of radio, volume and sleep. Source: docs/firmware.md section 8.5.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
@@ -18,7 +19,9 @@ from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu_files import MenuFiles
+from sim_backend.firmware.ui.menu_message import MenuMessage
 from sim_backend.firmware.ui.menu_places import Places
+from sim_backend.firmware.ui.menu_radio import MenuRadio
 from sim_backend.firmware.ui.menu_settings import MenuSettings
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -39,6 +42,7 @@ class Menu:
         screen: Draws the menus.
         view: The value of a sensor or motor that is shown.
         logs: The data log.
+        radio: The radio that the menus change.
         has_log: Whether the main menu has an item for it.
 
     Attributes:
@@ -47,6 +51,7 @@ class Menu:
         runs: Name of the file that it runs, if any.
         file: Name of the file that was opened or chosen in a list last.
         program: The program that is made on the brick.
+        message: What is shown until a key is pressed.
     """
 
     def __init__(
@@ -57,6 +62,7 @@ class Menu:
         screen: ScreenRefresh,
         view: SensorView,
         logs: LogMenu,
+        radio: Radio,
         *,
         has_log: bool,
     ) -> None:
@@ -67,12 +73,15 @@ class Menu:
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
         self._files = MenuFiles(loader, settings.stored, self._places, self.states)
+        self._radio = MenuRadio(radio, self.states)
+        self.message = MenuMessage(logs, self.states)
         self.reset()
 
     def reset(self) -> None:
         """Go to the first item of the main menu; a data log that runs stays open, and a sensor keeps its type."""
         self._place = [0]
-        self.view.shown = self.logs.log.runs = self.logs.refuses = False
+        self.view.shown = self.logs.log.runs = False
+        self.message.drop()
         self._confirms: bool | None = None
         self._volume = self._registers.volume
 
@@ -127,11 +136,6 @@ class Menu:
         return self.view.shown and not self.states.shown
 
     @property
-    def shows_message(self) -> bool:
-        """Whether a message is shown that any key closes."""
-        return self.logs.refuses and not self.states.shown
-
-    @property
     def begins_file(self) -> bool:
         """Whether the next step runs a file, which comes before a request to start one."""
         return bool(self.runs) and self.states.shown and not self.states.left
@@ -179,7 +183,8 @@ class Menu:
     def drop(self) -> None:
         """Drop the states to come and what they draw: another state was written to the map."""
         self.states.drop()
-        self.logs.refuses = self.logs.begins = False
+        self.message.drop()
+        self.logs.begins = False
 
     def _answer(self, key: int) -> None:
         """Answer whether to switch off."""
@@ -209,7 +214,7 @@ class Menu:
             self.states.actions = [partial(self._settings.set_volume, self._place[-1])]
         if menu in (places.VOLUME, places.SLEEP):
             self.states.draw_last(marks.BAR, NOTHING)
-        elif places.action(menu) == places.SEND:
+        elif places.lists_connections(menu):
             self.states.draw_last(drawing.CONNECTIONS[1])
         if places.action(tuple(self._place)) == places.RUN:
             self.states.draw_last(*drawing.FILE_PAGE)
@@ -265,12 +270,6 @@ class Menu:
         self.states.show(UiState.RIGHT)
         self.states.draw_last(marks.MENU)
 
-    def close_message(self) -> None:
-        """Show the ports again after the message that one has a value already."""
-        self.logs.refuses = False
-        self.states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
-        self.states.draw_last(self._page)
-
     def _draw_slowly(self) -> bool:
         """Draw an item of the list of items to show, if that takes longer."""
         slow = self.view.is_slow(tuple(self._place))
@@ -303,7 +302,7 @@ class Menu:
             self.states.actions = [partial(self._settings.store_sleep, self._place.pop())]
             self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
-            self._find_nothing()
+            self._files.find_none()
         elif places.action(place) == places.RUN:
             self.runs = self.file
         elif places.is_page(menu[:-1]):
@@ -327,13 +326,18 @@ class Menu:
             self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self.program.is_run([*menu]):
             self._leave_steps(place[-1])
-        elif place in (places.TRY_ME, places.SEARCH):
+        elif place == places.VERSION:
+            self.message.has_version = True
+            self.states.draw_last(marks.VERSION)
+        elif self._radio.follows(place):
+            self._place = self._radio.enter(place)
+        elif place == places.TRY_ME:
             self.states.draw_last(marks.MENU)
             self.states.show(UiState.ENTER)
-            if place == places.TRY_ME and self._places.listed(place):
+            if self._places.listed(place):
                 self._open(place)
             else:
-                self._find_nothing(marks.MENU if place == places.SEARCH else NOTHING)
+                self._files.find_none()
         else:
             self._open(place)
 
@@ -361,11 +365,6 @@ class Menu:
                 self._place.pop()
                 self.states.show(UiState.EXIT)
 
-    def _find_nothing(self, drawn: Marks = NOTHING) -> None:
-        """Leave a list of files that is empty."""
-        self.states.draw_last(drawn, NOTHING)
-        self.states.show(UiState.EXIT)
-
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
         self._choose_file(place[:-1], place[-1])
@@ -377,6 +376,8 @@ class Menu:
             first = self._settings.stored.sleep
         elif places.is_page(place):
             first = places.first_action(place)
+        elif place[:1] == places.RADIO:
+            first = self._radio.first(place)
         self._place.append(first)
         if places.is_list(place):
             self._choose_file(place, 0)
@@ -386,7 +387,7 @@ class Menu:
             self.states.draw_last(NOTHING, *page)
         if place in (places.VOLUME, places.SLEEP):
             self.states.draw_last(marks.PAGE, marks.BAR, NOTHING)
-        elif places.action(place) == places.SEND:
+        elif places.lists_connections(place):
             self.states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
             self.states.actions = [partial(self.program.enter, [*place])]

@@ -46,6 +46,14 @@ STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, be
 """The messages that a data log was stored, and that none could begin."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
+SWITCHED, SWITCHED_ON = _message(120, before=2), _message(164, before=2)
+"""The messages that the radio is switched as it was, and on."""
+SWITCHED_OFF = [*SWITCHED[:6], *[NOTHING] * 7, SWITCHED[6], *[NOTHING] * 114]
+"""The message that it is switched off, which the status bar interrupts."""
+SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND, *_message(2621, before=7)]
+"""The search for devices, which finds none."""
+VERSION_LEFT = [*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, marks.STATUS, marks.MENU]
+"""The end of the page of the version."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
 """The end of a data log that is deleted."""
 

@@ -1,4 +1,4 @@
-"""The pages of the menus that delete all files of a type, or keep a data log. Source: docs/firmware.md section 8.5."""
+"""The pages of the menus that list or delete files, or keep a data log. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from sim_backend.firmware.ui import data_log, log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.menu_places import Places
+from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 
@@ -25,6 +26,11 @@ class MenuFiles:
 
     def __init__(self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates) -> None:
         self._loader, self._stored, self._places, self._states = loader, stored, places, states
+
+    def find_none(self) -> None:
+        """Leave a list of files that is empty."""
+        self._states.draw_last(NOTHING, NOTHING)
+        self._states.show(UiState.EXIT)
 
     def keep_log(self, item: int) -> None:
         """Store the data log under a number, or delete it."""

@@ -15,9 +15,6 @@ from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
-_MESSAGE_MS = 1500
-"""Time after which the message that a port has a value already ends, if no key is pressed."""
-
 
 class MenuKeys:
     """Follows a key in the menus, one state in each pass."""
@@ -46,7 +43,7 @@ class MenuKeys:
     def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn."""
         menu = self._menu
-        shown = menu.shows_value or menu.shows_message or menu.logs.log.runs
+        shown = menu.shows_value or menu.message.shown or menu.logs.log.runs
         return self._registers.is_on and (shown or self._registers.state == UiState.WAITING)
 
     def follow(self) -> None:
@@ -60,15 +57,15 @@ class MenuKeys:
                 menu.leave_view()
                 registers.next_step_ms = now_ms + 1
         elif key:
-            if menu.shows_message:
+            if menu.message.shown:
                 self.close_message()
             else:
                 menu.press(key)
                 self.show()
 
     def close_message(self) -> None:
-        """Close the message that a port has a value already: a key was pressed, or its time is over."""
-        self._menu.close_message()
+        """Close a message: a key was pressed, or its time is over."""
+        self._menu.message.close()
         self.show()
 
     def _follow_log(self, key: int) -> None:
@@ -108,8 +105,8 @@ class MenuKeys:
                 menu.leave_log(*drawing.LOG_FAILED)
                 self.show()
             registers.next_step_ms = self._clock.now_ms + 1
-        elif menu.shows_message:
-            registers.next_step_ms = self._clock.now_ms + _MESSAGE_MS
+        elif menu.message.shown:
+            registers.next_step_ms = self._clock.now_ms + menu.message.lasts_ms
         else:
             registers.state = int(UiState.WAITING)
             registers.force_off = registers.force_off or int(menu.switches_off)

@@ -15,11 +15,11 @@ from sim_backend.firmware.ui.stored_settings import SLEEP_MINUTES
 
 Place = tuple[int, ...]
 
-MY_FILES, TYPES, BLUETOOTH, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
+MY_FILES, TYPES, RADIO, SETTINGS, TRY_ME = (0,), (PROGRAM,), (4,), (5,), (6,)
 VALUES = (VIEW,)
 LISTS = DATA_LOG, VALUES
-SEARCH = (*BLUETOOTH, 0)
-VOLUME, SLEEP, ERASE = (*SETTINGS, 0), (*SETTINGS, 1), (*SETTINGS, 3)
+CONTACTS, CONNECTIONS, VISIBILITY, SWITCH, SEARCH = ((*RADIO, item) for item in range(5))
+VOLUME, SLEEP, VERSION, ERASE = ((*SETTINGS, item) for item in range(4))
 PROGRAMS = (*MY_FILES, 0)
 RUN, SEND, DELETE = range(3)
 _ACTIONS, _LOG_ACTIONS, _TRIED_ACTIONS = (RUN, SEND, DELETE), (DELETE, SEND), (DELETE, RUN)
@@ -30,7 +30,7 @@ NO, YES = range(2)
 SLOW = range(1, 4)
 """Items of the main menu whose pages are drawn in two passes."""
 
-_ITEMS = {(): 7, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
+_ITEMS = {(): 7, RADIO: 5, VISIBILITY: 2, SWITCH: 2, SETTINGS: 4, VOLUME: MAX_VOLUME + 1, SLEEP: len(SLEEP_MINUTES)}
 """Items of the menus that are known."""
 
 _LOG = ".log"
@@ -70,6 +70,11 @@ def first_action(page: Place) -> int:
 def action(place: Place) -> int | None:
     """Return what an item of a file's page does; None elsewhere."""
     return actions(place[:-1])[place[-1]] if is_page(place[:-1]) else None
+
+
+def lists_connections(menu: Place) -> bool:
+    """Return whether a menu is the list of connections, perhaps to send a file to."""
+    return menu == CONNECTIONS or action(menu) == SEND
 
 
 def asks_to_delete(menu: Place) -> bool:

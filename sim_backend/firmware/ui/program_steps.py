@@ -28,6 +28,9 @@ _FILE = "Program.tmp"
 _HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
 _CODES = {icon: icon + 0x20 for icon in _ACTIONS} | {icon: icon + 0x30 for icon in _EVENTS} | {0x20: 0xFB, 0x1F: 0xFC}
 """The file of the program: what precedes the steps, and the byte of each step by its icon."""
+_ICONS = {code: icon for icon, code in _CODES.items()}
+_CHECKED = 2
+"""Bytes of the header that a program to run must have."""
 
 
 class ProgramSteps:
@@ -82,6 +85,16 @@ class ProgramSteps:
         if status == Status.OK:
             loader.write(handle, content)
             loader.close(handle)
+
+    def read(self, name: str) -> bytes:
+        """Return the icons of a program to run; none if the file is no such program."""
+        loader = self._loader
+        status, handle, _ = loader.open_read(name)
+        content = b"" if status else loader.read(handle, len(_HEADER) + len(_CHOICES))[1]
+        loader.close(handle)
+        if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
+            return b""
+        return bytes(_ICONS.get(code, 0) for code in content[len(_HEADER) :])
 
     def leave(self, place: list[int]) -> None:
         """Go back from a step other than the first one, and forget the choice there, if it is a step."""

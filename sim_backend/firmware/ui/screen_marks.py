@@ -50,6 +50,8 @@ NOT_RUN = (
     PAGE,
 )
 """The start of that program without the file that runs it, pass by pass."""
+OPENS_STEPS, STEPS = Marks(0x8), (FIRST_STEP, *NOT_RUN[1:-1])
+"""A file with such a program, before its end: as it is opened, and then pass by pass."""
 VALUE, VALUE_AGAIN = Marks(0x4000_0200, 0x11_F200, drop=_ALL), Marks(update=0x8)
 """The value of a sensor or motor, and the same later."""
 LIST = Marks(0x8000_0000, 0x4)
@@ -73,6 +75,10 @@ WARNING = Marks(update=0x10_0000)
 """The warning of a low battery."""
 REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
 """The parts of a message of the radio."""
+VERSION, VERSION_ENDS = Marks(update=0xFC), Marks(0x2000_0000)
+"""The version, and its end."""
+FOUND = Marks(update=0x400)
+"""What a search of the radio has found."""
 LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
 """The first picture of a start, and the others."""
 EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)

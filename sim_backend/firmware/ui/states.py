@@ -74,6 +74,7 @@ class Run(Enum):
     DRAWING = auto()
     TO_OPEN = auto()
     PROGRAM = auto()
+    STEPS = auto()
     ENDED = auto()
     SOUND = auto()
     LOG = auto()

@@ -87,7 +87,7 @@ class UiModule:
         settings = MenuSettings(registers, sleep_timer, self._stored)
         view = SensorView(inputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
-        self._menu = menu = Menu(registers, settings, loader, screen, view, logs, has_log=data_log)
+        self._menu = menu = Menu(registers, settings, loader, screen, view, logs, radio, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
@@ -304,7 +304,7 @@ class UiModule:
             self._menu_keys.show()
         elif state == UiState.DRAWING and (self._menu.view.chosen or self._menu.view.shown):
             self._menu_keys.show_value()
-        elif self._menu.shows_message:
+        elif self._menu.message.shown:
             self._menu_keys.close_message()
         elif self._menu.logs.log.runs:
             registers.next_step_ms = self._menu.logs.log.go_on()
