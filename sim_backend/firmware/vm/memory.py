@@ -43,6 +43,10 @@ class OutOfMemory(Exception):
     """The pool is full, or a program has corrupted its array descriptors."""
 
 
+class _Full(OutOfMemory):
+    """The pool has no room for an array."""
+
+
 def fresh_pool(after: bytes = b"\0") -> bytearray:
     """Return a pool as the firmware prepares it, and the memory after it, which damaged programs reach.
 
@@ -267,24 +271,29 @@ class Memory:
     def resize(self, index: int, count: int) -> None:
         """Set the length of an array; new elements keep what was in memory.
 
-        An array grows where it is if the next array in the list is far enough, even if that one has no memory yet
-        and only seems to be far away; else it moves to the end.
+        An array grows where it is if the next one in the list is far enough, or seems so as it has no memory yet;
+        else it moves to the end. In a full pool all arrays move together, and that is tried again from the beginning.
 
         Raises:
             OutOfMemory: There is no room.
         """
+        try:
+            self._resize(index, count)
+        except _Full:
+            self.compact()
+            self._resize(index, count)
+
+    def _resize(self, index: int, count: int) -> None:
         array = self.array(index)
         if count == array.length:
             return
         size = array.element * count & _OFFSET
         if count > array.length and size > self._room(array):
+            offset = self._allocate(size, may_compact=False)
             old = self.read(array.offset, array.size)
-            offset = self._allocate(size)
-            if array.length:
-                old = self.read(self.array(index).offset, len(old))
             self.write(offset, old)
             if not self.doubly_linked:
-                self.write(self.array(index).offset, bytes([_ERASED] * len(old)))
+                self.write(array.offset, bytes([_ERASED] * len(old)))
             if index == 0:
                 self.descriptors = offset
             self._unlink(index)
@@ -335,7 +344,7 @@ class Memory:
             self.compact()
             end = aligned(self._end)
         if self.base + end + size > POOL_SIZE:
-            raise OutOfMemory
+            raise _Full
         self._end = end + size
         return end
 

@@ -2,8 +2,7 @@
 
 Each record has the compiled program of `tests/golden/programs` that was damaged, the new bytes and the new size, and
 ProgStatus as LEGO's firmware showed it after each of `TICKS` and after a stop. Programs that made the firmware crash or
-read memory that it had not initialised were left out. `simulated` is what the simulated brick shows where it differs:
-in a program whose array has a descriptor's number that overlaps other variables.
+read memory that it had not initialised were left out.
 """
 
 import gzip
@@ -57,14 +56,10 @@ def statuses(record):
 
 @pytest.mark.parametrize("record", RECORDS[:SAMPLE], ids=range(SAMPLE))
 def test_a_damaged_program_ends_as_on_the_firmware(record):
-    assert statuses(record) == record.get("simulated", record["statuses"])
+    assert statuses(record) == record["statuses"]
 
 
 @pytest.mark.slow
 def test_all_damaged_programs_end_as_on_the_firmware():
-    wrong = [i for i, record in enumerate(RECORDS) if statuses(record) != record.get("simulated", record["statuses"])]
+    wrong = [i for i, record in enumerate(RECORDS) if statuses(record) != record["statuses"]]
     assert wrong == []
-
-
-def test_one_of_them_differs():
-    assert sum("simulated" in record for record in RECORDS) <= 1
