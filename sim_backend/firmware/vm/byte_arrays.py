@@ -21,8 +21,8 @@ from sim_backend.firmware.vm.memory import (
 )
 
 _WORD = INDEX.size
-_WORDS, _LENGTH = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD
-"""Words of a descriptor, and index of the length among them."""
+_WORDS, _LENGTH, _LINK = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD, DESCRIPTOR_SIZE // _WORD - 1
+"""Words of a descriptor, and index of the length and of the last one among them."""
 
 Finder = Callable[[], tuple[int, int]]
 """Returns the place in the pool of the first element of an array, and its length."""
@@ -71,21 +71,34 @@ def finder(array: ByteArray) -> Finder:
     return find_by_words
 
 
-def resizer(array: ByteArray) -> Callable[[int], int]:
-    """Return a function that sets the length of an array, and returns its place in the pool."""
-    memory, pool, base, find = array.memory, array.memory.pool, array.memory.base, finder(array)
+class Resizer:
+    """Sets the length of an array, and returns its place in the pool.
+
+    Attributes:
+        quick: Does so if no array moves for it, and returns -1 otherwise.
+    """
+
+    def __init__(self, array: ByteArray) -> None:
+        self._array, self._find = array, finder(array)
+        self.quick = _quick_resizer(array) if array.is_array else self._keep
+
+    def __call__(self, count: int) -> int:
+        """Set the length, and return the place of the first element."""
+        at = self.quick(count)
+        if at >= 0:
+            return at
+        self._array.memory.resize(self._array.number(), count)
+        return self._find()[0]
+
+    def _keep(self, count: int) -> int:
+        at, length = self._find()
+        return at if length == count else -1
+
+
+def _quick_resizer(array: ByteArray) -> Callable[[int], int]:
+    memory, pool, base = array.memory, array.memory.pool, array.memory.base
     index, descriptor, set_word = INDEX.unpack_from, DESCRIPTOR.unpack_from, INDEX.pack_into
     variable = base + array.address
-
-    def resize_anywhere(count: int) -> int:
-        at, length = find()
-        if length == count:
-            return at
-        memory.resize(array.number(), count)
-        return find()[0]
-
-    if not array.is_array:
-        return resize_anywhere
 
     def resize(count: int) -> int:
         table = base + memory.descriptors
@@ -96,26 +109,54 @@ def resizer(array: ByteArray) -> Callable[[int], int]:
             if count > length:
                 following = table + DESCRIPTOR_SIZE * link
                 if offset == NOT_AN_OFFSET or (link != NO_ARRAY and following + DESCRIPTOR_SIZE > len(pool)):
-                    return resize_anywhere(count)
+                    return -1
                 end, work = (memory.end, 1) if link == NO_ARRAY else (index(pool, following)[0], 2)
                 if element * count & 0xFFFF > end - offset:
-                    return resize_anywhere(count)
+                    return -1
             memory.work_left -= work
             set_word(pool, own + LENGTH_AT, count & 0xFFFF)
         at: int = base + offset
         return at
 
-    return resize
+    if variable % _WORD or sys.byteorder != "little":
+        return resize
+    words, cell = memoryview(pool).cast("H"), variable // _WORD
+
+    def resize_by_words(count: int) -> int:
+        table = base + memory.descriptors
+        if table % _WORD:
+            return resize(count)
+        own = table // _WORD + _WORDS * words[cell]
+        offset, length = words[own], words[own + _LENGTH]
+        if count > length:
+            link = words[own + _LINK]
+            following = table // _WORD + _WORDS * link
+            if offset == NOT_AN_OFFSET or (link != NO_ARRAY and following + _WORDS > len(words)):
+                return -1
+            end, work = (memory.end, 1) if link == NO_ARRAY else (words[following], 2)
+            if words[own + 1] * count & 0xFFFF > end - offset:
+                return -1
+            memory.work_left -= work
+            words[own + _LENGTH] = count & 0xFFFF
+        elif count < length:
+            memory.work_left -= 1
+            words[own + _LENGTH] = count
+        return base + offset
+
+    return resize_by_words
 
 
 def writer(array: ByteArray) -> Callable[[bytes | bytearray], None]:
     """Return a function that sets length and bytes of an array, and raises OutOfMemory outside of the pool."""
-    resize, pool = resizer(array), array.memory.pool
+    resize, pool = Resizer(array), array.memory.pool
+    quick, most = resize.quick, len(pool)
 
     def put(content: bytes | bytearray) -> None:
         count = len(content)
-        at = resize(count)
-        if at + count > len(pool):
+        at = quick(count)
+        if at < 0:
+            at = resize(count)
+        if at + count > most:
             raise OutOfMemory("outside of the memory")
         pool[at : at + count] = content
 

@@ -13,7 +13,7 @@ from functools import partial
 from typing import NamedTuple, Protocol
 
 from sim_backend.firmware.vm import byte_arrays
-from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder
+from sim_backend.firmware.vm.byte_arrays import ByteArray, Finder, Resizer
 from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NO_ARRAY, NOT_AN_OFFSET, Array, Memory
 from sim_backend.firmware.vm.numbers import SCALARS, Number
 from sim_backend.firmware.vm.rxe import Type, Variable, following, size_of
@@ -284,9 +284,9 @@ class Data:
             self._finders[argument] = byte_arrays.finder(self._bytes(argument))
         return self._finders[argument]
 
-    def resizer(self, argument: int) -> Callable[[int], int]:
-        """Return a fast function that sets the length of an array variable of bytes and returns its place."""
-        return byte_arrays.resizer(self._bytes(argument))
+    def resizer(self, argument: int) -> Resizer:
+        """Return what sets the length of an array variable of bytes and returns its place."""
+        return Resizer(self._bytes(argument))
 
     def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:
         """Return a fast function that sets an array variable of bytes, see `set_bytes`."""

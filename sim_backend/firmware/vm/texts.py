@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from sim_backend.firmware.cint import s32
 from sim_backend.firmware.vm.arrays import translator
-from sim_backend.firmware.vm.byte_arrays import Finder
 from sim_backend.firmware.vm.data import ERR_ARG, NONE, Data, ProgramError
 from sim_backend.firmware.vm.dialect import Dialect
 from sim_backend.firmware.vm.instructions import MANY, Effect, Instruction, Ports, Translation, sized_arguments
@@ -116,29 +115,38 @@ def _join(machine: Machine, instruction: Instruction) -> Translation:
             raise ProgramError(ERR_ARG, "what is joined is not a text")
 
         return fail
-    finders = [data.finder(source) for source in sources]
-    resize = data.resizer(target)
-    return lambda: _join_texts(data, resize, finders)
+    return _joiner(data, target, sources)
 
 
-def _join_texts(data: Data, resize: Callable[[int], int], sources: list[Finder]) -> None:
-    """Join texts; the target is resized before its own characters are copied, if it is a source."""
-    lengths = [find()[1] for find in sources]
-    length = sum(lengths) - len(lengths) + 1 & 0xFFFF
-    to = resize(length)
-    if not length:
-        return
-    if 0 in lengths:  # the firmware overwrites its memory
-        raise ProgramError(ERR_ARG, "a text without a closing zero")
-    pool, end = data.memory.pool, len(data.memory.pool)
-    for find in sources:
-        at, size = find()
-        following = to + size - 1
-        if following >= end or at + size > end:
-            raise OutOfMemory("outside of the memory")
-        pool[to:following] = pool[at : at + size - 1]
-        to = following
-    pool[to] = 0
+def _joiner(data: Data, target: int, sources: Sequence[int]) -> Callable[[], None]:
+    """Return a function that joins texts; the target is resized before its own characters are copied, if it is one."""
+    finders, resize = [data.finder(source) for source in sources], data.resizer(target)
+    quick, pool, end, less = resize.quick, data.memory.pool, len(data.memory.pool), len(sources) - 1
+
+    def join() -> None:
+        length, is_empty = -less, False
+        for find in finders:
+            size = find()[1]
+            length += size
+            is_empty = is_empty or not size
+        length &= 0xFFFF
+        to = quick(length)
+        if to < 0:
+            to = resize(length)
+        if not length:
+            return
+        if is_empty:  # the firmware overwrites its memory
+            raise ProgramError(ERR_ARG, "a text without a closing zero")
+        for find in finders:
+            at, size = find()
+            following = to + size - 1
+            if following >= end or at + size > end:
+                raise OutOfMemory("outside of the memory")
+            pool[to:following] = pool[at : at + size - 1]
+            to = following
+        pool[to] = 0
+
+    return join
 
 
 def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
