@@ -231,12 +231,17 @@ class Program:
         yield self.header.static_size, self.values[at:]
 
     def _entries(self) -> Iterator[Variable]:
-        """Return the variables that have a place of their own, which elements of arrays have not."""
-        index = 0
-        while index < self.header.variables:
+        """Return the variables that have a place of their own, which elements of arrays have not.
+
+        The firmware takes one, and all members of a cluster, also past the end of the table.
+        """
+        index, end = 0, max(self.header.variables, 1)
+        while index < end:
             variable = self.variables[index]
             yield variable
             try:
+                if variable.type == Type.CLUSTER:
+                    end = max(end, following(self.variables, index))
                 index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
             except IndexError as error:
                 raise BadProgram(Fault.TYPE, "an array whose element is not in the table") from error
