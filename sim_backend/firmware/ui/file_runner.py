@@ -211,7 +211,7 @@ class FileRunner:
             self._run, self._opened_ms = Run.SOUND, now_ms
             self._sound.play_own(self._file[: self._file.index(0) + 1], self._registers.volume)
         elif kind == states.ON_BRICK:
-            self._steps, self._run = self._menu.program.read(unpack_name(self._file)), Run.ENDED
+            self._steps, self._run = self._menu.program.open(unpack_name(self._file)), Run.ENDED
             if self._steps:
                 self._screen.mark(marks.OPENS_STEPS)
                 self._parts, self._run = [*marks.STEPS], Run.STEPS

@@ -36,7 +36,8 @@ class PowerOff:
     @property
     def takes_keys(self) -> bool:
         """Whether a key starts the brick again."""
-        return not self._registers.is_on and self._was_down
+        registers = self._registers
+        return not registers.is_on and registers.state == UiState.DRAWING and self._was_down
 
     @property
     def _was_down(self) -> bool:

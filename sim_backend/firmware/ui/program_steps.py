@@ -75,25 +75,26 @@ class ProgramSteps:
         elif self.is_step(place[:-1]):
             self._set(step, _CHOICES[step][place[-1]])
             if self.is_run(place):
-                self._store()
+                self._store(_HEADER + bytes(_CODES[icon] for icon in self.icons))
 
-    def _store(self) -> None:
+    def _store(self, content: bytes) -> None:
         """Store the program in place of the one before."""
-        content, loader = _HEADER + bytes(_CODES[icon] for icon in self.icons), self._loader
+        loader = self._loader
         loader.delete(_FILE)
         status, handle, _ = loader.create(_FILE, len(content))
         if status == Status.OK:
             loader.write(handle, content)
             loader.close(handle)
 
-    def read(self, name: str) -> bytes:
-        """Return the icons of a program to run; none if the file is no such program."""
+    def open(self, name: str) -> bytes:
+        """Copy a program to run as if it had been made here, and return its icons; none if it is no such program."""
         loader = self._loader
         status, handle, _ = loader.open_read(name)
         content = b"" if status else loader.read(handle, len(_HEADER) + len(_CHOICES))[1]
         loader.close(handle)
         if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
             return b""
+        self._store(content)
         return bytes(_ICONS.get(code, 0) for code in content[len(_HEADER) :])
 
     def leave(self, place: list[int]) -> None:

@@ -32,10 +32,8 @@ class UiState(IntEnum):
 
 IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
-MENU_STATES = (
-    *(UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING),
-    *(UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT),
-)
+KEY_STATES = (UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
+MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KEY_STATES)
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
 

@@ -125,7 +125,10 @@ class UiModule:
     def _enter(self, state: int) -> None:
         registers = self.registers
         ran, before, registers.state = registers.runs_file, registers.state, state
-        if before == state or not registers.is_on:
+        if before == state:
+            return
+        if not registers.is_on:
+            self._enter_while_off(state)
             return
         if state not in states.MENU_STATES:
             self._menu.drop()
@@ -147,6 +150,23 @@ class UiModule:
             self._dialog.begin_question(self._clock.now_ms)
         elif ran:
             registers.next_step_ms = NEVER
+
+    def _enter_while_off(self, state: int) -> None:
+        """Follow a state that was written after the brick has switched itself off."""
+        registers, now_ms = self.registers, self._clock.now_ms
+        if registers.runs_file and state != UiState.OPENING:
+            return
+        if state == UiState.MENU:
+            registers.force_off = 1
+        elif state in states.KEY_STATES:
+            registers.state, registers.next_step_ms = int(UiState.MENU), now_ms + 2
+        elif state in (UiState.START, UiState.ENTRY, UiState.OPENING):
+            registers.off_ms = registers.off_ms if state == UiState.OPENING else NEVER
+            self._go_on_from(state)
+        elif state == UiState.REPORT:
+            self._dialog.begin_report()
+        elif state == UiState.QUESTION:
+            self._dialog.begin_question(now_ms)
 
     def _go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map."""
@@ -314,6 +334,8 @@ class UiModule:
             self._files.go_on()
         elif state == UiState.LOGO:
             self._leave_logo(now_ms)
+        elif state == UiState.MENU:  # after the brick has switched itself off, which it does again
+            registers.force_off = 1
         elif state == UiState.DRAWING:
             registers.state = int(UiState.WAITING)
         elif state == UiState.QUESTION:
