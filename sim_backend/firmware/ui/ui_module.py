@@ -156,10 +156,8 @@ class UiModule:
         registers, now_ms = self.registers, self._clock.now_ms
         if registers.runs_file and state != UiState.OPENING:
             return
-        if state == UiState.MENU:
-            registers.force_off = 1
-        elif state in states.KEY_STATES:
-            registers.state, registers.next_step_ms = int(UiState.MENU), now_ms + 2
+        if state in (UiState.MENU, *states.KEY_STATES):
+            registers.next_step_ms = now_ms
         elif state in (UiState.START, UiState.ENTRY, UiState.OPENING):
             registers.off_ms = registers.off_ms if state == UiState.OPENING else NEVER
             self._go_on_from(state)
@@ -286,9 +284,12 @@ class UiModule:
             files.end_message()
 
     def _start_by_key(self, now_ms: int) -> None:
-        """Start the brick again by enter, once it has been off for a while."""
+        """Start the brick again by enter, once it has been off for a while; follow a key if state 7 was written."""
         registers = self.registers
-        if self._power_off.takes_keys and self._keys.read() == Key.ENTER:
+        if registers.state == UiState.WAITING:
+            if (key := self._keys.read()) in tuple(Key):
+                registers.state, registers.next_step_ms = int(UiState[Key(key).name]), now_ms + 1
+        elif self._power_off.takes_keys and self._keys.read() == Key.ENTER:
             registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
     def _close_warning(self, now_ms: int) -> None:
@@ -334,7 +335,9 @@ class UiModule:
             self._files.go_on()
         elif state == UiState.LOGO:
             self._leave_logo(now_ms)
-        elif state == UiState.MENU:  # after the brick has switched itself off, which it does again
+        elif state in states.KEY_STATES:  # of a brick that is off
+            registers.state, registers.next_step_ms = int(UiState.MENU), now_ms + 1
+        elif state == UiState.MENU:  # likewise: it switches itself off again
             registers.force_off = 1
         elif state == UiState.DRAWING:
             registers.state = int(UiState.WAITING)
