@@ -40,6 +40,12 @@ def _camera(**ranges: tuple[float, float]) -> Effect:
     return switch_on
 
 
+def _any_height(builder: RoomBuilder) -> None:
+    builder.tables["camera"] = {"height_mm": builder.between(100, 250)}
+    for picture in builder.pictures.values():
+        picture["centre_height_mm"] = builder.between(80, 450)
+
+
 def _changing_light(builder: RoomBuilder) -> None:
     random = builder.random
     builder.tables["camera"] = {"auto_exposure_s": builder.between(0.5, 2.0)}
@@ -148,6 +154,7 @@ def _fails(port: int, *faults: str) -> Effect:
 EFFECTS: dict[str, Effect] = {
     PLAIN: _plain,
     "mounted": _camera(right_mm=(-30, 30), yaw_deg=(-5, 5), tilt_deg=(-6, 6), roll_deg=(-5, 5)),
+    "any_height": _any_height,
     "late_frames": _camera(latency_s=(0.1, 0.4)),
     "lens": _camera(distortion_k1=(-0.25, 0.1)),
     "rolling_shutter": _camera(readout_s=(0.03, 0.06)),
