@@ -23,7 +23,7 @@ Poses = NDArray[np.float64]
 ROBUST_SD = 2.0
 """Differences beyond this many standard deviations get no more weight: glare covers part of the picture."""
 
-LEAST_LIT = 0.6
+LEAST_LIT = 0.5
 """Least share of a place that must be free of glare."""
 
 BLUR_PX = 0.6
@@ -96,7 +96,7 @@ class Aligner:
     Attributes:
         size: Width and height of the template.
         template: Its values (M), of mean 0 and norm 1.
-        solver: (M, 6): the step of least squares for each difference from the template.
+        solver: (M, 6): the step of least squares for each difference from the template, if nothing is glare.
     """
 
     def __init__(self, gray: cv2.typing.MatLike) -> None:
@@ -114,6 +114,21 @@ class Aligner:
         normal = moves.T @ moves
         ridge = 1e-3 * np.trace(normal) / len(normal) * np.eye(len(normal))
         self.solver = np.linalg.solve(normal + ridge, moves.T).T
+        self._basis = np.column_stack([moves, np.full(len(moves), 1 / math.sqrt(len(moves))), self.template])
+        self._products = (self._basis[:, :, None] * self._basis[:, None]).reshape(len(moves), -1).astype(np.float32)
+        self._ridge = np.diag(np.concatenate([ridge.diagonal(), (1e-3, 1e-3)]))
+
+    def step(self, difference: NDArray[np.float64], lit: NDArray[np.float32] | None) -> NDArray[np.float64]:
+        """Return the steps (N, 6) of least squares for differences (N, M) from the template, 0 where not `lit`.
+
+        What glare hides says nothing: without it the derivatives are no longer orthogonal to gain and offset, so these
+        are solved for as well.
+        """
+        if lit is None:
+            return np.asarray(difference @ self.solver)
+        side = self._basis.shape[1]
+        normal = (lit @ self._products).reshape(-1, side, side) + self._ridge
+        return np.asarray(np.linalg.solve(normal, (difference @ self._basis)[:, :, None])[:, :6, 0])
 
 
 class Places(NamedTuple):
@@ -174,12 +189,13 @@ class _Batch:
         poses = np.concatenate([each.poses for each in self._places])
         best, best_scores = poses, np.full(len(poses), -1.0)
         for step in range(steps + 1):
-            difference, scores = self._compared(*canvas.sample(poses @ points, levels))
+            seen, lit = canvas.sample(poses @ points, levels)
+            difference, scores = self._compared(seen, lit)
             better = scores > best_scores
             best_scores = np.where(better, scores, best_scores)
             best = np.where(better[:, None, None], poses, best)
             if step < steps:
-                poses = self._moved(poses, difference)
+                poses = self._moved(poses, difference, lit)
         return [(best[rows], best_scores[rows]) for rows in self._rows]
 
     def _compared(
@@ -200,11 +216,13 @@ class _Batch:
         difference = centred * (lengths / norms / np.maximum(scores, 0.2))[:, None] - template
         return difference, np.where(share[:, 0] >= LEAST_LIT, scores, 0.0)
 
-    def _moved(self, poses: Poses, difference: NDArray[np.float64]) -> Poses:
+    def _moved(self, poses: Poses, difference: NDArray[np.float64], lit: NDArray[np.float32] | None) -> Poses:
         limit = ROBUST_SD * 1.5 * np.median(np.abs(difference), axis=1, keepdims=True)
         clipped = np.clip(difference, -limit, limit)
         each = zip(self._rows, self._places, strict=True)
-        change = np.concatenate([clipped[rows] @ places.aligner.solver for rows, places in each])
+        change = np.concatenate(
+            [places.aligner.step(clipped[rows], None if lit is None else lit[rows]) for rows, places in each]
+        )
         steps = np.tile(np.eye(3), (len(poses), 1, 1))
         steps[:, :2] += np.clip(change, -STEP_LIMIT, STEP_LIMIT).reshape(-1, 2, 3)
         return np.asarray(poses @ np.linalg.inv(steps))

@@ -179,7 +179,7 @@ class _Part:
         seen, inside = straightened(frame, pose, picture.shape[1], picture.shape[0])
         if inside.mean() < LEAST_INSIDE:
             return None
-        score, share, expected = resemblance(seen, picture, inside)
+        score, share, expected = resemblance(seen, picture, inside, overexposed=frame.overexposed)
         if share < ALL_SHOWN:
             coarse = max(coarse, coarseness(expected))
         area = max(0.01, share) * picture.shape[0] ** 2 * width_px / height_px  # as it appears

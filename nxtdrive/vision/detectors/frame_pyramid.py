@@ -1,15 +1,14 @@
 """Makes the pyramid of a frame that correlation works on: gray levels without glare, and the colours.
 
-Glare is white and hides what is below it. If a frame has little white, that and its rim are replaced by the mean of
-their surroundings in gray, so that they do not affect correlation, and are white in the colours, so that comparisons
-leave them out. A frame with much white is overexposed; there the picture is cut at white instead.
+Glare is white and hides what is below it. If a frame has little white, that and its rim are left out of correlation
+(and replaced by the mean of their surroundings, which its edge is mixed with), and are white in the colours, so that
+comparisons leave them out. A frame with much white is overexposed; there the picture is cut at white instead.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
@@ -17,6 +16,8 @@ from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.alignment import Canvas, Poses, canvas_of
+from nxtdrive.vision.detectors.fourier import correlated, spectra
+from nxtdrive.vision.detectors.lit_windows import FLAT_SD, Footprint, LitWindows
 from nxtdrive.vision.detectors.resemblance import CUT, WHITE
 
 WORK_WIDTH = 320
@@ -28,11 +29,8 @@ LEAST_SIDE = 14
 STEPS = (2, 1, 1, 1, 1)
 """Places are proposed at every second pixel of the finest level only: the alignment finds the one between them."""
 
-FLAT_SD = 1.0
-"""Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
-
 GLARE_SPREAD_PX = 5.0
-"""Glare is replaced by the mean of what lies within about this distance, on the finest level: mostly of the print."""
+"""Glare is replaced by the mean of what lies within about this distance, on each level: mostly of the print."""
 
 DAZZLING, USUAL, LEAST_DAZZLING = 1.5, 0.995, 190.0
 """Blur and compression darken a small reflection: it is white from this factor of what this share of a frame does not
@@ -54,6 +52,18 @@ _Strips: TypeAlias = list[NDArray[np.int32]]
 """Sums in the strips of a height from the left edge to every `step`-th column, from each of the first columns on."""
 
 
+class Transformed(NamedTuple):
+    """A template, prepared for the levels of a shape.
+
+    Attributes:
+        spectra: The complex conjugate of its `spectra`.
+        footprint: The same as glare hides it.
+    """
+
+    spectra: NDArray[np.complex64]
+    footprint: Footprint
+
+
 class Level:
     """One level of the pyramid.
 
@@ -61,19 +71,32 @@ class Level:
         gray: The gray frame.
         scale: Size of the frame divided by the size of this level.
         step: Distance in pixels between the places that are proposed.
+        lit: 1 where it is to be compared, 0 in glare, whose gray is that of its surroundings; None without glare.
 
     Attributes:
-        spectra: The level's Fourier transforms (`spectra`).
+        spectra: Fourier transforms (`spectra`) of what is lit.
     """
 
-    def __init__(self, gray: cv2.typing.MatLike, scale: float, step: int) -> None:
+    def __init__(
+        self, gray: cv2.typing.MatLike, scale: float, step: int, lit: cv2.typing.MatLike | None = None
+    ) -> None:
         self.gray = gray.astype(np.float32)
+        self.lit = None if lit is None else lit.astype(np.float32, copy=False)
         self.scale = scale
         self.step = step
-        self.spectra = spectra(self.gray, self.gray.shape, step)
+        self._near_glare = None if self.lit is None else LitWindows(self.gray, self.lit, step)
+        shown = self.gray if self._near_glare is None else self._near_glare.shown
+        self.spectra = spectra(shown, self.gray.shape, step)
         self._integrals = cv2.integral2(gray, sdepth=cv2.CV_32S, sqdepth=cv2.CV_64F)
         self._strips: dict[int, list[_Strips]] = {}
         self._norms: dict[tuple[int, int], NDArray[np.float32]] = {}
+
+    def score(self, template: Transformed, out: NDArray[np.float32]) -> None:
+        """Write the normalised correlation with a template at every step; 0 where it would reach out of the level."""
+        correlation = correlated(self.spectra, template.spectra, out.shape[1])
+        np.divide(correlation, self.norms(*template.footprint.size), out=out)
+        if self._near_glare is not None:
+            self._near_glare.correct(out, correlation, template.footprint)
 
     def norms(self, height: int, width: int) -> NDArray[np.float32]:
         """Return the norm of each window of a size about its mean, at the level's steps; computed once.
@@ -132,22 +155,23 @@ def pyramid(image: Image) -> Pyramid:
         work = _u8(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
         colors.append((work, scale))
     overexposed, glare = _glare(work)
-    gray = cv2.cvtColor(work if glare is None else _filled(work, glare), cv2.COLOR_BGR2GRAY)
     if glare is not None:
         colors = [(_whitened(each, glare), one) for each, one in colors]
         work = colors[-1][0]
-    lit: list[NDArray[np.float32] | None] = [None if glare is None else (1 - glare).astype(np.float32)]
-    levels = [Level(gray, scale, STEPS[0])]
-    while len(levels) < len(STEPS) and min(gray.shape) >= 2 * LEAST_SIDE:
-        size = gray.shape[1] // 2, gray.shape[0] // 2
-        gray = cv2.resize(gray, size, interpolation=cv2.INTER_AREA)
-        last = lit[-1]
-        smaller = None if last is None else cv2.resize(last, size, interpolation=cv2.INTER_AREA)
-        lit.append(None if smaller is None else smaller.astype(np.float32))
-        work = _u8(cv2.resize(work, size, interpolation=cv2.INTER_AREA))
-        colors.append((work, scale * 2 ** len(levels)))
-        levels.append(Level(gray, colors[-1][1], STEPS[len(levels)]))
-    canvas = canvas_of([(level.gray, each, level.scale) for level, each in zip(levels, lit, strict=True)])
+    gray: cv2.typing.MatLike = cv2.cvtColor(work, cv2.COLOR_BGR2GRAY)
+    lit: cv2.typing.MatLike | None = None if glare is None else (1 - glare).astype(np.float32)
+    levels: list[Level] = []
+    for number, step in enumerate(STEPS):
+        if number:
+            if min(gray.shape) < 2 * LEAST_SIDE:
+                break
+            gray, work = _halved(gray), _u8(_halved(work))
+            lit = None if lit is None else _halved(lit)
+            colors.append((work, scale * 2**number))
+        if lit is not None:
+            gray = _filled(gray, lit)
+        levels.append(Level(gray, scale * 2**number, step, lit))
+    canvas = canvas_of([(level.gray, level.lit, level.scale) for level in levels])
     return Pyramid(levels, canvas, colors, overexposed)
 
 
@@ -172,87 +196,22 @@ def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
     return False, cv2.bitwise_or(rim, cv2.dilate(white, NEXT_TO))
 
 
+def _halved(image: cv2.typing.MatLike) -> cv2.typing.MatLike:
+    """Return a copy of half the size."""
+    return cv2.resize(image, (image.shape[1] // 2, image.shape[0] // 2), interpolation=cv2.INTER_AREA)
+
+
 def _whitened(image: Image, glare: cv2.typing.MatLike) -> Image:
     """Return a copy of an image that is white in glare, given at the size of the finest level."""
     white = cv2.resize(glare, image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     return np.where(white[:, :, None] > 0, np.uint8(255), image)
 
 
-def _filled(image: Image, glare: cv2.typing.MatLike) -> Image:
-    """Return the image with glare replaced by the mean of its surroundings."""
-    lit = np.asarray(1 - glare, np.float32)
-    around = cv2.GaussianBlur(image * lit[:, :, None], (0, 0), GLARE_SPREAD_PX)
-    weight = cv2.GaussianBlur(lit, (0, 0), GLARE_SPREAD_PX)
-    mean = np.array(cv2.mean(image)[:3], np.float32)
-    fill = (around + 1e-3 * mean) / (weight[:, :, None] + 1e-3)
-    return np.where(glare[:, :, None] > 0, fill, image).clip(0, 255).astype(np.uint8)
-
-
-def spectra(gray: NDArray[np.float32], shape: tuple[int, int], step: int) -> NDArray[np.complex64]:
-    """Return the Fourier transforms (step * step, rows, columns / 2 + 1) of an image.
-
-    One for each place in a square of `step` pixels, of the pixels that lie there in their square: the correlation at
-    every such step is the sum of theirs.
-
-    Args:
-        gray: The image.
-        shape: Height and width to which zeros pad it.
-        step: Distance in pixels.
-    """
-    rows, columns = (-(-side // step) for side in shape)
-    padded = np.zeros((rows * step, columns * step), np.float32)
-    padded[: gray.shape[0], : gray.shape[1]] = gray
-    squares = itertools.product(range(step), repeat=2)
-    return np.stack([_unpacked(cv2.dft(padded[down::step, right::step])) for down, right in squares])
-
-
-def correlated(seen: NDArray[np.complex64], sought: NDArray[np.complex64], columns: int) -> NDArray[np.float32]:
-    """Return the correlation of two images at every step, which are `columns` wide.
-
-    Args:
-        seen: The `spectra` of one.
-        sought: The complex conjugates of the `spectra` of the other.
-        columns: Width of the correlation.
-    """
-    product = seen[0] * sought[0]
-    for one, other in zip(seen[1:], sought[1:], strict=True):
-        product += one * other
-    return np.asarray(cv2.idft(_packed(product, columns), flags=cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT), np.float32)
-
-
-def _packed(spectrum: NDArray[np.complex64], columns: int) -> NDArray[np.float32]:
-    """Return half a spectrum as OpenCV packs it: columns that are symmetric lack their second half.
-
-    Source: OpenCV's reference of `cv::dft`, the CCS format.
-    """
-    rows = len(spectrum)
-    packed = np.empty((rows, columns), np.float32)
-    packed[:, 1:] = spectrum.view(np.float32)[:, 2 : columns + 1]
-    for column in _symmetric(columns):
-        values = np.ascontiguousarray(spectrum[: rows // 2 + 1, column]).view(np.float32)
-        packed[0, column] = values[0]
-        packed[1:, column] = values[2 : rows + 1]
-    return packed
-
-
-def _unpacked(packed: cv2.typing.MatLike) -> NDArray[np.complex64]:
-    """Undo `_packed`."""
-    rows, columns = packed.shape
-    spectrum = np.empty((rows, columns // 2 + 1), np.complex64)
-    spectrum.view(np.float32)[:, 2 : columns + 1] = packed[:, 1:]
-    for column in _symmetric(columns):
-        values = np.zeros(2 * (rows // 2 + 1), np.float32)
-        values[0] = packed[0, column]
-        values[2 : rows + 1] = packed[1:, column]
-        half = values.view(np.complex64)
-        spectrum[: len(half), column] = half
-        spectrum[len(half) :, column] = half[1 : (rows + 1) // 2][::-1].conj()
-    return spectrum
-
-
-def _symmetric(columns: int) -> tuple[int, ...]:
-    """Return which columns of half a spectrum are symmetric: those of the lowest and of the highest frequency."""
-    return (0, -1) if columns % 2 == 0 else (0,)
+def _filled(gray: cv2.typing.MatLike, lit: cv2.typing.MatLike) -> cv2.typing.MatLike:
+    """Return a gray image with glare replaced by the mean of its surroundings."""
+    around, weight = (cv2.GaussianBlur(each, (0, 0), GLARE_SPREAD_PX) for each in (gray * lit, lit))
+    fill = (around + 1e-3 * np.float32(gray.mean())) / (weight + 1e-3)
+    return (gray * lit + fill * (1 - lit)).clip(0, 255).astype(np.uint8)
 
 
 def straightened(frame: Pyramid, pose: Poses, width: int, height: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

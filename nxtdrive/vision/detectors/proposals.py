@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detectors.alignment import Poses
-from nxtdrive.vision.detectors.frame_pyramid import Level, Pyramid, correlated, spectra
+from nxtdrive.vision.detectors.fourier import spectra
+from nxtdrive.vision.detectors.frame_pyramid import Level, Pyramid, Transformed
+from nxtdrive.vision.detectors.lit_windows import Footprint
 from nxtdrive.vision.detectors.scaling import at_height
 
 HEIGHTS = (14, 18, 22)
@@ -53,8 +55,7 @@ class _Template:
     roll_deg: float
 
 
-_Transformed: TypeAlias = tuple[_Template, NDArray[np.complex64]]
-"""A template, and the complex conjugate of its `spectra`."""
+_Transformed: TypeAlias = tuple[_Template, Transformed]
 
 
 class _Peaks(NamedTuple):
@@ -112,7 +113,7 @@ class Proposer:
     def _transform(self, shape: tuple[int, int], step: int, cut: bool) -> list[_Transformed]:
         """Return the templates that fit into a shape, with the complex conjugates of their Fourier transforms."""
         fit = (t for t in self._templates[cut] if t.gray.shape[0] <= shape[0] and t.gray.shape[1] <= shape[1])
-        return [(template, np.conj(spectra(template.gray, shape, step))) for template in fit]
+        return [(t, Transformed(np.conj(spectra(t.gray, shape, step)), Footprint(t.gray, step))) for t in fit]
 
 
 def _templates(gray: NDArray[np.float32]) -> Iterator[_Template]:
@@ -134,16 +135,15 @@ def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> NDArray[np.float32]:
 
 def _peaks(level: Level, templates: Sequence[_Transformed]) -> _Peaks:
     """Return the places where each template matches best nearby."""
-    first = level.norms(*templates[0][0].gray.shape)
-    scores = np.empty((len(templates), *first.shape), np.float32)
-    for score, (template, transform) in zip(scores, templates, strict=True):
-        correlation = correlated(level.spectra, transform, first.shape[1])
-        np.divide(correlation, level.norms(*template.gray.shape), out=score)
+    rows, columns = (-(-side // level.step) for side in level.gray.shape)
+    scores = np.empty((len(templates), rows, columns), np.float32)
+    for score, (_, transform) in zip(scores, templates, strict=True):
+        level.score(transform, score)
     # One call for all templates: a score of 0, where a window reaches out of the level, keeps each from the next.
-    column = scores.reshape(-1, first.shape[1])
+    column = scores.reshape(-1, columns)
     found = np.flatnonzero((column > PROPOSE_AT) & (column == cv2.dilate(column, NEIGHBOURS)))
-    which, places = divmod(found, first.size)
-    ys, xs = divmod(places, first.shape[1])
+    which, places = divmod(found, rows * columns)
+    ys, xs = divmod(places, columns)
     sizes = np.array([template.gray.shape[::-1] for template, _ in templates])[which]
     views = np.array([(template.aspect, template.roll_deg) for template, _ in templates])[which]
     boxes = np.column_stack([xs * level.step, ys * level.step, sizes])

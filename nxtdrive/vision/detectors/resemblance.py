@@ -51,7 +51,7 @@ class Resemblance(NamedTuple):
 
     Attributes:
         score: The colour correlation, -1..1.
-        share: Share of the picture that can be compared: neither glare nor cut.
+        share: Share of the picture that can be compared: neither glare nor cut, nor white where that may be glare.
         expected: The picture as this frame would show it.
     """
 
@@ -60,24 +60,31 @@ class Resemblance(NamedTuple):
     expected: NDArray[np.float32]
 
 
-def resemblance(seen: NDArray[np.float32], picture: NDArray[np.float32], inside: NDArray[np.bool_]) -> Resemblance:
+def resemblance(
+    seen: NDArray[np.float32], picture: NDArray[np.float32], inside: NDArray[np.bool_], *, overexposed: bool
+) -> Resemblance:
     """Compare a part of the frame with the picture.
 
     Args:
         seen: The part of the frame, straightened: (height, width, 3), 0..255.
         picture: The picture at the same size.
         inside: Which of the pixels lie inside the frame; only those are compared.
+        overexposed: Whether white is the frame's exposure rather than glare.
     """
-    lit = inside & (cv2.dilate((_darkest(seen) >= GLARE).astype(np.uint8), RIM) == 0)
+    bright = cv2.dilate((_darkest(seen) >= GLARE).astype(np.uint8), RIM) > 0
+    lit, certain = inside & ~bright, inside
+    if lit.mean() < 1 - MOST_GLARE and not overexposed:
+        # Glare hides nothing where the picture is white, but that the frame is white there is no evidence.
+        lit, certain = inside & ~(bright & (_darkest(picture) < GLARE)), lit
     if lit.mean() < 1 - MOST_GLARE:
-        lit = inside
+        lit, certain = inside, inside
     expected = _exposed(seen, picture, lit)
     darkest = _darkest(expected)
     shown = lit | (inside & (darkest >= WHITE - 25))
     if lit is not inside and (shown == inside).all():
         expected = _exposed(seen, picture, inside)
         darkest = _darkest(expected)
-    return Resemblance(_score(seen, expected, shown), float((shown & (darkest < CUT)).mean()), expected)
+    return Resemblance(_score(seen, expected, shown), float((shown & certain & (darkest < CUT)).mean()), expected)
 
 
 def _exposed(seen: NDArray[np.float32], picture: NDArray[np.float32], where: NDArray[np.bool_]) -> NDArray[np.float32]:

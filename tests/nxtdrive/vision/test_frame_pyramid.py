@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from nxtdrive.vision.detectors.frame_pyramid import Level, correlated, spectra
+from nxtdrive.vision.detectors.fourier import correlated, spectra
+from nxtdrive.vision.detectors.frame_pyramid import Level
 
 
 @pytest.mark.parametrize("shape", [(12, 16), (13, 17), (12, 17), (13, 16), (14, 14), (5, 4)])

@@ -125,7 +125,10 @@ def test_pictures_of_few_details_are_found_with_three_times_the_light(make_scene
     assert depth_mm == pytest.approx(distance_mm, rel=0.08)
 
 
-@pytest.mark.parametrize(("name", "distance_mm"), [("rilakkuma", 1500), ("landscape", 3000), ("landscape", 3500)])
+GLARED = [("rilakkuma", 1000), ("rilakkuma", 1500), ("lena", 3000), ("landscape", 3000), ("landscape", 3500)]
+
+
+@pytest.mark.parametrize(("name", "distance_mm"), GLARED)
 def test_drawings_are_found_with_glare_on_a_fifth_of_them(make_scene, distractors, name, distance_mm):
     picture = cv2.imread(str(PICTURES / f"{name}.png"))
     frame = make_scene(picture, distractors["brick"]).render(distance_mm)
@@ -133,6 +136,19 @@ def test_drawings_are_found_with_glare_on_a_fifth_of_them(make_scene, distractor
     radius = height * (0.2 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
     cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
     _, depth_mm = locate(DetectorWithoutFeatures(picture), cv2.GaussianBlur(frame, (0, 0), 0.7))
+    assert depth_mm == pytest.approx(distance_mm, rel=0.1)
+
+
+@pytest.mark.parametrize("distance_mm", [700, 1000, 1500, 2200])
+def test_a_print_on_white_paper_is_found_with_glare_on_a_fifth_of_it(make_scene, distractors, distance_mm):
+    picture = np.full((297, 210, 3), 245, np.uint8)
+    cv2.circle(picture, (105, 110), 70, (40, 40, 200), -1, cv2.LINE_AA)
+    cv2.rectangle(picture, (30, 215), (180, 245), (150, 80, 20), -1)
+    frame = make_scene(picture, distractors["brick"]).render(distance_mm).astype(np.float32) * 0.93
+    height = PINHOLE.focal_px * 297 / distance_mm
+    radius = height * (0.2 * picture.shape[1] / picture.shape[0] / math.pi) ** 0.5
+    cv2.circle(frame, (160, round(120 + 0.15 * height)), round(radius), (255, 255, 255), -1, cv2.LINE_AA)
+    _, depth_mm = locate(DetectorWithoutFeatures(picture), cv2.GaussianBlur(frame, (0, 0), 0.7).astype(np.uint8))
     assert depth_mm == pytest.approx(distance_mm, rel=0.1)
 
 
