@@ -144,7 +144,9 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
 
 
 def mission_brick(args: argparse.Namespace) -> Address:
-    """Return the address of the brick for a mission; a simulated robot stands in its room unless ``--nxt`` names one.
+    """Return the address of the brick for a mission.
+
+    It is that of ``--nxt``; a simulated one that names no room is in the room that was written with the mission.
 
     Raises:
         AddressError: The text of ``--nxt`` is not an address.
