@@ -90,7 +90,9 @@ class ProgramSteps:
         """Copy a program to run as if it had been made here, and return its icons; none if it is no such program."""
         loader = self._loader
         status, handle, _ = loader.open_read(name)
-        content = b"" if status else loader.read(handle, len(_HEADER) + len(_CHOICES))[1]
+        if status:
+            return b""
+        _, content = loader.read(handle, len(_HEADER) + len(_CHOICES))
         loader.close(handle)
         if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
             return b""
