@@ -67,7 +67,7 @@ class Radio:
         self.own_address = self.address = address
         self._name = self._stored_name = _padded(name)
         self._on, self._resetting = True, 0
-        self._state = self.shown_state = int(RadioState.ON)
+        self._state = self.shown_state = int(RadioState.VISIBLE)
         self._busy_until_ms = 0.0
         self._link_state = _STARTED | _VISIBLE
         self._changes: list[Change] = []

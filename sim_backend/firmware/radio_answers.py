@@ -48,7 +48,7 @@ class RadioState(IntEnum):
     """State of the radio as the user interface shows it, and its requests to the user interface."""
 
     STARTING = 0
-    ON = 1
+    VISIBLE = 1
     OFF = 4
     REPORTING = 8
     ASKING = 0x40
@@ -93,6 +93,6 @@ def started(at_ms: int, name: bytes, address: bytes, *, on_ms: int, last_ms: int
         Change(at_ms + _ON_MS, Part.ON, True),
         Change(at_ms + _ON_MS, Part.STATE, RadioState.STARTING),
         Change(on_ms, Part.ANSWER, _VISIBLE),
-        Change(on_ms, Part.STATE, RadioState.ON),
+        Change(on_ms, Part.STATE, RadioState.VISIBLE),
         Change(last_ms, Part.ANSWER, IS_ON),
     ]

@@ -18,7 +18,7 @@ from sim_backend.firmware.sensors.analog import FULL_SCALE
 from .radio_stream import RadioStream
 
 _PATIENCE = 100_000
-"""Result of a wait that gives up, after one poll less."""
+"""Result of a wait that gives up; it has made one poll fewer."""
 _MODE_MS = 5
 """Passes that a change of the radio's mode takes."""
 

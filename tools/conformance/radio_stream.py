@@ -26,7 +26,7 @@ class RadioStream:
     A command to the radio itself, as a new name, ends the stream for good. So does one that the stream's beginning has
     lost, if telegrams come while the firmware waits for its answer.
 
-    Outside of stream mode the firmware takes the bytes for messages of the radio, one, or a piece of one, in a pass.
+    Outside of stream mode the firmware takes the bytes for messages of the radio. It reads at most one in a pass.
 
     Attributes:
         waiting: The bytes that are not read yet.
@@ -117,7 +117,7 @@ class RadioStream:
     def _take_message(self) -> None:
         """Read a message, or a piece of one, into the receive buffer; the firmware clears the number in it.
 
-        A message of no bytes is the last one that is read.
+        Nothing is read after a message whose length is 0.
         """
         if self._is_blocked or not self.waiting:
             return

@@ -27,9 +27,7 @@ from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSt
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.sensor_view import SensorView
-from sim_backend.firmware.ui.states import UiState
-
-_STATES = {key: UiState[key.name] for key in (Key.LEFT, Key.ENTER, Key.RIGHT, Key.EXIT)}
+from sim_backend.firmware.ui.states import KEY_STATES, UiState
 
 
 class Menu:
@@ -112,7 +110,7 @@ class Menu:
     def go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
         self._drop_question()
-        keys = {shown: key for key, shown in _STATES.items()}
+        keys = {shown: key for key, shown in KEY_STATES.items()}
         if state in keys and not self.view.shown:
             self.press(keys[UiState(state)])
             del self.states.left[0]
@@ -142,11 +140,11 @@ class Menu:
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
-        if key not in tuple(Key) or (key == Key.EXIT and tuple(self._place[:-1]) == log_menu.START):
+        if key not in KEY_STATES or (key == Key.EXIT and tuple(self._place[:-1]) == log_menu.START):
             return
         self.states.begin()
         self.runs = ""
-        self.states.show(_STATES[Key(key)])
+        self.states.show(KEY_STATES[key])
         if self._confirms is not None:
             self._answer(key)
         elif key in (Key.LEFT, Key.RIGHT):

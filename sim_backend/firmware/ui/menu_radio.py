@@ -22,7 +22,7 @@ _VISIBLE_MS = 5
 
 
 class MenuRadio:
-    """Changes the radio, and shows that by the states of a key.
+    """Changes the radio, with the states of a key that show it.
 
     Args:
         radio: The radio.
@@ -67,7 +67,7 @@ class MenuRadio:
 
     def _show(self, *, visible: bool) -> None:
         """Let the radio be visible to others, or not."""
-        self._radio.state = self._radio.state & ~int(RadioState.ON) | visible
+        self._radio.state = self._radio.state & ~int(RadioState.VISIBLE) | visible
 
     def _switch(self, *, on: bool) -> list[marks.Marks]:
         """Switch the radio in the next pass, and return the message about that."""

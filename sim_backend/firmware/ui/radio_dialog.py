@@ -58,18 +58,18 @@ class RadioDialog:
         busy = registers.flags & UiFlag.BUSY or registers.from_menu or registers.starting
         if asks and not busy and registers.state != shown:
             registers.state = int(shown)
-            if shown == UiState.QUESTION:
-                self.begin_question(self._clock.now_ms + 1)
-            else:
-                self.begin_report()
+            self.begin(shown, delay_ms=1)
             self._menu.interrupt()
         if asks and registers.state in states.RADIO_SHOWN:
             registers.set(UiFlag.BUSY)
 
-    def begin_question(self, at_ms: int) -> None:
-        """Show a question from `at_ms` on."""
-        self._registers.next_step_ms = at_ms
-        self._question.begin()
+    def begin(self, state: int, *, delay_ms: int = 0) -> None:
+        """Begin with what a state of `RADIO_SHOWN` shows; with a question after a delay."""
+        if state == UiState.QUESTION:
+            self._question.begin()
+        else:
+            self._report, delay_ms = [*marks.REPORT], 2
+        self._registers.next_step_ms = self._clock.now_ms + delay_ms
 
     def go_on_with_question(self) -> None:
         """Draw the question, or follow a key, until it is answered."""
@@ -83,10 +83,6 @@ class RadioDialog:
             self._end(RadioState.ASKING)
             return
         self._registers.next_step_ms = self._clock.now_ms + 1
-
-    def begin_report(self) -> None:
-        """Show a message."""
-        self._report, self._registers.next_step_ms = [*marks.REPORT], self._clock.now_ms + 2
 
     def _go_on_with_report(self) -> None:
         """Draw the message part by part, each when the previous one is drawn; later end it."""

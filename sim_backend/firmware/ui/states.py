@@ -6,6 +6,7 @@ from enum import Enum, IntEnum, auto
 from typing import Protocol
 
 from firmware_protocol.iomap import UiFlag
+from sim_backend.firmware.ui.keys import Key
 
 
 class UiState(IntEnum):
@@ -32,8 +33,9 @@ class UiState(IntEnum):
 
 IN_MENU = (UiState.MENU, UiState.DRAWING, UiState.WAITING)
 
-KEY_STATES = (UiState.LEFT, UiState.RIGHT, UiState.ENTER, UiState.EXIT)
-MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KEY_STATES)
+KEY_STATES: dict[int, UiState] = {key: UiState[key.name] for key in Key}
+"""The state that a key brings, by its button byte."""
+MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KEY_STATES.values())
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
 
@@ -49,7 +51,7 @@ RUNNING_FLAGS = int(UiFlag.DISABLE_LEFT_RIGHT_ENTER | UiFlag.DISABLE_EXIT)
 """Set while a program runs."""
 
 PROGRAMS, SOUND, ON_BRICK, LOG = (".rxe", ".rtm"), ".rso", ".rpg", ".log"
-"""Files that can be started. Programs made on the brick and logs are not simulated: the message after them is shown."""
+"""Files that can be started. Programs made on the brick and logs do not run: the message after them is shown."""
 
 KNOWN = (*PROGRAMS, SOUND, ON_BRICK)
 """Those of all versions; 1.05 does not know logs."""

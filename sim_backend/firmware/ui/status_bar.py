@@ -50,7 +50,7 @@ class StatusBar:
     ) -> None:
         self._clock, self._registers, self._battery, self._files = clock, registers, battery, files
         self._radio, self._screen = radio, screen
-        self.icons = bytes((_BLUETOOTH + RadioState.ON, 0))
+        self.icons = bytes((_BLUETOOTH + RadioState.VISIBLE, 0))
         self.preset()
 
     def preset(self) -> None:

@@ -142,29 +142,25 @@ class UiModule:
             self._boot.skip_pictures()
         elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
-        elif not ran and state == UiState.REPORT:
+        elif not ran and state in states.RADIO_SHOWN:
             registers.leave_start()
-            self._dialog.begin_report()
-        elif not ran and state == UiState.QUESTION:
-            registers.leave_start()
-            self._dialog.begin_question(self._clock.now_ms)
+            self._dialog.begin(state)
         elif ran:
             registers.next_step_ms = NEVER
 
     def _enter_while_off(self, state: int) -> None:
         """Follow a state that was written after the brick has switched itself off."""
-        registers, now_ms = self.registers, self._clock.now_ms
+        registers = self.registers
         if registers.runs_file and state != UiState.OPENING:
             return
-        if state in (UiState.MENU, *states.KEY_STATES):
-            registers.next_step_ms = now_ms
+        if state in (UiState.MENU, *states.KEY_STATES.values()):
+            registers.next_step_ms = self._clock.now_ms
         elif state in (UiState.START, UiState.ENTRY, UiState.OPENING):
-            registers.off_ms = registers.off_ms if state == UiState.OPENING else NEVER
+            if state != UiState.OPENING:
+                registers.off_ms = NEVER
             self._go_on_from(state)
-        elif state == UiState.REPORT:
-            self._dialog.begin_report()
-        elif state == UiState.QUESTION:
-            self._dialog.begin_question(now_ms)
+        elif state in states.RADIO_SHOWN:
+            self._dialog.begin(state)
 
     def _go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map."""
@@ -287,8 +283,9 @@ class UiModule:
         """Start the brick again by enter, once it has been off for a while; follow a key if state 7 was written."""
         registers = self.registers
         if registers.state == UiState.WAITING:
-            if (key := self._keys.read()) in tuple(Key):
-                registers.state, registers.next_step_ms = int(UiState[Key(key).name]), now_ms + 1
+            shown = states.KEY_STATES.get(self._keys.read())
+            if shown is not None:
+                registers.state, registers.next_step_ms = int(shown), now_ms + 1
         elif self._power_off.takes_keys and self._keys.read() == Key.ENTER:
             registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
@@ -335,7 +332,7 @@ class UiModule:
             self._files.go_on()
         elif state == UiState.LOGO:
             self._leave_logo(now_ms)
-        elif state in states.KEY_STATES:  # of a brick that is off
+        elif state in states.KEY_STATES.values():  # of a brick that is off
             registers.state, registers.next_step_ms = int(UiState.MENU), now_ms + 1
         elif state == UiState.MENU:  # likewise: it switches itself off again
             registers.force_off = 1

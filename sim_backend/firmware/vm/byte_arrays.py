@@ -22,7 +22,7 @@ from sim_backend.firmware.vm.memory import (
 
 _WORD = INDEX.size
 _WORDS, _LENGTH, _LINK = DESCRIPTOR_SIZE // _WORD, LENGTH_AT // _WORD, DESCRIPTOR_SIZE // _WORD - 1
-"""Words of a descriptor, and index of the length and of the last one among them."""
+"""Words of a descriptor, and the indices of the length and of the link among them."""
 
 Finder = Callable[[], tuple[int, int]]
 """Returns the place in the pool of the first element of an array, and its length."""

@@ -233,7 +233,7 @@ class Program:
     def _entries(self) -> Iterator[Variable]:
         """Return the variables that have a place of their own, which elements of arrays have not.
 
-        The firmware takes one, and all members of a cluster, also past the end of the table.
+        The first entry counts even if the table is empty, the members of a cluster also past the end of the table.
         """
         index, end = 0, max(self.header.variables, 1)
         while index < end:
@@ -244,7 +244,7 @@ class Program:
                     end = max(end, following(self.variables, index))
                 index = following(self.variables, index) if variable.type == Type.ARRAY else index + 1
             except IndexError as error:
-                raise BadProgram(Fault.TYPE, "an array whose element is not in the table") from error
+                raise BadProgram(Fault.TYPE, "an array or a cluster whose elements are not in the file") from error
 
 
 def parse(content: bytes, types: bytes = bytes(range(256)), address: int = _FLASH_END) -> Program:
