@@ -227,7 +227,7 @@ class ApproachSkill:
         """Map an obstacle that was neither seen nor heard but touched, and back off."""
         perception = self._perception
         perception.world.floor.mark_obstacle(perception.world.pose, 0.0)
-        hides = observation.sighting is None
+        hides = self._arrival.seen is None
         blocker = unheard_blocker(observation.range_mm, hides=hides)
         failure = arrive_failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
         self._retreat = Retreat(perception, N.retreat_mm, StopReason.CONTACT), failure

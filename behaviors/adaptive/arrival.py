@@ -56,7 +56,8 @@ class Arrival:
     Attributes:
         stands: The same, now.
         rested: Frames in a row that were taken at rest before it.
-        seen: The target in the latest frame, or where it must be if it is too near for the frame; else None.
+        seen: The target in the latest frame; if it is too near to be found, the last sighting with the bearing and the
+            distance of where it is remembered; else None.
     """
 
     def __init__(self, perception: Perception, *, stands: bool) -> None:
@@ -88,10 +89,8 @@ class Arrival:
 
     @property
     def stop_mm(self) -> float:
-        """Where the robot stops: until it is clear what it sees, where the frame still shows it whole."""
-        if self._sure:
-            return self.near_mm
-        whole_mm = self._targets.whole_mm(self._perception.target)
+        """From how near the robot stops: while it is not sure of the target, from where the frame shows that whole."""
+        whole_mm = 0.0 if self._sure else self._targets.whole_mm(self._perception.target)
         return max(self.near_mm, N.hysteresis * whole_mm if self.stands else whole_mm)
 
     def move_off(self) -> None:
@@ -218,9 +217,9 @@ class Arrival:
 
     def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:
         if self._oblique or self._too_near:
-            # seen obliquely, or partly, the real one flickers, too; it has to be seen from elsewhere first
-            why = {"oblique": self._oblique, "too_near": self._too_near}
-            return arrive_failed(Reason.TARGET_LOST, observation, None, None, odds=self._verifier.odds, **why)
+            # seen obliquely or in part, the real one flickers, too; it has to be seen from elsewhere first
+            odds, oblique, too_near = self._verifier.odds, self._oblique, self._too_near
+            return arrive_failed(Reason.TARGET_LOST, observation, odds=odds, oblique=oblique, too_near=too_near)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, **measured}
         return Failure(Event.MISTAKEN, reason, measured, finding=finding)
 
