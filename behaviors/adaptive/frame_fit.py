@@ -7,7 +7,7 @@ import math
 from behaviors.robot_description import CameraTable
 
 FILLS_SHARE = 0.85
-"""A target that reaches this share of the way from the middle of the frame to its upper or lower edge fills it."""
+"""A target fills the frame if it reaches this share of the way from the horizon to the frame's upper or lower edge."""
 ASPECT = 3 / 4
 """Height over width of the frames."""
 STEEPEST_DEG = 85.0
@@ -45,7 +45,7 @@ def _slope(deg: float) -> float:
 
 
 def _nearest_mm(edge_mm: float, slope: float) -> float:
-    """Return from how near an edge on one side of the lens's height is that far out in the frame."""
+    """Return from how near an edge above the lens (or below, with `-lower_mm`) fills that half of the frame."""
     if edge_mm <= 0.0:
         return 0.0
     return edge_mm / (FILLS_SHARE * slope) if slope > 0.0 else math.inf

@@ -34,8 +34,7 @@ class TargetNumbers:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
-        shown_share: A target of which the frame shows a smaller share of its height may be missed;
-        part_share: or a smaller one than this, by a detector that finds what is cut off.
+        shown_share: A target of which the frame shows a smaller share of its height may be missed.
         renew_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place and of its edges, 0..1.
@@ -52,7 +51,6 @@ class TargetNumbers:
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
     shown_share: float = 0.85
-    part_share: float = 0.3
     renew_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
@@ -76,11 +74,13 @@ class TargetEstimate:
         place: Where it is believed to be.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
+        edges_mm: Its lower and upper edge above the lens; None if no frame has shown both.
     """
 
     place: Point
     time_s: float
     distance_mm: float
+    edges_mm: Edges | None = None
 
 
 @dataclass(slots=True)
@@ -125,8 +125,6 @@ class TargetMemory:
         }
         self._fit = FrameFit(mission.camera)
         self._heights_mm = {name: target.height_mm for name, target in mission.target.items()}
-        self._edges_mm: dict[str, Edges] = {}
-        self._found_cut_off: set[str] = set()
         likely = likely_places(floor)
         self.beliefs = {
             name: Belief(self.detection_range_mm[name], self.half_view_deg, likely) for name in mission.mission.targets
@@ -162,29 +160,38 @@ class TargetMemory:
                 self._see(target, believed[target])
                 if not self.slant.oblique(believed[target]):
                     self.scale.learn(glance.seen[target], self._poses.at(glance.time_s), range_mm)
-            elif not self._too_near(target, self._poses.at(glance.time_s)):
-                self._miss(target, self._camera.view_at(self._poses.at(glance.time_s)))
+            else:
+                view = self._camera.view_at(self._poses.at(glance.time_s))
+                if not self._too_near(target, view):
+                    self._miss(target, view)
         return believed
 
     def fills_mm(self, target: str) -> float:
         """Return from how near a target fills the frame, by its size as it is believed."""
         half_mm = self.scale.factor(target) * self._heights_mm[target] / 2
-        return self._fit.fills_mm(self._edges_mm.get(target, (-half_mm, half_mm)))
+        return self._fit.fills_mm(self._edges_mm(target) or (-half_mm, half_mm))
 
     def whole_mm(self, target: str) -> float:
-        """Return from how far the frame shows a target whole; 0 if a part is enough, or its height is not known."""
-        edges_mm = self._edges_mm.get(target)
-        return 0.0 if edges_mm is None or target in self._found_cut_off else self._fit.fills_mm(edges_mm)
+        """Return from how far the frame shows a target whole; 0 if its edges are not known."""
+        edges_mm = self._edges_mm(target)
+        return 0.0 if edges_mm is None else self._fit.fills_mm(edges_mm)
 
     def fits(self, target: str, distance_mm: float) -> bool:
         """Return whether the frame shows so much of a target at this distance that it should be found."""
-        edges_mm = self._edges_mm.get(target)
-        share = N.part_share if target in self._found_cut_off else N.shown_share
-        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= share
+        edges_mm = self._edges_mm(target)
+        return edges_mm is None or self._fit.shown(edges_mm, distance_mm) >= N.shown_share
 
-    def _too_near(self, target: str, pose: Pose) -> bool:
+    def _edges_mm(self, target: str) -> Edges | None:
         known = self.known.get(target)
-        return known is not None and not self.fits(target, self._camera.lens_at(pose).polar_to(known.place)[1])
+        return None if known is None else known.edges_mm
+
+    def _too_near(self, target: str, view: Pose) -> bool:
+        """Return whether the camera points at a target that is too near to be found."""
+        known = self.known.get(target)
+        if known is None:
+            return False
+        bearing_deg, distance_mm = view.polar_to(known.place)
+        return abs(bearing_deg) <= self.half_view_deg and not self.fits(target, distance_mm)
 
     def learn(self, target: str, finding: TargetFinding | None, here: Point) -> None:
         """Update with a failure's finding about a target, made at `here`."""
@@ -282,7 +289,6 @@ class TargetMemory:
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
-        self._note_edges(target, sighting)
         pose = self._camera.lens_at(self._poses.at(sighting.time_s))
         place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
         self._floor.clear_line_of_sight(here, place)
@@ -298,16 +304,16 @@ class TargetMemory:
             if self._floor.include(place, margin_mm=N.inside_mm):
                 self._follow_the_map()
             self.beliefs[target].see(place, here, self.slant.degrees(sighting))
-        self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm)
+        edges_mm = self._edges_with(sighting, None if before is None else before.edges_mm)
+        self.known[target] = TargetEstimate(place, sighting.time_s, sighting.distance_mm, edges_mm)
 
-    def _note_edges(self, target: str, sighting: Sighting) -> None:
-        edges_mm = sighting.edges_mm
-        if sighting.cut:
-            self._found_cut_off.add(target)
-        elif edges_mm is not None and math.isfinite(self._fit.fills_mm(edges_mm)):
-            lower_mm, upper_mm = self._edges_mm.get(target, edges_mm)
-            lower_mm += N.settles * (edges_mm[0] - lower_mm)
-            self._edges_mm[target] = lower_mm, upper_mm + N.settles * (edges_mm[1] - upper_mm)
+    def _edges_with(self, sighting: Sighting, before: Edges | None) -> Edges | None:
+        """Return the estimate of a target's edges, updated with a sighting that shows both."""
+        seen = sighting.edges_mm
+        if sighting.cut or seen is None or math.isinf(self._fit.fills_mm(seen)):
+            return before
+        lower_mm, upper_mm = before or seen
+        return lower_mm + N.settles * (seen[0] - lower_mm), upper_mm + N.settles * (seen[1] - upper_mm)
 
     def _follow_the_map(self) -> None:
         """Let the beliefs consider what floor is known, and all places on a map that has grown."""

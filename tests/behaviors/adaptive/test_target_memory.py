@@ -1,0 +1,90 @@
+"""At which height a target is, by the frames that showed it, and which looks say that it is not there."""
+
+from __future__ import annotations
+
+import pytest
+from random_ports import two_targets
+
+from behaviors.adaptive.occupancy_grid import OccupancyGrid
+from behaviors.adaptive.target_memory import TargetMemory
+from behaviors.failures import TargetFinding
+from behaviors.ports import Cut, Glimpse, Pose, Sighting
+from behaviors.pose_history import PoseHistory
+
+LEVEL, HIGH = (-100.0, 100.0), (200.0, 400.0)
+"""Edges above the lens, in millimetres."""
+
+
+class Memory(TargetMemory):
+    """The memory of a robot that turns on the spot, with one frame every tenth of a second."""
+
+    def __init__(self) -> None:
+        self.turned = PoseHistory()
+        super().__init__(two_targets(), OccupancyGrid(), self.turned)
+        self._frames = 0
+
+    def show(self, edges_mm=None, distance_mm=2000.0, *, heading_deg=0.0, cut=Cut.NONE):
+        """Look straight ahead, for a target with these edges if there is one."""
+        self._frames += 1
+        time_s = 0.1 * self._frames
+        self.turned.add(time_s, Pose(heading_deg=heading_deg))
+        seen = Sighting("a", 0.0, distance_mm, 1.0, time_s, (100, 80, 40, 56), cut, edges_mm=edges_mm)
+        self.look(["a"], Glimpse(time_s, {} if edges_mm is None else {"a": seen}), None)
+
+
+def _whole_mm(*edges_mm):
+    memory = Memory()
+    for each in edges_mm:
+        memory.show(each)
+    return memory.whole_mm("a")
+
+
+@pytest.mark.parametrize("finding", [TargetFinding.LOOK_ALIKE, TargetFinding.NOT_THERE])
+def test_a_target_does_not_take_over_the_edges_of_what_was_taken_for_it(finding):
+    memory = Memory()
+    memory.show(HIGH, 1000.0)
+    memory.learn("a", finding, (0.0, 0.0))
+    memory.show(LEVEL, 3000.0)
+    assert memory.whole_mm("a") == pytest.approx(_whole_mm(LEVEL))
+
+
+def test_a_target_seen_elsewhere_has_the_edges_that_it_has_there():
+    memory = Memory()
+    memory.show(HIGH, 1000.0)
+    for _ in range(15):
+        memory.show()
+    memory.show(LEVEL, 3000.0)
+    assert memory.whole_mm("a") == pytest.approx(_whole_mm(LEVEL))
+
+
+def test_edges_that_jitter_are_smoothed():
+    jittering = [(200.0, 390.0), (200.0, 410.0)] * 10
+    assert abs(_whole_mm(*jittering) - _whole_mm(*jittering, jittering[0])) < 0.6 * (
+        _whole_mm(jittering[1]) - _whole_mm(jittering[0])
+    )
+
+
+def test_what_the_frame_cuts_off_says_nothing_about_the_edges():
+    memory = Memory()
+    memory.show(HIGH, cut=Cut.TOP)
+    assert memory.whole_mm("a") == 0.0
+    assert memory.fits("a", 100.0)
+    memory.show(HIGH)
+    memory.show(LEVEL, cut=Cut.TOP)
+    assert memory.whole_mm("a") == pytest.approx(_whole_mm(HIGH))
+
+
+@pytest.mark.parametrize(
+    ("edges_mm", "heading_deg", "counts"),
+    [(HIGH, 0.0, False), (LEVEL, 0.0, True), (HIGH, 180.0, True)],
+    ids=["too near", "in the frame", "elsewhere"],
+)
+def test_a_look_without_a_detection_counts_unless_the_target_is_too_near_for_the_frame(edges_mm, heading_deg, counts):
+    memory = Memory()
+    memory.show(edges_mm, 600.0)
+    ahead = Pose(heading_deg=heading_deg).ahead(600.0)
+    before = memory.beliefs["a"].held_at(ahead)
+    for _ in range(5):
+        memory.show(heading_deg=heading_deg)
+    memory.flush_looks()
+    assert (memory.beliefs["a"].held_at(ahead) < 0.9 * before) is counts
