@@ -233,6 +233,8 @@ class Menu:
             self._place.pop()
         left = [*self._place]
         self._place.pop()
+        if tuple(self._place) == places.SWITCH:
+            self._place.pop()
         if self.program.is_run(left[:-1]) and left[-1] == LEAVE:
             return
         menu = tuple(self._place[:-1])
