@@ -89,7 +89,7 @@ class Bench:
         self._devices = [_BenchDevice() for _ in self.readings]
         self._attached, self._clocks = [False] * 4, [0] * 4
         self._radio, self._hidden_ms = RadioStream(brick), 0
-        self._plugged, self._held = True, list[bytes]()
+        self._plugged, self._held, self._late = True, list[bytes](), list[bytes]()
         self._plug_in_motors()
         for index, channel in enumerate(brick.low_speed.channels):
             channel.bus.sensor.trace = []
@@ -103,17 +103,18 @@ class Bench:
     def telegram(self, request: str) -> str:
         """Send one telegram in hex and run one pass. More than 64 bytes make several packets.
 
-        Without a cable nothing arrives; the last packet does with the first one when it is plugged in again.
+        Without a cable nothing arrives; the last packet does when it is plugged in again.
         """
         data = bytes.fromhex(request)
-        replies = []
+        replies, self._late = self._late, []
         for start in range(0, len(data), USB_TELEGRAM_LIMIT):
             if self._radio.waiting or self._radio.sending:
                 self._radio.take()
             packet = data[start : start + USB_TELEGRAM_LIMIT]
             if self._plugged:
-                replies += [self.brick.receive(each) or b"" for each in (*self._held, packet)]
-            self._held = [] if self._plugged else [packet]
+                replies.append(self.brick.receive(packet) or b"")
+            else:
+                self._held = [packet]
             self._radio.note_command()
             self.brick.tick()
         return b"".join(replies).hex()
@@ -278,6 +279,9 @@ class Bench:
         self._plugged = plugged != "0"
         if self._plugged:
             self.brick.plug_usb()
+            self._late += [self.brick.receive(packet) or b"" for packet in self._held]
+            self._held = []
+            self._radio.note_command()
         else:
             self.brick.unplug_usb()
         self._hide(_USB_MS)
