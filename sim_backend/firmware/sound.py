@@ -100,7 +100,7 @@ class SoundModule:
         self._ends_ms = self._next_ms = 0
         self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
         self._byte_ms = self._sample_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST)
-        self._from_ms = 0.0
+        self._from_ms = self._sample_rest_ms = 0.0
         self._queue: list[float] = []
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
         self._is_melody = True  # pieces are samples only after the header of a file has said so
@@ -199,6 +199,7 @@ class SoundModule:
             self._loader.close(handle)
             self._close_file()
             _, handle, size = self._loader.open_read(unpack_name(self.name))
+            self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts else 0.0
             self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
             if interrupts:
                 self.tone, self.from_file = None, False
@@ -235,7 +236,7 @@ class SoundModule:
         self._sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
-        self._from_ms = begins_ms + self._rest_of_wave(begins_ms)
+        self._from_ms = begins_ms + max(self._rest_of_wave(begins_ms), self._sample_rest_ms)
         self._store(self._loader.read(handle, _BUFFER)[1])
         self._ends_ms = max([begins_ms, *map(ceil, self._queue)]) if self._is_melody else begins_ms
 
