@@ -90,10 +90,11 @@ class InputHandlers:
         """
         if not self._exists(command.port):
             return OUT_OF_RANGE
-        status, channel = self._low_speed.status(command.port), self._low_speed.channels[command.port]
-        ready = channel.ready
+        status, ready = self._low_speed.status(command.port), self._low_speed.channels[command.port].ready
         if status in (Status.OK, Status.PENDING):
-            return reply_with(direct.LSData(ready, channel.fetch(ready)), Status.OK if ready else status)
+            return reply_with(
+                direct.LSData(ready, self._low_speed.fetch(command.port, ready)), Status.OK if ready else status
+            )
         return HandlerResult(status, bytes([ready]) + bytes(max(direct.LS_LIMIT - ready, 0)))
 
     def _exists(self, port: int) -> bool:

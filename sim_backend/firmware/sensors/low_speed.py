@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntFlag
+from functools import partial
 
 from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
@@ -15,7 +16,13 @@ from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.sensors.i2c import BUFFER, STEPS_PER_MS
 from sim_backend.firmware.sensors.input import InputPort
 from sim_backend.firmware.sensors.low_speed_channel import Channel, ChannelError, ChannelState
-from sim_backend.firmware.sensors.low_speed_ram import AfterSendBuffer, after_map_buffer
+from sim_backend.firmware.sensors.low_speed_ram import (
+    AfterSendBuffer,
+    after_map_buffer,
+    after_receive_ring,
+    read_on,
+    store_behind,
+)
 from sim_backend.firmware.versions import Version
 
 _FIRST = 1
@@ -43,7 +50,9 @@ class LowSpeedModule:
     """
 
     def __init__(self, clock: Clock, inputs: Sequence[InputPort], version: Version) -> None:
-        self.channels = [Channel(version) for _ in inputs]
+        self.channels = channels = list[Channel]()
+        for index in range(len(inputs)):
+            channels.append(Channel(version, partial(store_behind, channels, index), partial(self._read_on, index)))
         self.due_ms = NEVER
         self.active = self.at_once = self.no_restart = self._passes = 0
         self._ticking = False
@@ -131,6 +140,13 @@ class LowSpeedModule:
                 return Status.PENDING
             case _:  # the firmware leaves the former bytes of its reply
                 return Status.OK
+
+    def fetch(self, port: int, count: int) -> bytes:
+        """Take so many of the bytes that wait on a port, 0..3, at most 16."""
+        return self.channels[port].fetch(count, after_receive_ring(self.channels, self.active, port))
+
+    def _read_on(self, index: int, count: int) -> bytes:
+        return read_on(self.channels, self.active, index, count) if count > 0 else b""
 
     def write_port(self, port: int) -> int:
         """Return the port, 0..3, for this number in LSWrite; see `Version.write_options`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 
 from sim_backend.firmware.sensors.i2c import BUFFER, I2CBus
@@ -70,8 +70,16 @@ class Channel:
         failures: Number of attempts without an acknowledge.
     """
 
-    def __init__(self, version: Version) -> None:
+    def __init__(self, version: Version, store: Callable[[int, int], None], read_on: Callable[[int], bytes]) -> None:
+        """Make the channel.
+
+        Args:
+            version: The firmware version.
+            store: Stores a byte at a place of the map behind the receive ring, counted from the ring's beginning.
+            read_on: Takes so many bytes out of the memory after the bus's receive buffer.
+        """
         self.bus = I2CBus(version)
+        self._store_behind, self._read_on = store, read_on
         self._counts_full_ring = version.counts_full_ring
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
         self.tx = self.rx = self.sending = bytes(BUFFER)
@@ -85,7 +93,7 @@ class Channel:
         """Number of received bytes waiting; see `Version.counts_full_ring` for 16."""
         waiting = self.rx_in - self.rx_out
         waiting += BUFFER if waiting < 0 else 0
-        full = not waiting and self.rx_size == BUFFER and self.state == ChannelState.IDLE
+        full = self.rx_in == self.rx_out and self.rx_size == BUFFER and self.state == ChannelState.IDLE
         return BUFFER if full and self._counts_full_ring else waiting & 0xFF
 
     def start(self, data: bytes, rx_size: int) -> None:
@@ -105,12 +113,19 @@ class Channel:
         self.state, self.error, self.failures = ChannelState.LOAD, ChannelError.NONE, 0
         self.bus.stop()
 
-    def fetch(self, count: int) -> bytes:
-        """Take so many of the bytes waiting."""
-        first = self.rx_out
+    def fetch(self, count: int, memory: bytes) -> bytes:
+        """Take so many of the bytes waiting, at most 16, out of the map from the receive ring on.
+
+        Behind the ring, where the map may have put the pointer, it goes on without a wrap.
+        """
+        place, data = self.rx_out, bytearray()
+        for _ in range(min(count, BUFFER)):
+            place = place if place != BUFFER else 0
+            data.append(memory[place])
+            place += 1
         if count:
-            self.rx_out = (first + count) % BUFFER
-        return bytes(self.rx[(first + i) % BUFFER] for i in range(min(count, BUFFER)))  # the map may announce more
+            self.rx_out = (self.rx_out + count) % BUFFER
+        return bytes(data)
 
     def take(self) -> None:
         """Take the bytes of the next attempt out of the send buffer."""
@@ -158,7 +173,8 @@ class Channel:
             if received is False:
                 self.bus.read(self.rx_size)  # its bytes are lost
             if received:
-                self._finish(self.bus.read(self.rx_size))
+                data = self.bus.read(self.rx_size)
+                self._finish(data + self._read_on(self.rx_size - len(data)))
             elif received is False or self.waited > READ_TIMEOUT:
                 self.fail(ChannelError.RECEIVE)
 
@@ -176,12 +192,13 @@ class Channel:
             self._finish(b"")
 
     def _finish(self, received: bytes) -> None:
-        ring = bytearray(self.rx)
         for byte in received:
-            if self.rx_in < BUFFER:  # the map may point behind the ring
-                ring[self.rx_in] = byte
-            self.rx_in = self.rx_in + 1 if self.rx_in + 1 < BUFFER else 0
-        self.rx = bytes(ring)
+            place = self.rx_in
+            if place < BUFFER:
+                self.rx = self.rx[:place] + bytes((byte,)) + self.rx[place + 1 :]
+            else:  # where the map may point
+                self._store_behind(place, byte)
+            self.rx_in = place + 1 if place + 1 < BUFFER else 0
         if received:
             self.received = len(received)
         self.state, self.mode = ChannelState.DONE, ChannelMode.RECEIVED

@@ -20,6 +20,10 @@ WRAP = 256
 """Number of bytes sent for an empty message."""
 
 _POINTERS = 2
+_SIZE = BUFFER + _POINTERS
+_MAP_BLOCK = BUFFER + 3
+"""Bytes of a buffer in the map, with its pointers and size."""
+
 _COUNTERS = 1
 _TIMER_RUNS = b"\x01"
 _PADDING = bytes(6)
@@ -32,7 +36,7 @@ class AfterSendBuffer(Sequence[int]):
     def __init__(self, ports: Sequence[Channel], active: Callable[[], int], index: int) -> None:
         """Begin with the send buffer of port `index`; `active` returns the state byte of the map."""
         self._ports, self._active = ports, active
-        self._start = index * (BUFFER + _POINTERS)
+        self._start = index * _SIZE
 
     def __len__(self) -> int:
         return WRAP
@@ -51,6 +55,43 @@ def _ram(ports: Sequence[Channel], active: int) -> bytes:
     receive = b"".join(port.bus.left + bytes([0, port.received]) for port in ports)
     counters = bytes(port.waited for port in ports) + bytes(port.failures for port in ports) + bytes(_COUNTERS)
     return send + receive + counters + _TIMER_RUNS + _PADDING + _io_map(ports, active)
+
+
+def read_on(ports: Sequence[Channel], active: int, index: int, count: int) -> bytes:
+    """Take bytes out of the memory after a port's receive buffer, where further receive buffers are cleared."""
+    ports[index].received = 0
+    start = (len(ports) + index) * _SIZE + BUFFER
+    data = _ram(ports, active)[start : start + count].ljust(count, b"\0")
+    left = count - _POINTERS
+    for port in ports[index + 1 :]:
+        if left > 0:
+            port.bus.read(min(left, BUFFER))
+        if left >= _SIZE:
+            port.received = 0
+        left -= _SIZE
+    return data
+
+
+def after_receive_ring(ports: Sequence[Channel], active: int, index: int) -> bytes:
+    """Return the map from the receive ring of a port on, and as many zeros as its pointer can reach."""
+    return _io_map(ports, active)[LOW_SPEED.field("InBuf", index).offset :].ljust(WRAP + BUFFER, b"\0")
+
+
+def store_behind(ports: Sequence[Channel], index: int, place: int, byte: int) -> None:
+    """Store a byte in the map, as far as the buffers of the ports reach, counted from a port's receive ring on."""
+    block, place = divmod(LOW_SPEED.field("InBuf", index).offset + place, _MAP_BLOCK)
+    if block < len(ports):
+        _store(ports[block], place, byte, ("rx", "rx_in", "rx_out", "rx_size"))
+    elif block < 2 * len(ports):
+        _store(ports[block - len(ports)], place, byte, ("tx", "tx_size", "tx_out", "tx_spare"))
+
+
+def _store(port: Channel, place: int, byte: int, fields: tuple[str, ...]) -> None:
+    if place < BUFFER:
+        content = getattr(port, fields[0])
+        setattr(port, fields[0], content[:place] + bytes((byte,)) + content[place + 1 :])
+    else:
+        setattr(port, fields[place - BUFFER + 1], byte)
 
 
 def after_map_buffer(ports: Sequence[Channel], active: int, index: int) -> bytes:

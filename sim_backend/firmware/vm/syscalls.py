@@ -132,9 +132,9 @@ def _ls_read(call: Call) -> None:
         call.put_bytes(2, b"")
         call.put(0, Status.CHANNEL_INVALID)
         return
-    status, channel = bus.status(port), bus.channels[port]
+    status = bus.status(port)
     readable = status in (Status.OK, Status.PENDING)
-    call.put_bytes(2, channel.fetch(min(wanted, channel.ready)) if readable else b"")
+    call.put_bytes(2, bus.fetch(port, min(wanted, bus.channels[port].ready)) if readable else b"")
     call.put(0, status)
 
 
