@@ -115,13 +115,19 @@ class LowSpeedModule:
         if self._resends:
             channel.tx_out = 0
         message = after_map_buffer(self.channels, self.active, index)
-        channel.sending = (message + channel.sending[len(message) :])[:BUFFER]
+        copied = message[:BUFFER]
+        channel.sending[: len(copied)] = copied
         if channel.bus.stuck:
             channel.take()
-            channel.fail(ChannelError.NOT_READY)
+            channel.state, channel.error = ChannelState.ERROR, ChannelError.NOT_READY
             return
         restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)
-        channel.begin(message or AfterSendBuffer(self.channels, lambda: self.active, index), restarts=restarts)
+        if not message:
+            channel.begin(AfterSendBuffer(self.channels, lambda: self.active, index), restarts=restarts)
+        else:
+            channel.begin(
+                message if len(message) > BUFFER else memoryview(channel.sending)[: len(message)], restarts=restarts
+            )
 
     def _transfer(self, index: int, channel: Channel) -> None:
         channel.tx_out = 0

@@ -82,7 +82,8 @@ class Channel:
         self._store_behind, self._read_on = store, read_on
         self._counts_full_ring = version.counts_full_ring
         self.state, self.mode, self.error = int(ChannelState.IDLE), int(ChannelMode.NONE), int(ChannelError.NONE)
-        self.tx = self.rx = self.sending = bytes(BUFFER)
+        self.tx = self.rx = bytes(BUFFER)
+        self.sending = bytearray(BUFFER)
         self.tx_size = self.tx_out = self.tx_spare = self.rx_size = self.rx_in = self.rx_out = self.received = (
             self.sent
         ) = 0
