@@ -96,7 +96,10 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _finish(machine: Machine, instruction: Instruction) -> Next:
-    """End the clump and fire the given range of its dependents; the firmware does not check the count."""
+    """End the clump and fire the given range of its dependents; the firmware does not check the count.
+
+    Those of a clump without dependents are at address 0, which is assumed to have zeros.
+    """
     first, last = instruction.arguments
     content = machine.program.content
 
@@ -105,8 +108,9 @@ def _finish(machine: Machine, instruction: Instruction) -> Next:
         machine.suspend(0)
         if last != NONE:
             begin, end = (max(clump.list_at + s16(number), 0) for number in (first, last + 1))
-            machine.memory.spend(len(content[begin:end]))
-            for dependent in content[begin:end]:
+            fired = content[begin:end] if clump.dependents else bytes(max(end - begin, 0))
+            machine.memory.spend(len(fired))
+            for dependent in fired:
                 machine.fire(dependent)
         machine.reset(machine.task)
         return END_TURN
