@@ -27,6 +27,10 @@ _FLASH_END = 0x14_0000
 """End of the flash memory in the processor's memory."""
 _ZERO_FIRST = 1
 """Flag of a variable whose initial value is zero and not in the file."""
+_ERASED = 0xFF
+"""Byte of flash memory behind the file."""
+_OFFSETS = 0xFFFF
+"""Offsets have 16 bits."""
 
 
 class Type(IntEnum):
@@ -177,6 +181,7 @@ class Program:
         clumps: All clumps.
         code: Words of code.
         content: The file.
+        erased: What the firmware takes erased flash memory behind the file for.
         address: Where its content begins in the processor's memory.
     """
 
@@ -186,6 +191,7 @@ class Program:
     clumps: tuple[Clump, ...]
     code: tuple[int, ...]
     content: bytes
+    erased: Variable
     address: int = _FLASH_END
 
     @property
@@ -237,7 +243,7 @@ class Program:
         """
         index, end = 0, max(self.header.variables, 1)
         while index < end:
-            variable = self.variables[index]
+            variable = self.variables[index] if index < len(self.variables) else self.erased
             yield variable
             try:
                 if variable.type == Type.CLUSTER:
@@ -281,14 +287,14 @@ def _parse(content: bytes, types: bytes) -> Program:
     variables = tuple(
         Variable(types[kind], bool(flags & _ZERO_FIRST), data) for kind, flags, data in _VARIABLE.iter_unpack(whole)
     )
-    at += header.variables * _VARIABLE.size
+    at += header.variables * _VARIABLE.size & _OFFSETS
     values = content[at : at + header.defaults_size]
     at = _even(at + header.defaults_size)
     clumps, at = _clumps(content, at, header)
     if at + header.words * _WORD != len(content):
         raise BadProgram(Fault.SIZES, "the file does not have the announced size")
     code = struct.unpack_from(f"<{header.words}H", content, at)
-    return Program(header, variables, values, clumps, code, content)
+    return Program(header, variables, values, clumps, code, content, Variable(types[_ERASED], True, _OFFSETS))
 
 
 def following(variables: Sequence[Variable], index: int) -> int:
