@@ -71,7 +71,7 @@ class Menu:
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
         self._files = MenuFiles(loader, settings.stored, self._places, self.states)
-        self._radio = MenuRadio(radio, self.states)
+        self._radio = MenuRadio(registers, radio, self.states)
         self.message = MenuMessage(logs, self.states)
         self.reset()
 

@@ -50,8 +50,10 @@ SWITCHED, SWITCHED_ON = _message(120, before=2), _message(164, before=2)
 """The messages that the radio is switched as it was, and on."""
 SWITCHED_OFF = [*SWITCHED[:6], *[NOTHING] * 7, SWITCHED[6], *[NOTHING] * 114]
 """The message that it is switched off, which the status bar interrupts."""
-SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND, *_message(2621, before=7)]
-"""The search for devices, which finds none."""
+SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND]
+"""The search for devices."""
+FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
+"""The messages that it finds none, and that it was broken off before."""
 VERSION_LEFT = [*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, marks.STATUS, marks.MENU]
 """The end of the page of the version."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)

@@ -13,7 +13,9 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates
+from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu_places import Place
+from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 
@@ -25,12 +27,13 @@ class MenuRadio:
     """Changes the radio, with the states of a key that show it.
 
     Args:
+        registers: Has the map's key, which can break a search off.
         radio: The radio.
         states: Shows it.
     """
 
-    def __init__(self, radio: Radio, states: KeyStates) -> None:
-        self._radio, self._states = radio, states
+    def __init__(self, registers: UiRegisters, radio: Radio, states: KeyStates) -> None:
+        self._registers, self._radio, self._states = registers, radio, states
 
     def first(self, page: Place) -> int:
         """Return the item that a page of the radio begins with."""
@@ -52,7 +55,8 @@ class MenuRadio:
             states.draw_last(*self._switch(on=not item or not self._radio.is_on))
             page = page[:-1]
         elif place == places.SEARCH:
-            states.draw_last(*drawing.SEARCHED)
+            states.actions = [*[drawing.wait] * len(drawing.SEARCHED), self._read_key]
+            states.draw_last(*drawing.SEARCHED, *drawing.FOUND_NONE)
             page = place
         elif place == places.CONTACTS:
             states.draw_last(marks.MENU)
@@ -64,6 +68,13 @@ class MenuRadio:
             states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
             page = place
         return [*page]
+
+    def _read_key(self) -> None:
+        """Take the map's key, of which exit breaks the search off."""
+        key, self._registers.button = self._registers.button, 0
+        if key == Key.EXIT:
+            drawn = drawing.BROKEN_OFF[1:]
+            self._states.left[: len(drawing.FOUND_NONE) - 1] = [(UiState.DRAWING, each) for each in drawn]
 
     def _show(self, *, visible: bool) -> None:
         """Let the radio be visible to others, or not."""
