@@ -33,7 +33,8 @@ def nested(length, element):
     table = [Variable(Type.ARRAY, False, 0)] * (LEVELS - 1) + [Variable(Type.UBYTE, True, 0)]
     clumps = (Clump(0, 0, 1),)
     sizes = len(values) + 2, 4, len(values), 2, len(values) - 2
-    program = Program(Header(b"", 0, 5, LEVELS, *sizes, 0, 1, 4, 1, 0), tuple(table), values, clumps, (), b"")
+    header = Header(b"", 0, 5, LEVELS, *sizes, 0, 1, 4, 1, 0)
+    program = Program(header, tuple(table), values, clumps, (), b"", table[-1])
     memory = Memory(program, LAYOUT)
     memory.fill()
     return Data(memory, None, NO_FIELDS, ())
