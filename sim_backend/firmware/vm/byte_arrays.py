@@ -75,18 +75,15 @@ class Resizer:
     """Sets the length of an array, and returns its place in the pool.
 
     Attributes:
-        quick: Does so if no array moves for it, and returns -1 otherwise.
+        quick: Does so if no array moves for it, and returns -1 otherwise; then `slow` does it.
     """
 
     def __init__(self, array: ByteArray) -> None:
         self._array, self._find = array, finder(array)
         self.quick = _quick_resizer(array) if array.is_array else self._keep
 
-    def __call__(self, count: int) -> int:
-        """Set the length, and return the place of the first element."""
-        at = self.quick(count)
-        if at >= 0:
-            return at
+    def slow(self, count: int) -> int:
+        """Set the length, which may move arrays, and return the place of the first element."""
         self._array.memory.resize(self._array.number(), count)
         return self._find()[0]
 
@@ -155,7 +152,7 @@ def writer(array: ByteArray) -> Callable[[bytes | bytearray], None]:
         count = len(content)
         at = quick(count)
         if at < 0:
-            at = resize(count)
+            at = resize.slow(count)
         if at + count > most:
             raise OutOfMemory("outside of the memory")
         pool[at : at + count] = content

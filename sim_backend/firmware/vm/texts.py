@@ -132,7 +132,7 @@ def _joiner(data: Data, target: int, sources: Sequence[int]) -> Callable[[], Non
         length &= 0xFFFF
         to = quick(length)
         if to < 0:
-            to = resize(length)
+            to = resize.slow(length)
         if not length:
             return
         if is_empty:  # the firmware overwrites its memory
