@@ -122,12 +122,12 @@ class LowSpeedModule:
             channel.state, channel.error = ChannelState.ERROR, ChannelError.NOT_READY
             return
         restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)
+        data: Sequence[int] = message
         if not message:
-            channel.begin(AfterSendBuffer(self.channels, lambda: self.active, index), restarts=restarts)
-        else:
-            channel.begin(
-                message if len(message) > BUFFER else memoryview(channel.sending)[: len(message)], restarts=restarts
-            )
+            data = AfterSendBuffer(self.channels, lambda: self.active, index)
+        elif len(message) <= BUFFER:
+            data = memoryview(channel.sending)[: len(message)]  # what is copied later replaces what is not sent yet
+        channel.begin(data, restarts=restarts)
 
     def _transfer(self, index: int, channel: Channel) -> None:
         channel.tx_out = 0
