@@ -13,11 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from nxtdrive.vision.detectors.alignment import LEAST_LIT
+
 FLAT_SD = 1.0
 """Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
-
-LEAST_LIT = 0.5
-"""Least share of a window that must be free of glare."""
 
 LEAST_SHOWN = 0.25
 """Lower bound of the share of a template's contrast that counts as lit: chance matches the rest of a hidden one."""

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from nxtdrive.vision.detectors.alignment import LEAST_LIT
 from nxtdrive.vision.detectors.fourier import spectra
 from nxtdrive.vision.detectors.frame_pyramid import Level, Transformed
-from nxtdrive.vision.detectors.lit_windows import LEAST_LIT, LEAST_SHOWN, Footprint
+from nxtdrive.vision.detectors.lit_windows import LEAST_SHOWN, Footprint
 
 HOLE = np.s_[12:20, 20:28]
 
