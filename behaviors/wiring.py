@@ -15,6 +15,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from statistics import NormalDist
 from typing import NamedTuple
@@ -141,7 +142,7 @@ class WiringCheck:
         self._robot, self._camera = robot, camera
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
-        self._heard: tuple[float, float, Pose] | None = None
+        self._heard: list[tuple[float, float, Pose]] = []
         wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
@@ -175,17 +176,25 @@ class WiringCheck:
     def forget_poses(self) -> None:
         """Compare nothing with what was seen and heard before; call this when odometry's pose was corrected."""
         self._poses.clear()
-        self._seen = self._heard = None
+        self._seen = None
+        self._heard.clear()
 
     def _hear(self, time_s: float, range_mm: float, pose: Pose) -> None:
-        last_s, last_mm, last = self._heard or (-math.inf, 0.0, pose)
-        displacement = forward_mm, turned_deg = _displacement(last, pose)
-        rolled_mm = abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2
-        old = time_s - last_s > N.within_s
-        if old or rolled_mm >= N.rolled_mm:
-            self._heard = time_s, range_mm, pose
-        if not old and rolled_mm >= N.rolled_mm:
-            self._learn(dict.fromkeys(AGES, displacement), lambda *true: _echo_likelihood(last_mm, range_mm, *true))
+        """Compare an echo with the last one, and with the first one of the last seconds.
+
+        A robot that drives in circles hears the same echoes again and again; they may fit a wrong wiring's short ways,
+        but not its long ones.
+        """
+        self._heard = [echo for echo in self._heard if time_s - echo[0] <= N.within_s]
+        if self._heard:
+            forward_mm, turned_deg = _displacement(self._heard[-1][2], pose)
+            if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < N.rolled_mm:
+                return
+        for _, before_mm, before in self._heard[:1] + self._heard[1:][-1:]:
+            displacement = _displacement(before, pose)
+            likelihood = partial(_echo_likelihood, before_mm, range_mm)
+            self._learn(dict.fromkeys(AGES, displacement), likelihood)
+        self._heard.append((time_s, range_mm, pose))
 
     def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
         last, then = self._seen or (seen, poses)
