@@ -156,10 +156,11 @@ class Arrival:
         return sighted(sighting, Event.ARRIVED, Reason.WITHIN_REACH, **measured)
 
     def stand(self, observation: Observation) -> Failure | None:
-        """Note that the robot stands in front of it; give up when it has stood there for long."""
+        """Note that the robot stands in front of it; give up when it has stood there for long, or learns nothing."""
         if self._stood_s is None:
             self._stood_s = observation.time_s
-        return self._mistaken(observation) if self._stood_for(observation, 2 * N.decide_s) else None
+        learns_nothing = self._too_near and not self._sure and self.rested >= N.checks
+        return self._mistaken(observation) if learns_nothing or self._stood_for(observation, 2 * N.decide_s) else None
 
     def _stood_for(self, observation: Observation, time_s: float) -> bool:
         return self._stood_s is not None and observation.time_s - self._stood_s >= time_s

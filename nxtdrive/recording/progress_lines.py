@@ -48,7 +48,7 @@ class ProgressLines:
             return
         match record.kind:
             case Kind.TRANSITION if data["to"] == "select":
-                yield f"{record.target}: {reason_words(str(data.get('reason', 'failed')))}"
+                yield f"{record.target}: {reason_words(str(data.get('reason', 'failed')), data.get('evidence'))}"
                 yield f"-> {self._choice}"
             case Kind.TRANSITION:
                 yield from _transition(record.target, data)

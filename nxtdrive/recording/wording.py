@@ -29,6 +29,11 @@ REASONS: dict[Reason, str] = {
     Reason.THERE: "the robot got there",
 }
 """What the names of failures mean, and of other reasons that do not say it themselves."""
+PARTIAL_VIEWS = {
+    "too_near": "it is too near for the camera to see all of it",
+    "oblique": "it is seen from too far to the side to be sure that it is the target",
+}
+"""What was measured of a target that is in view, though not well enough; it counts as lost, too."""
 OUTAGES = {
     "link": "the link to the brick is lost",
     "camera": "the camera gives no picture",
@@ -47,14 +52,18 @@ MEASURED = {
     "remembered": "it is on the map",
     "sudden": "it came suddenly",
     "touching": "it touches the bumper",
-}
+} | PARTIAL_VIEWS
 """How measurements of a failure are written; of those that are yes or no only the first."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
 """Units at the end of names in the journal, and the decimals to show."""
 
 
-def reason_words(reason: str) -> str:
-    """Say what a reason's name means, or the name itself."""
+def reason_words(reason: str, evidence: object = None) -> str:
+    """Say what a reason's name means, or the name itself; the evidence of the failure may say it more precisely."""
+    if isinstance(evidence, Mapping):
+        for name, text in PARTIAL_VIEWS.items():
+            if evidence.get(name):
+                return text
     return next((text for known, text in REASONS.items() if known == reason), spaced(reason))
 
 

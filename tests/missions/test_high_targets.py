@@ -57,6 +57,15 @@ def test_one_that_is_cut_off_from_the_start_is_looked_at_from_farther_away(perfo
     assert not done.of(Kind.TRANSITION, event="mistaken")
 
 
+def test_a_robot_that_starts_too_near_to_see_all_of_it_soon_looks_from_farther_away(perform, tmp_path):
+    """Where it stands it cannot learn more, so it does not wait there."""
+    done = _performed(perform, tmp_path, height_mm=297, centre_mm=200, lens_mm=200, start_mm=2570)
+    assert done.report.achieved
+    (failed,) = done.of(Kind.TRANSITION, event="arrive_failed")
+    assert failed.data["evidence"]["too_near"]
+    assert failed.time_s - done.of(Kind.TRANSITION, event="doubted")[0].time_s < 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("centre_mm", [350, 480])
 def test_a_target_that_is_found_even_where_the_frame_cuts_it_off_is_reached_likewise(perform, tmp_path, centre_mm):

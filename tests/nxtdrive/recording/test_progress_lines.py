@@ -46,6 +46,19 @@ def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
     ]
 
 
+@pytest.mark.parametrize(
+    ("evidence", "says"),
+    [
+        ({"too_near": True}, "it is too near for the camera to see all of it"),
+        ({"oblique": True}, "it is seen from too far to the side to be sure that it is the target"),
+        ({"too_near": False, "oblique": False}, "it went out of view on the way there"),
+    ],
+)
+def test_a_target_that_is_seen_in_part_is_not_said_to_be_out_of_view(evidence, says):
+    failed = _transition("verify", "select", "arrive_failed", "target_lost", **evidence)
+    assert _lines(failed)[0] == f"   57.7 s  lena: {says}"
+
+
 def test_targets_that_are_searched_for_and_reached_are_named():
     lines = _lines(
         _transition("idle", "search", "start", "mission_started"), _transition("arrive", "reached", "arrived")
