@@ -164,6 +164,7 @@ def same(one: Choice, other: Choice) -> bool:
     """Return whether two choices have the same effect."""
     return (
         one.kind is other.kind
+        and one.instead == other.instead
         and abs(one.wait_s - other.wait_s) < NEARLY_S
         and abs(one.turn_deg - other.turn_deg) < NEARLY_DEG
         and len(one.route) == len(other.route)
