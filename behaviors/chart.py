@@ -16,7 +16,7 @@ from typing import Any
 
 from statemachine import HistoryState, State, StateChart
 
-from behaviors.events import Event, Fact
+from behaviors.events import RESULTS, Event, Fact
 from behaviors.recoveries import Choice, recovery_in
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
@@ -223,13 +223,21 @@ class MissionChart(StateChart[Any]):
         self.raise_(Event.ABORT)
 
 
-def _leaves(state: State) -> Iterator[str]:
+def _leaves(state: State) -> Iterator[State]:
     if not state.states:
-        yield state.id
+        yield state
     for child in state.states:
         yield from _leaves(child)
 
 
 ROBOT = next(state for state in MissionChart.states if state.id == "robot")
-MISSION_STATES = tuple(_leaves(next(region for region in ROBOT.states if region.id == "mission")))
+_MISSION_LEAVES = {leaf.id: leaf for leaf in _leaves(next(region for region in ROBOT.states if region.id == "mission"))}
+MISSION_STATES = tuple(_MISSION_LEAVES)
 """Leaves of the mission region."""
+
+
+def results_in(state: str) -> list[Event]:
+    """Return the events with which a skill can end in a leaf of the mission region, by the declared transitions."""
+    leaf = _MISSION_LEAVES[state]
+    declared = {transition.event for each in (leaf, leaf.parent) if each for transition in each.transitions}
+    return [event for event in RESULTS if event in declared]

@@ -47,6 +47,12 @@ class Event(StrEnum):
     ABORT = "abort"
 
 
+FAILURES = (Event.SEARCH_FAILED, Event.ARRIVE_FAILED, Event.MISTAKEN, Event.RECOVERY_FAILED)
+"""Events with which a skill fails, so that a recovery is chosen."""
+RESULTS = (Event.TARGET_SEEN, Event.ARRIVED, Event.RECOVERY_DONE, *FAILURES)
+"""Events with which a skill ends."""
+
+
 class Reason(StrEnum):
     """Why something happened: every failure has a name."""
 

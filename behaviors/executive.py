@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from behaviors.chart import MISSION_STATES, MissionChart
-from behaviors.events import Event, Fact, Reason
+from behaviors.chart import MISSION_STATES, MissionChart, results_in
+from behaviors.events import FAILURES, Event, Fact, Reason
 from behaviors.evidence import Evidence, as_recorded
 from behaviors.failures import Failure
 from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
@@ -240,11 +240,34 @@ class Executive:
         if self._skill is None:
             self._skill = self._new_skill()
         if self._skill_state not in ("search", "arrive", "verify"):
-            return checked(self._skill.call, Fact)
+            return self._call(self._skill)
         self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
-        fact = checked(self._skill.call, Fact)
+        fact = self._call(self._skill)
         self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
+
+    def _call(self, skill: Skill) -> Fact:
+        """Call a skill once; a result that the chart would ignore would repeat the call for ever.
+
+        Raises:
+            WrongReturn: Its event does not end the current state, it is a failure without a record, or it continues
+                although no time has passed.
+        """
+        begun_s = self._clock.now()
+        fact = checked(skill.call, Fact)
+        state = self._chart.mission_state
+        results = results_in(state)
+        if fact.event is Event.CONTINUED:
+            if self._clock.now() > begun_s:
+                return fact
+            wrong = "without letting time pass"
+        elif fact.event not in results:
+            wrong = f"in the state {state!r}, which ends with {' or '.join(results)}, or continued"
+        elif fact.event in FAILURES and not isinstance(fact, Failure):
+            wrong = "as a Fact, not as a Failure"
+        else:
+            return fact
+        raise WrongReturn(f"{place(skill.call)} returned {fact.event} {wrong}.")
 
     def _new_skill(self) -> Skill:
         state = self._skill_state = self._chart.mission_state

@@ -98,7 +98,8 @@ class SkillContext:
 class Skill(Protocol):
     """A skill at work.
 
-    A fact that it returns ends it, except CONTINUED. What it reports to the chart meanwhile does not: the same skill
+    A fact that it returns ends it, except CONTINUED; `behaviors.chart.results_in` has the events that end a state. A
+    failure is a `behaviors.failures.Failure`. What it reports to the chart meanwhile does not end it: the same skill
     goes on, though the chart may be in another state, as when an approach stands to verify its target.
     """
 

@@ -99,9 +99,32 @@ def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
     assert text.format(file=tmp_path / "mistaken.py") in _error()
 
 
-def test_a_skill_that_returns_nothing_is_named(tmp_path):
-    _write(tmp_path, "def skill(self, state, choice): return Skill()\n\nclass Skill:\n    def call(self): pass\n")
-    assert f"call() of mistaken:Skill ({tmp_path / 'mistaken.py'}:8) returned NoneType, not a Fact." in _error()
+SKILL = """\
+def skill(self, state, choice): return Skill()
+
+from behaviors.events import Event, Fact, Reason
+
+class Skill:
+    def call(self): return {0}
+"""
+
+
+@pytest.mark.parametrize(
+    ("result", "text"),
+    [
+        ("None", "returned NoneType, not a Fact."),
+        (
+            "Fact(Event.RECOVERY_DONE, Reason.THERE)",
+            "returned recovery_done in the state 'search', which ends with target_seen or search_failed, or continued.",
+        ),
+        ("Fact(Event.OBSTACLE, Reason.OBSTACLE_AHEAD)", "returned obstacle in the state 'search', which ends with"),
+        ("Fact(Event.SEARCH_FAILED, Reason.NEVER_SEEN)", "returned search_failed as a Fact, not as a Failure."),
+        ("Fact(Event.CONTINUED, Reason.DRIVING_ON)", "returned continued without letting time pass."),
+    ],
+)
+def test_a_skill_that_returns_what_its_state_cannot_end_with_is_named(tmp_path, result, text):
+    _write(tmp_path, SKILL.format(result))
+    assert f"call() of mistaken:Skill ({tmp_path / 'mistaken.py'}:10) {text}" in _error()
 
 
 @pytest.mark.parametrize("command", [["sweep", "--map", "block_permanent:100:mistaken:Mistaken"]])
