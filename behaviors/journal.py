@@ -7,6 +7,7 @@ same records. These carry mission time only, so that the same seed gives the sam
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -99,7 +100,7 @@ class Note(Protocol):
 
 
 def plain(value: object) -> Value:
-    """Convert a value for JSON: numbers rounded to three decimals, enums by their text.
+    """Convert a value for JSON: numbers rounded to three decimals, those that are not finite to None, enums to text.
 
     Raises:
         TypeError: There is no plain form; the journal takes measurements, not objects.
@@ -111,7 +112,7 @@ def plain(value: object) -> Value:
     if isinstance(value, Integral):  # also numpy's
         return int(value)
     if isinstance(value, Real):
-        return round(float(value), 3)
+        return round(float(value), 3) if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,0 +1,16 @@
+"""Records of the journal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from behaviors.journal import Kind, Record
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, np.float32(np.inf)])
+def test_a_measurement_that_is_not_finite_leaves_its_record_readable(value):
+    record = Record.of(1.0, Kind.STEP, "search", "lena", {"range_mm": value, "extra": [value, 2.0]})
+    assert Record.from_json(record.to_json()).data == {"range_mm": None, "extra": [None, 2.0]}
