@@ -30,8 +30,8 @@ from nxtdrive.recording.map.style import (
     target_color,
 )
 
-ROBOT_MM, VIEW_MM = 130.0, 520.0
-"""The robot's radius; how far the view of the camera is drawn."""
+VIEW_MM = 520.0
+"""How far the view of the camera is drawn."""
 ARROW_PX = 95.0
 """An arrowhead shows the direction of the path after each such stretch."""
 VISIBLE_MM = 60.0
@@ -132,11 +132,12 @@ class MapPainter:
 
     def _paint_robot(self, view: FloorView) -> None:
         """Draw the robot at its start and where it was last."""
-        radius = max(7.0, ROBOT_MM * view.scale)
+        radius_mm = self._scene.floor.radius_mm
+        radius = max(7.0, radius_mm * view.scale)
         _paint_start(view.sheet, view.at((0.0, 0.0)), radius)
         if len(self._scene.poses) > 1:
             last = self._scene.poses[-1][0]
-            at, front = _pixels(view, [(last.x_mm, last.y_mm), last.ahead(ROBOT_MM)])
+            at, front = _pixels(view, [(last.x_mm, last.y_mm), last.ahead(radius_mm)])
             view.sheet.circle(at, radius, None, INK, 1.5)
             view.sheet.line([at, front], INK, 1.5)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import combinations
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -95,6 +96,22 @@ def test_the_view_is_drawn_from_the_lens_and_where_it_looks():
     assert (drawn() == drawn(hfov_deg=60.0)).all()
     assert (drawn() != drawn(yaw_deg=40.0)).any()
     assert (drawn() != drawn(right_mm=150.0)).any()
+
+
+@pytest.mark.parametrize("radius_mm", [130.0, 300.0])
+def test_the_robot_has_the_size_that_the_mission_gives(radius_mm):
+    class Circles(Sheet):
+        drawn: ClassVar[list[float]] = []
+
+        def circle(self, centre, radius, *style):
+            self.drawn.append(radius)
+
+    marker = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
+    page = map_page(STORY, Mission.model_validate({**marker, "robot": {"radius_mm": radius_mm}}))
+    view = FloorView(Circles(900, 900), page.area, page.axes, (0, 0), (860, 860))
+    page.paint(view)
+    # at its start and at its end
+    assert Circles.drawn.count(pytest.approx(radius_mm * view.scale)) == 2
 
 
 def test_sightings_and_echoes_are_where_the_robot_saw_them():
