@@ -21,9 +21,9 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 from behaviors.angles import wrapped_deg
+from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Pose, Sighting
 from behaviors.pose_history import PoseHistory
-from behaviors.robot_description import CameraTable, RobotTable
 
 
 @dataclass(frozen=True, slots=True)

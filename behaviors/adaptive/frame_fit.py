@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from behaviors.robot_description import CameraTable
+from behaviors.mission.robot import CameraTable
 
 FILLS_SHARE = 0.85
 """A target fills the frame if it reaches this share of the way from the horizon to the frame's upper or lower edge."""

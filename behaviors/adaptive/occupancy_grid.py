@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from behaviors.adaptive.grid_cells import CELL_MM, Cells, Cone, Mask
 from behaviors.adaptive.grid_numbers import N
 from behaviors.adaptive.visible_floor import VisibleFloor
+from behaviors.mission.robot import RobotTable
 from behaviors.ports import Point, Pose
-from behaviors.robot_description import RobotTable
 
 USUAL_ROBOT = RobotTable()
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.mission.robot import CameraTable
 from behaviors.ports import FloorRay, Pose
-from behaviors.robot_description import CameraTable
 
 Array = NDArray[np.float64]
 

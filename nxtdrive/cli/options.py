@@ -73,7 +73,7 @@ tcp_port = number("port", int, 0, 65535)
 
 def target_height_mm(text: str) -> float:
     """Convert an argument of argparse: the height of a target, as a mission may have it."""
-    from behaviors.mission_targets import HEIGHT_MM
+    from behaviors.mission.targets import HEIGHT_MM
 
     return number("height", float, *HEIGHT_MM)(text)
 

@@ -12,7 +12,7 @@ from nxtdrive.motion.obstacle_monitor import SafetyLimits
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from behaviors.robot_description import RobotTable
+    from behaviors.mission.robot import RobotTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from behaviors.mission import Mission, MissionError, load_mission, valid_targets
-from behaviors.mission_targets import MarkerTarget, PictureTarget, QrTarget, Target
-from behaviors.mission_warnings import value_warnings
+from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget, Target
+from behaviors.mission.value_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.detectors import make_detectors
 from nxtdrive.mission.files import PICTURES, usual_robot

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from behaviors.mission import Mission
-from behaviors.mission_targets import ColorTarget, Target
+from behaviors.mission.targets import ColorTarget, Target
 from firmware_protocol.errors import ConfigError
 
 if TYPE_CHECKING:
-    from behaviors.robot_description import ColorName, ColorTable
+    from behaviors.mission.robot import ColorName, ColorTable
     from nxtdrive.vision.detection import TargetDetector
 
 

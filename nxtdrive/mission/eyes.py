@@ -11,8 +11,8 @@ from nxtdrive.mission.camera import GEOMETRIC, simulated_webcam
 from nxtdrive.mission.detectors import build_detectors
 
 if TYPE_CHECKING:
+    from behaviors.mission.robot import CameraTable
     from behaviors.ports import Eyes
-    from behaviors.robot_description import CameraTable
     from nxtdrive.brick import Brick
     from nxtdrive.vision.camera import Camera
     from nxtdrive.vision.eyes import CameraEyes, GeometricSensor

@@ -7,8 +7,8 @@ from importlib import resources
 from pathlib import Path
 
 from behaviors.mission import BUILT_IN, Mission, MissionError, load_mission
+from behaviors.mission.robot import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from behaviors.profile_names import BUILT_IN_PROFILES
-from behaviors.robot_description import ROBOT_VARIABLE, RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.record import in_room

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from behaviors.mission import Mission
-from behaviors.mission_targets import PictureTarget
+from behaviors.mission.targets import PictureTarget
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.mission.simpler_detector import simpler_detector
 from nxtdrive.mission.truth import shows

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, cast
 from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.mission_targets import PictureTarget
+from behaviors.mission.robot import brick_id
+from behaviors.mission.targets import PictureTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.profile_names import THESIS
-from behaviors.robot_description import brick_id
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import own_room
@@ -26,7 +26,7 @@ from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
-    from behaviors.robot_description import CalibrationTable
+    from behaviors.mission.robot import CalibrationTable
     from nxtdrive.brick import Brick
     from nxtdrive.vision.detection import TargetDetector
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.journal import Kind, Record
-from behaviors.robot_description import RobotTable
+from behaviors.mission.robot import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
 from nxtdrive.recording.camera_index import MAX_PICTURE_BYTES, CameraPictures, Picture

@@ -19,7 +19,7 @@ from typing import TextIO
 from behaviors.executive import Report
 from behaviors.journal import Record
 from behaviors.mission import Mission
-from behaviors.robot_description import MEASURED_PLACE
+from behaviors.mission.robot import MEASURED_PLACE
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.output_file import write_file
 

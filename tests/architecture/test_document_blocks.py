@@ -14,7 +14,7 @@ import threading
 
 import pytest
 
-from behaviors.robot_description import load_robot_file
+from behaviors.mission.robot import load_robot_file
 from nxtdrive import open_brick
 from nxtdrive.cli.main import DONE, NO_BRICK, NOT_ACHIEVED, USAGE, main
 from nxtdrive.tools.web.classroom.config import read_classroom

@@ -19,10 +19,10 @@ from behaviors.mission import (
     ThesisParameters,
     load_mission,
 )
-from behaviors.mission_mistakes import mistakes
-from behaviors.mission_targets import ColorTarget, PictureTarget
-from behaviors.mission_warnings import value_warnings
-from behaviors.robot_description import CameraTable, RobotTable
+from behaviors.mission.mistakes import mistakes
+from behaviors.mission.robot import CameraTable, RobotTable
+from behaviors.mission.targets import ColorTarget, PictureTarget
+from behaviors.mission.value_warnings import value_warnings
 
 GOOD = """
 [mission]

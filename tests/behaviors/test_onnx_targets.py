@@ -5,7 +5,7 @@ import pytest
 from behaviors.adaptive.bounded_sighting import no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.mission import Mission, MissionError, load_mission
-from behaviors.mission_warnings import value_warnings
+from behaviors.mission.value_warnings import value_warnings
 from behaviors.ports import Pose, Sighting
 
 HEAD = '[mission]\ntargets = ["mug"]\n[target.mug]\ndetector = "onnx"\n'

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Pose, Sighting
-from behaviors.robot_description import CameraTable, RobotTable
 from behaviors.skills import steering_deg_s
 from behaviors.wiring import AS_DESCRIBED, WIRINGS, Wiring, WiringCheck, WrongWiring
 

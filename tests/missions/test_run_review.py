@@ -9,7 +9,7 @@ import pytest
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission, described_by
-from behaviors.robot_description import load_robot_file
+from behaviors.mission.robot import load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
 from sim_backend.simulation import Simulation

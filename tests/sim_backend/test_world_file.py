@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from behaviors.robot_description import RobotTable
+from behaviors.mission.robot import RobotTable
 from firmware_protocol.errors import ConfigError
 from sim_backend.bundled import WORLDS
 from sim_backend.camera.textures import SURFACES

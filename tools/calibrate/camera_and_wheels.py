@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from behaviors.robot_description import CameraTable, RobotTable
+from behaviors.mission.robot import CameraTable, RobotTable
 from firmware_protocol.wording import number_of
 from nxtdrive.motion.wheel_geometry import mm_per_degree
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from behaviors.angles import wrapped_deg
-from behaviors.robot_description import ColorName, ColorTable, RobotFile
+from behaviors.mission.robot import ColorName, ColorTable, RobotFile
 from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.color import HUES, ColorDetector, usual_shade
 

@@ -16,7 +16,7 @@ from .sheet import Seen, find_sheet
 from .track import Track, View
 
 if TYPE_CHECKING:
-    from behaviors.robot_description import RobotTable
+    from behaviors.mission.robot import RobotTable
     from nxtdrive.brick import Brick
     from nxtdrive.motion.rover import Rover
     from nxtdrive.vision.camera import Camera

@@ -12,7 +12,7 @@ from nxtdrive.ports import output_port
 from .course import CalibrationRefused
 
 if TYPE_CHECKING:
-    from behaviors.robot_description import OutputPort, RobotTable
+    from behaviors.mission.robot import OutputPort, RobotTable
     from nxtdrive.brick import Brick
 
 TURN_DEG, RATE_DEG_S = 45.0, 90.0

@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from behaviors.robot_description import RobotFile, RobotTable
+from behaviors.mission.robot import RobotFile, RobotTable
 from nxtdrive.mission.body import build_rover
 
 from .course import CalibrationRefused

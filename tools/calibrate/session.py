@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from behaviors.robot_description import RobotFile, RobotTable, brick_id
+from behaviors.mission.robot import RobotFile, RobotTable, brick_id
 from firmware_protocol.printable import printable
 from nxtdrive.mission.body import build_rover
 
@@ -79,7 +79,7 @@ def calibrate(
         brick: The brick.
         camera: Its camera.
         before: What is believed so far.
-        what: Some of `behaviors.robot_description.CALIBRATED`; the others keep their values.
+        what: Some of `behaviors.mission.robot.CALIBRATED`; the others keep their values.
         today: The date for the file.
         say: Called with what is being done.
         sheet_height_mm: The middle of the sheet above the floor.

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
-from behaviors.mission_mistakes import mistakes
-from behaviors.robot_description import CameraTable, MeasuredTable, RobotFile, RobotTable
+from behaviors.mission.mistakes import mistakes
+from behaviors.mission.robot import CameraTable, MeasuredTable, RobotFile, RobotTable
 
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
 from .course import REMEDY, CalibrationRefused

@@ -28,7 +28,7 @@ from random import Random
 from typing import Any
 
 from behaviors.mission import described_by
-from behaviors.robot_description import CALIBRATED, CameraTable, RobotFile, RobotTable
+from behaviors.mission.robot import CALIBRATED, CameraTable, RobotFile, RobotTable
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.assembly import open_robot
 from nxtdrive.simulated.scenario import generate_scenario

@@ -9,8 +9,8 @@ from typing import Any
 
 from behaviors.executive import Ending
 from behaviors.mission import described_by
+from behaviors.mission.robot import RobotFile
 from behaviors.profiles.registry import raised_by_profile
-from behaviors.robot_description import RobotFile
 from nxtdrive.recording.predictions import predictions
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, generate_scenario

@@ -22,7 +22,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Any, TypeVar
 
-from behaviors.robot_description import RobotFile
+from behaviors.mission.robot import RobotFile
 
 from .performance import UNCHANGED, Line, Task, evaluate, failed
 from .result_file import ResultFile, key_of, read_lines

@@ -11,8 +11,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from behaviors.mission.robot import RobotFile, RobotFileError, load_robot_file
 from behaviors.pause import Pause
-from behaviors.robot_description import RobotFile, RobotFileError, load_robot_file
 from firmware_protocol.errors import ConfigError, NXTError
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.files import read_robot_file

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from behaviors.robot_description import ColorName
+from behaviors.mission.robot import ColorName
 from input_files.pydantic_words import first_mistake
 
 from ..calibrate import SHEET_HEIGHT_MM

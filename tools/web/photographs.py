@@ -13,7 +13,7 @@ import cv2
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field
 
-from behaviors.mission_targets import Height
+from behaviors.mission.targets import Height
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import parse_toml
 from nxtdrive.vision.detection import Box, Image, overlap

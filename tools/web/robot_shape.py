@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from behaviors.mission import Mission
-from behaviors.robot_description import CameraTable, RobotTable
+from behaviors.mission.robot import CameraTable, RobotTable
 
 
 def robot_shape(mission: Mission | None) -> dict[str, float]:

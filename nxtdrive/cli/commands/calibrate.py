@@ -21,7 +21,7 @@ from nxtdrive.cli.prompt import agrees, can_ask
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
 if TYPE_CHECKING:
-    from behaviors.robot_description import RobotFile
+    from behaviors.mission.robot import RobotFile
     from nxtdrive.tools.calibrate.session import Outcome
     from nxtdrive.transports.address import Address
 
@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _wanted(args: argparse.Namespace) -> list[str]:
     """Return the names of what to calibrate, in order."""
-    from behaviors.robot_description import CALIBRATED
+    from behaviors.mission.robot import CALIBRATED
 
     for each in args.what:
         if each not in CHOICES:

@@ -92,7 +92,7 @@ class Look:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
-    from behaviors.robot_description import ColorName
+    from behaviors.mission.robot import ColorName
 
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     try_ = add_action(actions, "try", "run a detector and draw its detections", _try)
@@ -240,7 +240,7 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
 
 def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
     """Return name and options of a target that a neural network finds."""
-    from behaviors.usual_heights import usual_height_mm
+    from behaviors.mission.usual_heights import usual_height_mm
 
     if args.label is None:
         from nxtdrive.vision.detectors.onnx_labels import listed

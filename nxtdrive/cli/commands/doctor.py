@@ -143,7 +143,7 @@ class _Examination:
 def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     """Return which values the robot file that missions use has calibrated."""
     from behaviors.mission import chosen_robot_file
-    from behaviors.robot_description import RobotFileError, load_robot_file
+    from behaviors.mission.robot import RobotFileError, load_robot_file
     from nxtdrive.mission.files import ROBOT_FILE, usual_robot
     from nxtdrive.tools.doctor.finding import ok, problem, warning
     from nxtdrive.transports.address import Address

@@ -118,7 +118,7 @@ def _show(args: argparse.Namespace) -> int:
 
 def _described(mission: Mission) -> str:
     """Format every number the mission runs with; a star marks those that the mission or its robot file sets."""
-    from behaviors.mission_warnings import unused_keys
+    from behaviors.mission.value_warnings import unused_keys
     from nxtdrive.cli.templates.mission import meanings
 
     tables = {

@@ -97,7 +97,7 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
         folder: Where the file will lie; the picture's path is relative to it if it can be.
     """
     from behaviors.mission import AdaptiveParameters, ThesisParameters
-    from behaviors.robot_description import CameraTable, ColorName, RobotTable
+    from behaviors.mission.robot import CameraTable, ColorName, RobotTable
 
     options = {"colors": ", ".join(get_args(ColorName))}
     options |= {key: json.dumps(value) for key, value in target.options.items()}

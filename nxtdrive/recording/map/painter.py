@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.adaptive.grid_numbers import N as GRID
+from behaviors.mission.robot import CameraTable
 from behaviors.ports import Point, Pose
-from behaviors.robot_description import CameraTable
 from nxtdrive.drawing.floor_view import Area, FloorView
 from nxtdrive.drawing.legend import Key, Paint, dot_sample, line_sample, marker_sample, patch_sample, ring_sample
 from nxtdrive.drawing.sheet import DIM, INK, PAPER, Color, Sheet

@@ -11,7 +11,7 @@ from PIL import Image
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.robot_description import CameraTable
+from behaviors.mission.robot import CameraTable
 from nxtdrive.drawing.blocks import Note, Tag
 from nxtdrive.drawing.floor_view import Area, Axes
 from nxtdrive.drawing.page import Page, draw_page

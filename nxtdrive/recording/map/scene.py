@@ -14,8 +14,8 @@ import numpy as np
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
+from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Point, Pose
-from behaviors.robot_description import CameraTable, RobotTable
 from input_files.plain import is_number
 from nxtdrive.recording.map.events import EventReader, MapEvent
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.adaptive.frame_fit import FILLS_SHARE, FrameFit
-from behaviors.robot_description import CameraTable
+from behaviors.mission.robot import CameraTable
 from nxtdrive.vision.geometry import Mounting, Pinhole
 
 ROWS = 240

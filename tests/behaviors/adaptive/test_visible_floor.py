@@ -15,8 +15,8 @@ from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.visible_floor import FloorRanges, VisibleFloor
+from behaviors.mission.robot import CameraTable
 from behaviors.ports import FloorRay, Pose
-from behaviors.robot_description import CameraTable
 
 CELLS = Cells()
 

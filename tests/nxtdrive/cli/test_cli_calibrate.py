@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from behaviors.robot_description import CALIBRATED, load_robot_file
+from behaviors.mission.robot import CALIBRATED, load_robot_file
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 
 

@@ -180,7 +180,7 @@ def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
 
 
 def test_the_built_in_targets(tmp_path, capsys):
-    from behaviors.mission_targets import PictureTarget
+    from behaviors.mission.targets import PictureTarget
     from nxtdrive.mission.files import read_mission_file
 
     target = read_mission_file(None).target["lena"]

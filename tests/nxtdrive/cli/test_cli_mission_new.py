@@ -16,7 +16,7 @@ from PIL import Image
 
 import nxtdrive
 from behaviors.mission import load_mission
-from behaviors.mission_targets import PictureTarget
+from behaviors.mission.targets import PictureTarget
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.templates.target import plain_name
 from nxtdrive.mission.detectors import build_detectors

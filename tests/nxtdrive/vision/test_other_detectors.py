@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from behaviors.mission import Mission, described_by
-from behaviors.robot_description import RobotFile
+from behaviors.mission.robot import RobotFile
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.vision.detectors.color import HUES, ColorDetector

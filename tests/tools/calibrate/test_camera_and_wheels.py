@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from behaviors.robot_description import CameraTable, RobotTable
+from behaviors.mission.robot import CameraTable, RobotTable
 from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Corners, estimate
 from nxtdrive.tools.calibrate.course import CalibrationRefused
 from nxtdrive.tools.calibrate.sheet import MARKER_MM, Seen, marker_centres

@@ -2,7 +2,7 @@
 
 import pytest
 
-from behaviors.robot_description import RobotTable
+from behaviors.mission.robot import RobotTable
 from nxtdrive.mission.assembly import open_robot
 from nxtdrive.mission.body import build_rover
 from nxtdrive.tools.calibrate.course import Course

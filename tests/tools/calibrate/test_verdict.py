@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviors.robot_description import (
+from behaviors.mission.robot import (
     CalibrationTable,
     CameraTable,
     MeasuredTable,

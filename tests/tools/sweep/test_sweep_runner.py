@@ -15,7 +15,7 @@ from functools import partial
 import pytest
 
 from behaviors.executive import Ending, Executive
-from behaviors.robot_description import RobotFile, RobotTable
+from behaviors.mission.robot import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers

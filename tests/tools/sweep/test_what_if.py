@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from behaviors.mission import described_by
-from behaviors.robot_description import RobotFile
+from behaviors.mission.robot import RobotFile
 from nxtdrive.cli.main import main
 from nxtdrive.mission.files import read_mission_file, with_profile
 from nxtdrive.recording.explanation import what_if_words, what_ifs

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from behaviors.robot_description import load_robot_file
+from behaviors.mission.robot import load_robot_file
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web import calibration
 from nxtdrive.tools.web.app import Server

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from behaviors.mission_cross_checks import cross_checks
-from behaviors.mission_mistakes import mistakes
+from behaviors.mission.cross_checks import cross_checks
+from behaviors.mission.mistakes import mistakes
 from behaviors.ports import Pose
 from input_files.mistakes import MistakesError, listed
 from input_files.plain import InputFileError

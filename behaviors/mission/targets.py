@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer
 
 from behaviors.detector_names import BUILT_IN_DETECTORS, installed_detectors
-from behaviors.robot_description import ColorName, Table
-from behaviors.usual_heights import usual_height_mm
+from behaviors.mission.robot import ColorName, Table
+from behaviors.mission.usual_heights import usual_height_mm
 
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""

@@ -6,9 +6,9 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from behaviors.mission import AdaptiveParameters, Mission, ThesisParameters
+from behaviors.mission.robot import Table
+from behaviors.mission.tables import AdaptiveParameters, Mission, ThesisParameters
 from behaviors.profile_names import ADAPTIVE, THESIS
-from behaviors.robot_description import Table
 
 LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
 """Heights outside are rarely intended: smaller ones are found from less than a metre, or are centimetres."""

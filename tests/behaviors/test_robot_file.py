@@ -9,8 +9,8 @@ from behaviors.adaptive.grid_cells import Cells
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission, MissionError, described_by, load_mission
+from behaviors.mission.robot import CameraTable, RobotFile, RobotFileError, RobotTable, load_robot_file
 from behaviors.ports import Glimpse, Pose, Sighting
-from behaviors.robot_description import CameraTable, RobotFile, RobotFileError, RobotTable, load_robot_file
 
 CELLS = Cells()
 
