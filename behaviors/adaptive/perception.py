@@ -142,7 +142,7 @@ class Perception:
         free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
         rays = context.eyes.free_floor(free_at_s) if self.parameters.sees_floor else ()
         if self._turn_tests:
-            self.turns.note(pose, range_mm)
+            self.turns.add(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))
         first, *further = glimpses
         seen = [self.world.perceive(now_s, pose, range_mm, looked_for, first, sonar_works=not self.sonar.silent)]

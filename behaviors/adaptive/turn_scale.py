@@ -86,7 +86,7 @@ class TurnScale:
         """Begin with a new turn."""
         self._beams.clear()
 
-    def note(self, pose: Pose, range_mm: float | None) -> None:
+    def add(self, pose: Pose, range_mm: float | None) -> None:
         """Add an echo or silence; where the robot moved on, a new turn begins."""
         if self._beams:
             begin = self._beams[0][0]

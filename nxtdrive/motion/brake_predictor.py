@@ -26,9 +26,9 @@ class BrakePredictor:
     """Predicts from readings of the wheels when to brake.
 
     Attributes:
-        rest: Degrees to the goal, negative behind it.
-        done: Degrees covered since the first reading.
-        speed: Towards the goal, deg/s, over the last `WINDOW_S`; 0 before the second reading.
+        remaining_deg: To the goal, negative behind it.
+        covered_deg: Since the first reading.
+        speed_deg_s: Towards the goal, over the last `WINDOW_S`; 0 before the second reading.
 
     Args:
         stall_s: A wheel that has not moved for this time is stalled.
@@ -43,52 +43,53 @@ class BrakePredictor:
         self._stall_s = stall_s
         self._weights = weights
         self._creep_deg_s = creep_deg_s
-        self.rest = self.done = self.speed = 0.0
-        self._notes: deque[tuple[float, float]] = deque()
+        self.remaining_deg = self.covered_deg = self.speed_deg_s = 0.0
+        self._readings: deque[tuple[float, float]] = deque()
         self._wheels: list[StallDetector] = []
-        self._first = self._began = self._now = 0.0
+        self._first_deg = self._began_s = self._now_s = 0.0
         self._direction = 1.0
 
-    def note(self, time_s: float, rests: Sequence[float]) -> None:
+    def update(self, time_s: float, remaining_deg: Sequence[float]) -> None:
         """Add a reading: its time, and each wheel's degrees to the goal."""
-        weights = self._weights or [1.0] * len(rests)
-        rest = sum(weight * each for weight, each in zip(weights, rests, strict=True)) / sum(weights)
+        weights = self._weights or [1.0] * len(remaining_deg)
+        mean_deg = sum(weight * each for weight, each in zip(weights, remaining_deg, strict=True)) / sum(weights)
         if not self._wheels:
-            self._first, self._began, self._direction = rest, time_s, math.copysign(1, rest)
-            self._wheels = [StallDetector(self._stall_s) for _ in rests]
-        self._now, self.rest, self.done = time_s, rest, abs(self._first - rest)
-        notes = self._notes
-        notes.append((time_s, rest))
-        while len(notes) > 2 and time_s - notes[1][0] >= WINDOW_S:
-            notes.popleft()
-        then, before = notes[0]
-        if time_s > then:
-            self.speed = (before - rest) / (time_s - then) * self._direction
-        for wheel, each in zip(self._wheels, rests, strict=True):
-            wheel.note(time_s, each)
+            self._first_deg, self._began_s, self._direction = mean_deg, time_s, math.copysign(1, mean_deg)
+            self._wheels = [StallDetector(self._stall_s) for _ in remaining_deg]
+        self._now_s, self.remaining_deg, self.covered_deg = time_s, mean_deg, abs(self._first_deg - mean_deg)
+        readings = self._readings
+        readings.append((time_s, mean_deg))
+        while len(readings) > 2 and time_s - readings[1][0] >= WINDOW_S:
+            readings.popleft()
+        then_s, before_deg = readings[0]
+        if time_s > then_s:
+            self.speed_deg_s = (before_deg - mean_deg) / (time_s - then_s) * self._direction
+        for wheel, each in zip(self._wheels, remaining_deg, strict=True):
+            wheel.update(time_s, each)
 
-    def begin(self, number: int, time_s: float) -> None:
+    def restart_stall_timer(self, number: int, time_s: float) -> None:
         """Restart the stall timer of a wheel whose command was only just sent, maybe long after the last reading."""
-        self._wheels[number].begin(time_s)
+        self._wheels[number].restart(time_s)
 
     def brake_at(self, delay_s: float) -> float:
         """Predict when to send the brake command, on the link's clock.
 
-        A moving wheel reaches the goal after `rest` / `speed`. If its speed is too low to be measured, that of its
-        command counts. A motion too short to measure a speed is predicted from its first command, which starts the
-        regulator's period.
+        A moving wheel reaches the goal after `remaining_deg` / `speed_deg_s`. If its speed is too low to be measured,
+        that of its command counts. A motion too short to measure a speed is predicted from its first command, which
+        starts the regulator's period.
 
         Args:
             delay_s: Round trip of the link; half of it passes before the brake acts.
         """
-        rest = self.rest * self._direction
-        if rest <= 0:
+        remaining_deg = self.remaining_deg * self._direction
+        if remaining_deg <= 0:
             return 0.0
-        if self.speed >= SEEN_DEG_S:
-            return self._now + rest / self.speed - BRAKING_S - delay_s / 2
-        if self.done and self._creep_deg_s < CREEP_DEG_S:
-            return self._now + rest / self._creep_deg_s - BRAKING_S - delay_s / 2
-        return self._began + delay_s / 2 + START_S + self._first * self._direction / self._creep_deg_s - BRAKING_S
+        if self.speed_deg_s >= SEEN_DEG_S:
+            return self._now_s + remaining_deg / self.speed_deg_s - BRAKING_S - delay_s / 2
+        if self.covered_deg and self._creep_deg_s < CREEP_DEG_S:
+            return self._now_s + remaining_deg / self._creep_deg_s - BRAKING_S - delay_s / 2
+        first_s = self._first_deg * self._direction / self._creep_deg_s
+        return self._began_s + delay_s / 2 + START_S + first_s - BRAKING_S
 
     def stalled(self) -> StopReason | None:
         """Return STALLED if any wheel has not moved for `stall_s`."""

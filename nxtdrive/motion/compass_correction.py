@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 from behaviors.angles import wrapped_deg
 from nxtdrive.link.link import Link
-from nxtdrive.motion.odometry import NOWHERE, Odometry, Trip
+from nxtdrive.motion.odometry import NO_MOTION, Odometry, OdometryDelta
 from nxtdrive.motion.sensor_health import SENSOR_ERRORS, SensorHealth
 from nxtdrive.sensors import Compass
 
@@ -25,12 +25,12 @@ TURN_LOSS = 0.25
 """Largest part of a turn that slipping wheels lose."""
 VEER_DEG_PER_M = 15.0
 """Largest turn per metre driven that the wheels' counters do not show."""
-NEEDLE_DEG = 4.0
+READING_DEG = 4.0
 """Error bound of a reading: steps of one degree, and noise of about one."""
 REST_DEG = 0.5
 """Uncertainty of the heading that each reading adds. Without any other, a reading has a weight of a ninth: noise is
 smoothed, and a remaining error is gone after about twenty readings."""
-SPOT_MM = 30.0
+SAME_PLACE_MM = 30.0
 """Readings closer together than this count as one place; the field of a room changes little over this distance."""
 
 log = logging.getLogger(__name__)
@@ -48,35 +48,35 @@ class CompassFilter:
 
     def __init__(self) -> None:
         self.aligned = False
-        self._north_deg = self._before_deg = self._doubt_deg = 0.0
-        self._believed = True
+        self._north_deg = self._before_deg = self._uncertainty_deg = 0.0
+        self._trusted = True
 
-    def correction_deg(self, compass_deg: float, heading_deg: float, trip: Trip) -> float:
+    def correction_deg(self, compass_deg: float, heading_deg: float, moved: OdometryDelta) -> float:
         """Compute the correction to add to the heading.
 
         Args:
             compass_deg: The compass reading, robot at rest.
             heading_deg: The heading by odometry and earlier corrections, not wrapped.
-            trip: The wheels' motion since the previous reading.
+            moved: The wheels' motion since the previous reading.
         """
         before_deg, self._before_deg = self._before_deg, compass_deg
         if not self.aligned:
             self.aligned, self._north_deg = True, compass_deg - heading_deg
             return 0.0
-        lost_deg = TURN_LOSS * abs(trip.turned_deg) + VEER_DEG_PER_M * trip.driven_mm / 1000.0
+        lost_deg = TURN_LOSS * abs(moved.turned_deg) + VEER_DEG_PER_M * moved.driven_mm / 1000.0
         error_deg = wrapped_deg(compass_deg - self._north_deg - heading_deg)
-        here = trip.away_mm <= SPOT_MM
-        plausible = abs(error_deg) <= self._doubt_deg + lost_deg + NEEDLE_DEG
-        self._believed = plausible and (self._believed or not here)
-        if not self._believed:
-            turn_error_deg = wrapped_deg(compass_deg - before_deg - trip.turned_deg)
-            if here and abs(turn_error_deg) <= lost_deg + NEEDLE_DEG:
+        here = moved.away_mm <= SAME_PLACE_MM
+        plausible = abs(error_deg) <= self._uncertainty_deg + lost_deg + READING_DEG
+        self._trusted = plausible and (self._trusted or not here)
+        if not self._trusted:
+            turn_error_deg = wrapped_deg(compass_deg - before_deg - moved.turned_deg)
+            if here and abs(turn_error_deg) <= lost_deg + READING_DEG:
                 return turn_error_deg
-            self._doubt_deg += lost_deg
+            self._uncertainty_deg += lost_deg
             return 0.0
-        doubt_deg = self._doubt_deg + lost_deg + REST_DEG
-        gain = doubt_deg / (doubt_deg + NEEDLE_DEG)
-        self._doubt_deg = doubt_deg * (1.0 - gain)
+        uncertainty_deg = self._uncertainty_deg + lost_deg + REST_DEG
+        gain = uncertainty_deg / (uncertainty_deg + READING_DEG)
+        self._uncertainty_deg = uncertainty_deg * (1.0 - gain)
         return gain * error_deg
 
     def rebase(self, by_deg: float) -> None:
@@ -118,7 +118,7 @@ class CompassCorrection:
                 `SensorHealth.listener`.
             SensorTimeout: The same.
         """
-        rests = self._filter.aligned and self._odometry.trip == NOWHERE
+        rests = self._filter.aligned and self._odometry.since_correction == NO_MOTION
         if rests or self._left_out or not self._asking.acquire(blocking=False):
             return
         try:
@@ -141,4 +141,5 @@ class CompassCorrection:
         still_since_s, compass_deg = odometry.still_since_s, self._compass.heading_deg
         self._read_wheels()
         if odometry.still_since_s == still_since_s:
-            odometry.correct(self._filter.correction_deg(compass_deg, odometry.pose.heading_deg, odometry.trip))
+            heading_deg, moved = odometry.pose.heading_deg, odometry.since_correction
+            odometry.correct(self._filter.correction_deg(compass_deg, heading_deg, moved))

@@ -30,19 +30,19 @@ class Lease:
         link: The link to the brick.
         port: The motor's port.
         lease_s: How long the motor goes on without another telegram.
-        trips: Round trips that the program may need between two calls of `drive`. If they take longer than the lease,
-            it is renewed meanwhile.
+        round_trips: That the program may need between two calls of `drive`. If they take longer than the lease, it is
+            renewed meanwhile.
 
     Attributes:
         power: The power last sent, percent.
     """
 
-    def __init__(self, link: Link, port: OutputPort, lease_s: float = LEASE_S, *, trips: int = 0) -> None:
+    def __init__(self, link: Link, port: OutputPort, lease_s: float = LEASE_S, *, round_trips: int = 0) -> None:
         self.power = 0
         self._link = link
         self._port = port
         self._lease_s = lease_s
-        self._trips = trips
+        self._round_trips = round_trips
         self._begun_s = self._end_s = -math.inf
 
     def drive(
@@ -80,8 +80,8 @@ class Lease:
         else:
             link.send(command)
         held_s = self._lease_s
-        if renewed or (self._trips and power):
-            held_s = math.inf if renewed else max(held_s, self._trips * link.latency_s)
+        if renewed or (self._round_trips and power):
+            held_s = math.inf if renewed else max(held_s, self._round_trips * link.latency_s)
             if held_s > self._lease_s:
                 link.repeat(self._port.name, command, self._lease_s / RENEWALS, now + held_s)
         self.power, self._begun_s, self._end_s = power, now, now + held_s

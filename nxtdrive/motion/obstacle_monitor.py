@@ -19,7 +19,7 @@ FORGOTTEN_S = 1.0
 """An echo older than this is ignored, and a measurement that takes longer is lost; the link's latency is added."""
 POLLS = 2
 """A measurement is polled this often before it is dropped: the first request may come while the bus is busy."""
-TRIPS = 8
+ROUND_TRIPS = 8
 """Round trips from the start of a measurement to the end of the next: wheels, bumper, wheels, sonar, twice."""
 FARTHEST_MM = 2550.0
 """The sonar gives distances as whole centimetres in one byte."""
@@ -182,7 +182,7 @@ class ObstacleMonitor:
 
     @property
     def _forgotten_s(self) -> float:
-        return FORGOTTEN_S + (TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
+        return FORGOTTEN_S + (ROUND_TRIPS * self._link.latency_s if self._sonar is not None else 0.0)
 
     def _older_than(self, age_s: float) -> bool:
         return self._echo is None or self._link.now() - self._echo.time_s > age_s

@@ -21,8 +21,8 @@ POSE_RANGE = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
-    """Motion over some time, by the wheels.
+class OdometryDelta:
+    """Motion since some moment, by the wheels.
 
     Attributes:
         x_mm: Displacement on the map.
@@ -38,11 +38,11 @@ class Trip:
 
     @property
     def away_mm(self) -> float:
-        """Distance from its start."""
+        """Distance from where it began."""
         return math.hypot(self.x_mm, self.y_mm)
 
 
-NOWHERE = Trip()
+NO_MOTION = OdometryDelta()
 
 
 class Odometry:
@@ -56,7 +56,7 @@ class Odometry:
 
     Attributes:
         pose: Where the robot is.
-        trip: Its motion since the last correction.
+        since_correction: Its motion since the last correction of the heading.
         distance_mm: Distance driven by the middle between the wheels, back counting negative.
         last: The latest reading.
         still_since_s: Time of the first reading with the current counts.
@@ -64,14 +64,14 @@ class Odometry:
 
     def __init__(self, wheels: WheelGeometry) -> None:
         self.pose = Pose()
-        self.trip = NOWHERE
+        self.since_correction = NO_MOTION
         self.distance_mm = 0.0
         self.last: Sample | None = None
         self.still_since_s = math.inf
         self._wheels = wheels
         self._lock = threading.Lock()
 
-    def note(self, reading: Sample) -> bool:
+    def update(self, reading: Sample) -> bool:
         """Add a reading of the left and the right wheel; the motion since the last one counts as an arc.
 
         Returns:
@@ -88,7 +88,7 @@ class Odometry:
                 self._integrate(before, reading)
             return True
 
-    def put(self, pose: Pose) -> None:
+    def set_pose(self, pose: Pose) -> None:
         """Set the pose.
 
         Raises:
@@ -100,10 +100,10 @@ class Odometry:
             self.pose = pose
 
     def correct(self, angle_deg: float) -> None:
-        """Add `angle_deg` to the heading and begin a new trip."""
+        """Add `angle_deg` to the heading and begin a new `since_correction`."""
         with self._lock:
             self.pose = Pose(self.pose.x_mm, self.pose.y_mm, self.pose.heading_deg + angle_deg)
-            self.trip = NOWHERE
+            self.since_correction = NO_MOTION
 
     def recalibrate(self, wheels: WheelGeometry, angle_deg: float) -> None:
         """Go on with another geometry of the wheels, after a correction of the heading by `angle_deg`."""
@@ -128,13 +128,13 @@ class Odometry:
             return
         left, right = (step * mm for step, mm in zip(steps, self._wheels.mm_per_count, strict=True))
         distance_mm, turned_deg = (left + right) / 2, math.degrees((left - right) / self._wheels.track_mm)
-        pose, trip = self.pose, self.trip
+        pose, delta = self.pose, self.since_correction
         self.distance_mm += distance_mm
         x_mm, y_mm = pose.ahead(distance_mm, turned_deg / 2)
         self.pose = Pose(x_mm, y_mm, pose.heading_deg + turned_deg)
-        self.trip = Trip(
-            trip.x_mm + x_mm - pose.x_mm,
-            trip.y_mm + y_mm - pose.y_mm,
-            trip.turned_deg + turned_deg,
-            trip.driven_mm + abs(distance_mm),
+        self.since_correction = OdometryDelta(
+            delta.x_mm + x_mm - pose.x_mm,
+            delta.y_mm + y_mm - pose.y_mm,
+            delta.turned_deg + turned_deg,
+            delta.driven_mm + abs(distance_mm),
         )

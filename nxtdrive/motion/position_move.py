@@ -109,7 +109,7 @@ class PositionMove:
         pace: How fast.
         guard: Called in each cycle; a reason that it returns ends the motion. Its argument is whether the goal is near:
             the last stretch leaves no time to read sensors.
-        note: Called with each reading.
+        on_reading: Called with each reading of the wheels.
         lease_s: About how long the wheels go on without a renewal.
         stall_s: A wheel that stands for this time although it should turn ends the motion.
     """
@@ -121,7 +121,7 @@ class PositionMove:
         pace: Pace,
         *,
         guard: Guard = unguarded,
-        note: Callable[[Sample], None] = lambda _: None,
+        on_reading: Callable[[Sample], None] = lambda _: None,
         lease_s: float = LEASE_S,
         stall_s: float = STALL_S,
     ) -> None:
@@ -130,7 +130,7 @@ class PositionMove:
         self._ports = [wheel.port for wheel in wheels]
         self._pace = pace
         self._guard = guard
-        self._note = note
+        self._on_reading = on_reading
         self._goals: list[float] = []
         self._leases = [Lease(link, wheel.port, lease_s) for wheel in wheels]
         self._stall_s = stall_s
@@ -163,16 +163,16 @@ class PositionMove:
     def _run(self, angle_deg: float) -> Steps[StopReason]:
         start = sample(self._link, *self._ports)
         self._goals = [at + wheel.ratio * angle_deg for at, wheel in zip(start.angles_deg, self._wheels, strict=True)]
-        rest = angle_deg
+        remaining_deg = angle_deg
         for _ in range(1 + CORRECTIONS):
-            stop = yield from self._approach(rest)
+            stop = yield from self._approach(remaining_deg)
             self.brake()
-            rest = yield from self._settle()
+            remaining_deg = yield from self._settle()
             if stop is not None:
                 return stop
-            if abs(rest) <= TOLERANCE_DEG:
+            if abs(remaining_deg) <= TOLERANCE_DEG:
                 break
-        return StopReason.DONE if abs(rest) <= MISSED_DEG else StopReason.TIMEOUT
+        return StopReason.DONE if abs(remaining_deg) <= MISSED_DEG else StopReason.TIMEOUT
 
     def _approach(self, angle_deg: float) -> Steps[StopReason | None]:
         """Drive until it is time to brake; returns None, or the reason to end earlier."""
@@ -184,14 +184,14 @@ class PositionMove:
         while True:
             stop = self._guard(near)
             began = link.now()
-            reading, rests = self._look()
-            progress.note(reading.time_s, rests)
+            reading, remaining_deg = self._read_wheels()
+            progress.update(reading.time_s, remaining_deg)
             stop = stop or progress.stalled() or (StopReason.TIMEOUT if began > deadline else None)
             if stop is not None:
                 return stop
             brake_at = progress.brake_at(reading.delay_s)
-            if (progress.rest and not driven) or brake_at - link.now() > self._cycle_s:
-                near, driven = self._drive(progress, rests, reading.delay_s), True
+            if (progress.remaining_deg and not driven) or brake_at - link.now() > self._cycle_s:
+                near, driven = self._drive(progress, remaining_deg, reading.delay_s), True
             if brake_at - link.now() <= self._cycle_s:
                 if brake_at > link.now():
                     for lease in self._leases:
@@ -201,27 +201,27 @@ class PositionMove:
             yield began + CYCLE_S
             self._cycle_s = link.now() - began
 
-    def _look(self) -> tuple[Sample, list[float]]:
+    def _read_wheels(self) -> tuple[Sample, list[float]]:
         """Read the wheels; returns the reading and each wheel's degrees to the goal, in its own direction."""
         reading = sample(self._link, *self._ports)
-        self._note(reading)
-        rests = [
+        self._on_reading(reading)
+        remaining_deg = [
             (goal - at) / wheel.ratio
             for wheel, goal, at in zip(self._wheels, self._goals, reading.angles_deg, strict=True)
         ]
-        return reading, rests
+        return reading, remaining_deg
 
-    def _drive(self, progress: BrakePredictor, rests: list[float], delay_s: float) -> bool:
+    def _drive(self, progress: BrakePredictor, remaining_deg: list[float], delay_s: float) -> bool:
         """Set each wheel's speed by the profile and synchronise the wheels; returns whether the goal is near."""
         creeping = CREEP_DEG + CREEP_DEG_S * (delay_s + self._cycle_s)
-        ahead = progress.speed * (delay_s + REGULATION_LAG_S)
-        left = abs(progress.rest) - ahead - creeping
-        speed = self._pace.at(progress.done, left)
-        for number, (wheel, lease, rest) in enumerate(zip(self._wheels, self._leases, rests, strict=True)):
-            wanted = math.copysign(speed, progress.rest) + SYNC_PER_S * (rest - progress.rest)
-            left_deg = abs(wheel.ratio) * (abs(rest) - progress.speed * delay_s) + BEHIND_DEG
+        ahead = progress.speed_deg_s * (delay_s + REGULATION_LAG_S)
+        left = abs(progress.remaining_deg) - ahead - creeping
+        speed = self._pace.at(progress.covered_deg, left)
+        for number, (wheel, lease, each_deg) in enumerate(zip(self._wheels, self._leases, remaining_deg, strict=True)):
+            wanted = math.copysign(speed, progress.remaining_deg) + SYNC_PER_S * (each_deg - progress.remaining_deg)
+            left_deg = abs(wheel.ratio) * (abs(each_deg) - progress.speed_deg_s * delay_s) + BEHIND_DEG
             if not lease.drive(wheel.ratio * wanted, left_deg=left_deg):
-                progress.begin(number, self._link.now())
+                progress.restart_stall_timer(number, self._link.now())
         return left <= creeping
 
     def _settle(self) -> Steps[float]:
@@ -230,9 +230,9 @@ class PositionMove:
         deadline = link.now() + SETTLE_S
         while True:
             began = link.now()
-            _, rests = self._look()
-            if rests == before or began >= deadline:
+            _, remaining_deg = self._read_wheels()
+            if remaining_deg == before or began >= deadline:
                 weights = [abs(wheel.ratio) for wheel in self._wheels]
-                return sum(weight * each for weight, each in zip(weights, rests, strict=True)) / sum(weights)
-            before = rests
+                return sum(weight * each for weight, each in zip(weights, remaining_deg, strict=True)) / sum(weights)
+            before = remaining_deg
             yield began + 2 * CYCLE_S

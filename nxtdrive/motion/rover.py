@@ -29,11 +29,11 @@ from nxtdrive.sensors import Compass, Sensor, Touch, Ultrasonic
 
 __all__ = ["DriveSettings", "Rover", "SafetyLimits"]
 
-ROUND_TRIPS = 1.5
+FRESH_ROUND_TRIPS = 1.5
 """A reading of the wheels that is no older than this many round trips is as good as a new one."""
 REST_S = 0.03
 """Wheels whose counts have not changed for this time stand."""
-TRIPS = 9
+ROUND_TRIPS = 9
 """Round trips between two calls of `drive`: reading sonar, bumper and wheels, and the safety stop, take 8."""
 STANDING_SHARE = 0.02
 """A wheel that would turn less than this share of the other is not driven."""
@@ -107,8 +107,8 @@ class Rover:
     ) -> None:
         self._ports = (output_port(left), output_port(right))
         sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
-        needle = _sensor(link, Compass, compass)
-        _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": needle})
+        heading_sensor = _sensor(link, Compass, compass)
+        _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": heading_sensor})
         check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
         self.settings = settings
         self._link = link
@@ -120,15 +120,15 @@ class Rover:
             turn_slip_percent=turn_slip_percent,
         )
         self._monitor = ObstacleMonitor(sonar, bumper, of_type("safety", safety, SafetyLimits), link)
-        self._leases = [Lease(link, port, settings.lease_s, trips=TRIPS) for port in self._ports]
+        self._leases = [Lease(link, port, settings.lease_s, round_trips=ROUND_TRIPS) for port in self._ports]
         self._stalls = [StallDetector() for _ in self._ports]
         self._motion: Motion[MotionResult] | None = None
         self._driving = False
         self._sensor_lock = link.lock()
         self._odometry = Odometry(self._wheels)
         self._correction: CompassCorrection | None = None
-        if needle is not None:
-            self._correction = CompassCorrection(needle, self._odometry, self._read_wheels, link)
+        if heading_sensor is not None:
+            self._correction = CompassCorrection(heading_sensor, self._odometry, self._read_wheels, link)
 
     # --- motion ---
 
@@ -206,18 +206,18 @@ class Rover:
         with stopping_on_error(self.stop):
             if self._correction is not None and not self._driving:
                 self.pose()
-            elif (speed_mm_s or turn_deg_s) and self._unread_for_s > max(WATCH_S, ROUND_TRIPS * self._link.latency_s):
+            elif (speed_mm_s or turn_deg_s) and self._wheels_unread:
                 self._read_wheels()
-            if speed_mm_s > 0 and (objection := self._monitor.watch(self._odometry.pose)) is not None:
+            if speed_mm_s > 0 and (reason := self._monitor.watch(self._odometry.pose)) is not None:
                 self.stop()
-                return objection
+                return reason
             speeds = self._wheels.wheels_deg(speed_mm_s, turn_deg_s)
             excess = max(1.0, *(abs(speed) / FASTEST_WHEEL_DEG_S for speed in speeds))
             self._driving = True
             for lease, stall, sign, speed in zip(self._leases, self._stalls, self._wheels.signs, speeds, strict=True):
                 turning = lease.drive(sign * speed / excess)
                 if not turning or abs(speed) / excess < SEEN_DEG_S:
-                    stall.begin(self._link.now())
+                    stall.restart(self._link.now())
             if any(stall.stalled for stall in self._stalls):
                 self.stop()
                 return StopReason.STALLED
@@ -251,7 +251,7 @@ class Rover:
     def reset_pose(self, pose: Pose = START) -> None:
         """Set the pose."""
         before = self.pose()
-        self._odometry.put(pose)
+        self._odometry.set_pose(pose)
         if self._correction is not None:
             self._correction.rebase(pose.heading_deg - before.heading_deg)
 
@@ -333,40 +333,40 @@ class Rover:
         begin, begin_mm = self.pose(), self._odometry.distance_mm
         for lease in self._leases:
             lease.release()
-        if guarded and (objection := self._monitor.clear_to_go(begin)) is not None:
+        if guarded and (reason := self._monitor.clear_to_go(begin)) is not None:
             brake_all(self._leases)
-            return MotionResult(objection, 0.0, 0.0)
+            return MotionResult(reason, 0.0, 0.0)
         self._driving = False
         for lease, port in zip(self._leases, self._ports, strict=True):
             if port not in [wheel.port for wheel in wheels]:  # it may still turn under its last lease
                 self._link.mark_driven(port)
                 lease.brake()
         guard = self._guard if guarded else unguarded
-        note = self._note if len(wheels) == len(self._ports) else self._note_all
-        move = PositionMove(self._link, wheels, pace, guard=guard, note=note, lease_s=self.settings.lease_s)
+        on_reading = self._update if len(wheels) == len(self._ports) else self._update_both
+        move = PositionMove(self._link, wheels, pace, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s)
         stop = yield from move.steps(angle_deg)
         self._align()
         turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
         return MotionResult(stop, self._odometry.distance_mm - begin_mm, turned_deg)
 
     def _read_wheels(self) -> None:
-        self._note(sample(self._link, *self._ports))
+        self._update(sample(self._link, *self._ports))
 
-    def _note(self, reading: Sample) -> None:
+    def _update(self, reading: Sample) -> None:
         """Add a reading of both wheels."""
-        if self._odometry.note(reading):
+        if self._odometry.update(reading):
             for stall, angle_deg in zip(self._stalls, reading.angles_deg, strict=True):
-                stall.note(reading.time_s, angle_deg)
+                stall.update(reading.time_s, angle_deg)
 
-    def _note_all(self, _: Sample) -> None:
+    def _update_both(self, _: Sample) -> None:
         """Read both wheels in a motion of only one."""
         self._read_wheels()
 
     @property
-    def _unread_for_s(self) -> float:
-        """Age of the latest reading of the wheels; most programs call `pose` between two calls of `drive`."""
-        last = self._odometry.last
-        return math.inf if last is None else self._link.now() - last.time_s
+    def _wheels_unread(self) -> bool:
+        """Whether the latest reading of the wheels is too old; most programs call `pose` between calls of `drive`."""
+        fresh_s, last = max(WATCH_S, FRESH_ROUND_TRIPS * self._link.latency_s), self._odometry.last
+        return last is None or self._link.now() - last.time_s > fresh_s
 
     def _align(self) -> None:
         """Correct the heading by the compass, if there is one and the robot is at rest."""

@@ -24,11 +24,11 @@ class StallDetector:
         self._angle_deg = math.inf
         self._since_s = self._now_s = -math.inf
 
-    def begin(self, time_s: float) -> None:
+    def restart(self, time_s: float) -> None:
         """Restart the timer: the wheel gets a new command at `time_s`, and its rest before does not count."""
         self._since_s = time_s
 
-    def note(self, time_s: float, angle_deg: float) -> None:
+    def update(self, time_s: float, angle_deg: float) -> None:
         """Add a reading."""
         self._now_s = time_s
         if abs(angle_deg - self._angle_deg) > STALL_DEG:

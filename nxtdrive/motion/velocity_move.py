@@ -74,17 +74,17 @@ class VelocityMove:
         link = self._link
         self._accelerate(goal_deg_s, regulated, confirmed=True)
         stall = StallDetector(self._stall_s)
-        stall.begin(link.now())
+        stall.restart(link.now())
         while (now := link.now()) < until_s:
             if self.speed_deg_s != goal_deg_s:
                 yield min(until_s, now + RAMP_S)
                 self._accelerate(goal_deg_s, regulated)
-                stall.begin(link.now())
+                stall.restart(link.now())
             elif self._lease.power == 0 or math.isinf(self._stall_s):
                 yield until_s
             else:
                 reading = sample(link, self._port)
-                stall.note(reading.time_s, reading.angles_deg[0])
+                stall.update(reading.time_s, reading.angles_deg[0])
                 if stall.stalled:
                     self._brake()
                     return StopReason.STALLED

@@ -15,7 +15,7 @@ from nxtdrive import open_brick
 from nxtdrive.motion.lease import LEASE_S
 from nxtdrive.motion.motor import MotorSettings
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S
-from nxtdrive.motion.rover import TRIPS, DriveSettings, Rover, SafetyLimits
+from nxtdrive.motion.rover import ROUND_TRIPS, DriveSettings, Rover, SafetyLimits
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.simulation import LinkFaults
 
@@ -124,7 +124,7 @@ def test_a_slow_link_does_not_keep_a_robot_going_without_new_calls(lab, latency_
     for _ in range(100):  # the program lives, and asks
         rover.pose()
     distance_mm = room.simulation.truth.pose.x_mm - begin
-    assert distance_mm <= 100 * (TRIPS * latency_ms / 1000 + LEASE_S + COAST_S) * 1.05
+    assert distance_mm <= 100 * (ROUND_TRIPS * latency_ms / 1000 + LEASE_S + COAST_S) * 1.05
 
 
 def test_a_computer_that_slept_does_not_start_the_robot_again(lab):

@@ -12,8 +12,8 @@ from behaviors.ports import Pose
 from firmware_protocol.errors import BrickError, LocalProtocolError
 from nxtdrive.mission.body import build_rover
 from nxtdrive.mission.files import read_mission_file
-from nxtdrive.motion.compass_correction import NEEDLE_DEG, VEER_DEG_PER_M, CompassFilter
-from nxtdrive.motion.odometry import Trip
+from nxtdrive.motion.compass_correction import READING_DEG, VEER_DEG_PER_M, CompassFilter
+from nxtdrive.motion.odometry import OdometryDelta
 from nxtdrive.motion.rover import Rover, SafetyLimits
 from sim_backend.devices.digital import Compass
 
@@ -152,12 +152,12 @@ def test_a_field_that_bends_slowly_misleads_by_its_bend_at_most_and_only_there(l
 
 def test_a_jump_leaves_the_heading_alone_and_agreement_mends_it():
     heading = CompassFilter()
-    heading.correction_deg(100, 0, Trip())
-    way = Trip(500, 0, 0, 500)
-    bent = NEEDLE_DEG + VEER_DEG_PER_M * 0.5 + 5
+    heading.correction_deg(100, 0, OdometryDelta())
+    way = OdometryDelta(500, 0, 0, 500)
+    bent = READING_DEG + VEER_DEG_PER_M * 0.5 + 5
     assert heading.correction_deg(100 + bent, 0, way) == 0
-    assert heading.correction_deg(100 + bent + 82, 90, Trip(0, 0, 90, 0)) == pytest.approx(-8)
-    assert heading.correction_deg(100 + 82, 82 + 10, Trip(0, 500, 0, 500)) == pytest.approx(-10, abs=3)
+    assert heading.correction_deg(100 + bent + 82, 90, OdometryDelta(0, 0, 90, 0)) == pytest.approx(-8)
+    assert heading.correction_deg(100 + 82, 82 + 10, OdometryDelta(0, 500, 0, 500)) == pytest.approx(-10, abs=3)
 
 
 DEFLECTIONS = st.floats(-60, 60)
@@ -167,16 +167,16 @@ MOVES = st.lists(st.one_of(st.floats(-360, 360), st.tuples(st.floats(40, 3000), 
 @given(start_deg=DEFLECTIONS, moves=MOVES)
 def test_a_perfect_odometer_is_misled_by_no_more_than_the_needle_is(start_deg, moves):
     heading, truth, correction, bend, worst = CompassFilter(), 0.0, 0.0, start_deg, 0.0
-    heading.correction_deg(start_deg % 360, 0.0, Trip())
+    heading.correction_deg(start_deg % 360, 0.0, OdometryDelta())
     for move in moves:
         if isinstance(move, tuple):
             way_mm, bend = move
-            trip = Trip(way_mm, 0, 0, way_mm)
+            moved = OdometryDelta(way_mm, 0, 0, way_mm)
         else:
             truth += move
-            trip = Trip(0, 0, move, 0)
+            moved = OdometryDelta(0, 0, move, 0)
         worst = max(worst, abs(bend - start_deg))
-        correction += heading.correction_deg((truth + bend) % 360, truth + correction, trip)
+        correction += heading.correction_deg((truth + bend) % 360, truth + correction, moved)
         assert abs(correction) <= worst + 1e-6
 
 

@@ -153,13 +153,13 @@ def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
 
 def test_standing_counts_from_when_the_wheel_was_told_or_last_turned():
     wheel, times = StallDetector(0.7), count(0, 100)
-    wheel.begin(0.0)
-    assert not any((wheel.note(next(times) / 1000, 5), wheel.stalled)[1] for _ in range(8))
-    wheel.note(0.8, 6)
+    wheel.restart(0.0)
+    assert not any((wheel.update(next(times) / 1000, 5), wheel.stalled)[1] for _ in range(8))
+    wheel.update(0.8, 6)
     assert wheel.stalled
-    wheel.note(0.9, 9)
+    wheel.update(0.9, 9)
     assert not wheel.stalled
-    wheel.note(1.7, 9)
+    wheel.update(1.7, 9)
     assert wheel.stalled
-    wheel.begin(1.5)
+    wheel.restart(1.5)
     assert not wheel.stalled

@@ -37,7 +37,7 @@ def turn(scale, by_wheels_deg=N.longest_deg, sides_mm=SIDES_MM, step_deg=5.0):
     heard = TurnScale()
     for step in range(math.ceil(abs(by_wheels_deg) / step_deg) + 1):
         wheels_deg = math.copysign(step * step_deg, by_wheels_deg)
-        heard.note(Pose(0.0, 0.0, 30.0 + wheels_deg), heard_mm(scale * wheels_deg, sides_mm))
+        heard.add(Pose(0.0, 0.0, 30.0 + wheels_deg), heard_mm(scale * wheels_deg, sides_mm))
     return heard
 
 
@@ -63,13 +63,13 @@ def test_silence_all_round_tells_nothing():
 def test_a_round_room_tells_nothing():
     heard = TurnScale()
     for step in range(90):
-        heard.note(Pose(0.0, 0.0, 5.0 * step), 800.0)
+        heard.add(Pose(0.0, 0.0, 5.0 * step), 800.0)
     assert heard.estimate() is None
 
 
 def test_what_was_heard_elsewhere_does_not_count():
     heard = turn(1.05)
-    heard.note(Pose(500.0, 0.0, 0.0), 800.0)
+    heard.add(Pose(500.0, 0.0, 0.0), 800.0)
     assert heard.estimate() is None
     assert len(heard.beams) == 1
 
