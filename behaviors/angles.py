@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
 
-if TYPE_CHECKING:  # the driver uses this module, too, and is not to load numpy for it
+if TYPE_CHECKING:  # the driver uses this module as well, and must not load numpy for it
     import numpy as np
     from numpy.typing import NDArray
 

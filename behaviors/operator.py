@@ -13,7 +13,7 @@ from behaviors.return_types import checked
 
 OPERATOR_CHOSE = "the operator chose it"
 ALTERNATIVE = "possible, though the profile does not propose it"
-"""Why of a candidate that nothing speaks for: a policy that weighs none has reasons for its proposal only."""
+"""`Choice.why` of the alternatives of a policy that weighs no candidates: it has a reason for its proposal only."""
 
 
 @runtime_checkable

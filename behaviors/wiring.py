@@ -34,17 +34,17 @@ class WiringNumbers:
         described: Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess.
         wrong: The mission is wrong once the chance that it is right is this low.
         right: It is right, and the check is over, once the chance that it is wrong is this low.
-        turned_deg: Two sightings are compared once the robot turned this far between them,
-        approached: or drove this share of the distance.
+        turned_deg: Two sightings are compared once the robot has turned this far between them, or driven `approached`.
+        approached: Share of the distance to the target that the robot drives between two sightings that are compared.
         rolled_mm: Two echoes are compared once a wheel turned this far between them.
         within_s: Both are compared within this time: later something may have moved.
-        bearing_deg: Standard deviation of a bearing, to which `of_turn` of the turn is added, since field of view and
-        of_turn: track may be wrong.
+        bearing_deg: Standard deviation of the bearing of a robot that does not turn.
+        of_turn: Share of a turn that is added to it, since field of view and track may be wrong.
         of_distance: Standard deviation of a distance by size, as a share.
         echo_mm: Standard deviation of the difference of two echoes.
-        straight_deg: Where the robot turned farther, its next echo may be of anything,
-        any_mm: over this span.
-        late: Chance that a frame or an echo is older than it says, or that the robot did not move.
+        straight_deg: After a turn of more than this the next echo may be of anything.
+        any_mm: Span of the ranges of such an echo.
+        late: Chance that a frame or an echo is older than its time, or that the robot did not move.
         stray: Chance of anything else: the target moved, or the other sighting was of a look-alike.
         older: Chance, for each age in `AGES` but 0, that frames are older than the mission says by it.
         slips: Chance that a wheel slips.

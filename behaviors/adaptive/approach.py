@@ -25,18 +25,19 @@ class ApproachNumbers:
 
     Attributes:
         slow_mm: The robot slows down over this last stretch before the target.
-        slowest: Down to this share of its speed.
+        slowest: Share of its speed to which it slows down there.
         blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
-        beside_mm: While the target stays in view only one from nearer than this: from farther away it is as likely of
-            something low beside the path, which leaves the beam as the robot comes nearer.
+        beside_mm: The same while the target stays in view: an echo from farther away is as likely of something low
+            beside the path, which leaves the beam as the robot comes nearer.
         hidden_s: What the safety stop reports hides the target if that has not been seen for longer than this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.
         echoes: This many such echoes in a row are believed.
-        progress_s: A robot commanded to drive should get farther by `progress_mm` in this time.
-        progress_mm: See `progress_s`.
+        progress_s: Time over which progress is judged.
+        progress_mm: A robot that is commanded to drive and gets no farther than this in `progress_s` is stuck.
         kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.
-        slipped_mm: The wheels slip if they have driven it farther than this in that time
-        closer_mm: and the picture has come closer by less than this.
+        slipped_mm: The wheels slip if they have driven farther than this in `progress_s` and the picture has come
+            closer by less than `closer_mm`.
+        closer_mm: See `slipped_mm`.
         straight: While it turns so sharply that it drives at less than this share of its speed, progress is not judged.
         map_ends_mm: Nearer to the target than this the camera counts, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
@@ -72,7 +73,7 @@ class ApproachSkill:
 
     Args:
         perception: What to work with.
-        trusts_map: Whether an obstacle on the map stops it, too.
+        trusts_map: Whether an obstacle on the map stops it as well.
         stands: Whether it continues in verify, where the robot stands in front of what may be the target.
     """
 

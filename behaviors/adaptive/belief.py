@@ -36,12 +36,12 @@ class BeliefNumbers:
         sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
         stand_mm: Looks from places no farther apart than this are looks from one place.
         round_frames: Frames that show each place when the robot scans.
-        sure_share: Up to this share of its range the detector finds every target; from there on its hit rate falls.
-        poor_share: At this share, since the light is not known, the hit rate is `poor`.
-        poor: See `poor_share`.
-        blind_share: At this share it is 0.
+        sure_share: Share of its range up to which the detector finds every target; from there on its hit rate falls.
+        poor_share: Share of its range at which the hit rate is `poor`; low, since the light is not known.
+        poor: Hit rate at `poor_share` of the range.
+        blind_share: Share of its range from which the hit rate is 0.
         empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
-        unknown: And where nothing is known: there may be no floor at all.
+        unknown: How plausible it is where nothing is known, since there may be no floor at all.
         likely_mm: Standard deviation of the prior around the floor that is known to be free.
         free_cells: A place is on free floor if the cell in its middle is free, or one that far beside it.
         slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
@@ -110,7 +110,7 @@ def _places(reach_mm: float) -> tuple[Array, Array]:
 def likely_places(floor: OccupancyGrid) -> Array:
     """Return how likely a target is at each place when nothing is known of it, (places,), at most 1.
 
-    Targets are where there is floor to stand on: the farther from all floor that is known to be free, the less likely.
+    Targets stand on floor, so a place is less likely the farther it is from all floor that is known to be free.
     """
     x_mm, y_mm = _places(floor.cells.reach_mm - N.edge_mm)
     i, j = floor.cells.index(x_mm), floor.cells.index(y_mm)
@@ -336,8 +336,8 @@ class Belief:
         """Return the arc of bearings with the best gain per time, from and to in degrees clockwise.
 
         Args:
-            x_mm: Where the robot is, forward of the start.
-            y_mm: And to the right of it.
+            x_mm: Place of the robot, forward of the start.
+            y_mm: Place of the robot, to the right of the start.
             floor: The map, for what may hide the target.
             turn_deg_s: How fast the robot turns while it looks.
         """

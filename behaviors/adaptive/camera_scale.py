@@ -1,7 +1,7 @@
 """How wrong distances by apparent size are: learned while driving, from echoes and from how a picture grows.
 
-A wrong field of view makes all distances by size wrong by one factor, which belongs to the robot; a wrong `height_mm`
-makes those of its target wrong. Both are learned as one factor for each target, and a new target begins with that of
+A wrong field of view makes all distances by size wrong by one factor, that of the robot; a wrong `height_mm` makes
+those of its target wrong. Both are learned as one factor for each target, and a new target begins with that of
 the last one. Of a target whose height is only guessed, the factor says how wrong the guess is; it begins with no more
 than that, and no other target begins with it.
 
@@ -34,14 +34,15 @@ class ScaleNumbers:
         offset_mm: Standard deviation of the offset between the target and the source of the echo.
         gate: An echo that is more standard deviations away than this is of something else than the last one.
         ahead_deg: A target within this bearing is straight ahead.
-        nearest_echo_mm: Echoes are compared with a target from this near,
-        farthest_echo_mm: up to this far, by its size.
+        nearest_echo_mm: Least distance by size at which a target is compared with echoes.
+        farthest_echo_mm: Greatest distance by size at which it is compared with them.
         apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
-        least_nearer: An echo's source is straight ahead when it comes nearer by this share of the distance driven,
-        most_nearer: up to this.
-        stretch_mm: A picture's growth is measured over a stretch of this length,
-        longest_mm: and up to this length, since wheels slip.
-        straight_deg: On which the robot turns no more than this.
+        least_nearer: The source of an echo is straight ahead if it comes nearer by at least this share of the distance
+            driven.
+        most_nearer: The source is straight ahead if it comes nearer by at most this share.
+        stretch_mm: Least length of a stretch over which the growth of a picture is measured.
+        longest_mm: Greatest length of such a stretch, since wheels slip.
+        straight_deg: The robot turns no more than this on such a stretch.
         unheard_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
             up to 8 %, and so is a factor learned by driving.
         sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
@@ -119,7 +120,7 @@ class CameraScale:
         guessed: Targets whose heights are guessed.
 
     Attributes:
-        sonar_ahead_mm: See above.
+        sonar_ahead_mm: As given.
     """
 
     def __init__(self, sonar_ahead_mm: float, guessed: Collection[str] = ()) -> None:

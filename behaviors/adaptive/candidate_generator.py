@@ -35,8 +35,8 @@ class CandidateNumbers:
         end_spacing_mm: Distance between the places considered as ends of a detour.
         clearances_mm: Room beside the last, straight stretch, tried in this order: the map makes objects larger than
             they are, hence the last one.
-        nearest_end_mm: A detour ends no nearer to the target, which itself echoes.
-        farthest_end_mm: And no farther away.
+        nearest_end_mm: A detour ends no nearer to the target than this, since the target itself gives an echo.
+        farthest_end_mm: A detour ends no farther away from the target than this.
         least_visible: The end of a detour shows the target with at least this probability.
         news_s: Another target is still where it was seen, with probability 1/e, after this time.
     """

@@ -22,29 +22,29 @@ class PathNumbers:
     """The numbers of following a path.
 
     Attributes:
-        passed_mm: A waypoint is passed when the robot is this near.
-        beside_mm: Or beside or beyond it, at no more than this.
+        passed_mm: A waypoint is passed when the robot is this near to it.
+        beside_mm: A waypoint is passed, too, when the robot is beside or beyond it and this near to it.
         pivot_deg: At a larger bearing the robot turns on the spot.
         turned_deg: After a stop before an obstacle it does so at a larger bearing than this, since the safety stop
             would hold it again until it has turned away.
         steer_per_s: Turn rate per degree of bearing, 1/s: more than in an approach, since no picture has to stay sharp.
         steer_limit_deg_s: Fastest turn.
         renew_s: The path is planned again this often, since more of it comes into view.
-        kept: But it is kept unless it takes this many times the time of the best one.
-        kept_s: And this much more: times are those between cells of the map.
-        longer: A path that turns out to take this many times as long as when it was chosen is abandoned: something else
-            may be the better choice now.
-        longer_s: And this much more.
+        kept: The old path is kept unless it takes more than this many times the time of the best one, plus `kept_s`.
+        kept_s: See `kept`; times are those between cells of the map.
+        longer: A path that turns out to take more than this many times as long as when it was chosen, plus `longer_s`,
+            is abandoned: something else may be the better choice now.
+        longer_s: See `longer`.
         stops: A robot that was stopped more often than this has no path.
         clearance_mm: With less room beside the straight path to the target the robot stays on its own: more than a
             planned path leaves, since the last stretch is driven by eye.
         standoff_mm: The last stretch before the target need not be free: the target itself echoes.
         far_enough_mm: This far along a path that leads no farther it is worth scanning.
-        leeway: A path may take this many times the time that its length takes at cruising speed.
-        leeway_s: And this much more.
+        leeway: A path may take this many times the time that its length takes at cruising speed, plus `leeway_s`.
+        leeway_s: See `leeway`.
         retreat_mm: The robot backs off this far from what it touched or what holds its wheels.
         slow_mm: An echo from nearer than this slows it down, since there may be more beside the beam.
-        slow_share: Down to this share of the cruising speed.
+        slow_share: Share of the cruising speed at which it then drives.
     """
 
     passed_mm: float = 90.0
@@ -212,7 +212,7 @@ class FollowPathSkill:
         return float(paths.seconds_to(np.array([self._goal]))[0])
 
     def _no_path(self, observation: Observation) -> Fact:
-        """Report that there is no path; from far enough along the old one a scan is worthwhile, too."""
+        """Report that there is no path; far enough along the old one a scan is worthwhile all the same."""
         world = self._perception.world
         if self._blocker is not None:
             measured = {"range_mm": observation.range_mm, "stops": self._stops}

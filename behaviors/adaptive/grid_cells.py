@@ -90,5 +90,5 @@ class Cone:
     heading_deg: float
 
     def arc(self, range_mm: float, half_mm: float) -> Mask:
-        """Return which cells are at a distance, give or take."""
+        """Return which cells are at a distance, to within `half_mm`."""
         return np.asarray(self.inside & (np.abs(self.along_mm - range_mm) <= half_mm))

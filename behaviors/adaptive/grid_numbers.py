@@ -22,7 +22,7 @@ class GridNumbers:
         free_echo: An echo from beyond a cell lowers its evidence by this.
         passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
-        explains: A cell with more evidence than this explains a farther echo from its place, give or take a cell.
+        explains: A cell with more evidence than this explains a farther echo from its place, to within a cell.
         free_silent: Silence lowers it by this.
         freest: The least evidence that echoes leave.
         freest_silent: The least evidence that silence leaves.
@@ -30,16 +30,17 @@ class GridNumbers:
         hit_near: A near echo raises the evidence of its arc by this.
         hit_far: A farther one raises it by this.
         arc_cells: Half the width of an echo's arc, in cells.
-        repeated_mm: An echo repeats the last one when the robot moved less than this.
-        repeated_deg: And turned less than this.
-        repeated_range_mm: And the range differs by less than this.
+        repeated_mm: An echo repeats the last one if the robot has moved less than this, turned less than
+            `repeated_deg`, and the range differs by less than `repeated_range_mm`.
+        repeated_deg: See `repeated_mm`.
+        repeated_range_mm: See `repeated_mm`.
         known: A cell with less evidence, either way, is unknown to a line of sight.
         free: A cell with this much evidence against an obstacle is known as free.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
         fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
         appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
-            it appeared there and may leave, too.
+            it appeared there and may leave again.
         appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
             clear it.
@@ -50,8 +51,8 @@ class GridNumbers:
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than
             the map said.
-        grows_cells: The grid grows by so many cells to each side, 3.6 m.
-        most_side: And no larger than this, 28.8 m to each side: an update takes the longer the larger it is.
+        grows_cells: The grid grows by this many cells on each side, 3.6 m.
+        most_side: Most cells along each axis, 28.8 m on each side: updates of a larger grid take longer.
     """
 
     arc_deg: float = 11.0

@@ -13,8 +13,9 @@ class LookAlikeNumbers:
     """The numbers of look-alikes.
 
     Attributes:
-        near_mm: Sightings no farther than this from a look-alike are of it;
-        near_share: or this share of their distance, if that is more, while it is not settled what is there.
+        near_mm: Sightings no farther than this from a look-alike are of it.
+        near_share: While it is not settled what is there, sightings no farther apart than this share of their distance,
+            if that is more than `near_mm`, are of one object.
         rejected_s: It is tested again after this time.
         looks: A doubtful object is taken for the target after scans from this many places without a better one;
             after one if nothing else was ever taken for it.

@@ -45,10 +45,10 @@ class OccupancyGrid:
 
     Attributes:
         cells: Where its cells are.
-        radius_mm: The robot's.
-        sonar_forward_mm: The sonar in front of the axle.
-        sonar_height_mm: It above the floor.
-        evidence: That of each cell.
+        radius_mm: Radius of the robot.
+        sonar_forward_mm: How far the sonar is in front of the axle.
+        sonar_height_mm: How far the sonar is above the floor.
+        evidence: Evidence for an obstacle in each cell, a score as in `GridNumbers`.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.

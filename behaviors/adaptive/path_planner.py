@@ -26,8 +26,8 @@ class PlannerNumbers:
             and echoes err, and a path should lead through the middle of a door.
         beyond_cells: Paths go this many cells beyond the known floor at most.
         doubtful: Cost of a cell that may be occupied.
-        likely: Cost of a cell with more evidence than `likely_evidence`, from several echoes.
-        likely_evidence: See `likely`.
+        likely: Cost of a cell with more evidence than `likely_evidence`.
+        likely_evidence: More evidence than this comes from several echoes.
         unknown: Cost of a cell that is not known.
         unknown_without_sonar: The same without a sonar, which would hear an obstacle there in time.
         few_places: A robot that can reach fewer places than this is walled in.

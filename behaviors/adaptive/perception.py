@@ -29,8 +29,9 @@ class PerceptionNumbers:
         lost_frames: A target is lost only after this many frames without it.
         longest_step_s: What takes longer is a pause.
         silent_share: Share of its speed at which the robot drives while the sonar seems dead.
-        slow_link_s: If requesting echo and pose takes longer than this, the link is slow,
-        burst: and each look evaluates this many frames: a frame takes little time compared with a round trip.
+        slow_link_s: If requesting echo and pose takes longer than this, the link is slow.
+        burst: Number of frames that each look evaluates on a slow link, where a frame takes little time compared with a
+            round trip.
         test_s: Longest turn to test a doubtful sonar.
         free_mm: With an echo from farther away than this the floor that a frame shows right ahead is free.
         turn_tests: After this many turns whose echoes did not show the scale of turns, no more are made for it.
@@ -172,7 +173,7 @@ class Perception:
         was_stuck = self.sonar.stuck
         believed_mm = self.sonar.believed(now_s, pose, range_mm)
         if self.sonar.stuck and not was_stuck:
-            self.context.body.distrust_sonar(f"It says {range_mm:.0f} mm wherever the robot turns.")
+            self.context.body.distrust_sonar(f"It measures {range_mm:.0f} mm wherever the robot turns.")
         elif was_stuck and not self.sonar.stuck:
             self.context.body.trust_sonar()
         if self.sonar.stuck is not was_stuck:

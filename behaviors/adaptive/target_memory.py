@@ -39,13 +39,13 @@ class TargetNumbers:
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place and of its edges, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
-        jump_mm: A sighting this far from the last one is of something that moved, or of something else;
-        jump_share: or this share of its distance, if that is more.
-        step_deg: Looks whose headings differ by less than this, and their places by less than `step_mm`, update the
-            belief together.
+        jump_mm: A sighting farther than this from the last one is of something that moved, or of something else.
+        jump_share: For sightings within `new_look_s`, this share of the distance replaces `jump_mm` if it is more.
+        step_deg: Looks update the belief together if their headings differ by less than this and their places by less
+            than `step_mm`.
         step_mm: See `step_deg`.
         inside_mm: A place where a target is seen is at least this far from the map's edge.
-        new_mm: An object that hides a target from a place hides it from this far beside it with probability 1/e, too.
+        new_mm: An object that hides a target from a place also hides it from this far beside it, with probability 1/e.
     """
 
     farthest_mm: float = 4500.0

@@ -21,9 +21,9 @@ class TurnNumbers:
     """The numbers of the estimate.
 
     Attributes:
-        enough_deg: A turn this long, by the wheels, shows the scale if the room has edges to hear at its beginning.
-        further_deg: If it has not, the turn goes on by this much at a time,
-        longest_deg: up to this length.
+        enough_deg: A turn this long, by the wheels, shows the scale if the sonar heard edges at its beginning.
+        further_deg: Otherwise the turn goes on by this much at a time.
+        longest_deg: Greatest length of the turn.
         most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
         least: A smaller share may be an accident of the echoes, and is ignored.
         overlap_deg: The arc that is heard twice must be at least this wide.
@@ -31,9 +31,9 @@ class TurnNumbers:
         farthest_mm: Echoes from farther away, and silence, count as this.
         outlier_mm: A larger difference counts as this: something moved, or a beam just missed an edge.
         fits_mm: Echoes that differ by more in the mean do not fit.
-        distinct: Scales that are farther from the best one than `apart_deg` in a turn must fit worse by this share of
-            its misfit,
-        distinct_mm: and by this: where nothing is near, every scale fits.
+        distinct: Scales that differ from the best one by more than `apart_deg` in a turn must fit worse by this share
+            of its misfit, and by `distinct_mm`.
+        distinct_mm: See `distinct`; where nothing is near, every scale fits.
         apart_deg: See `distinct`.
         moved_mm: A robot that moved farther than this has not turned on the spot.
     """

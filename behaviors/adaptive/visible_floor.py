@@ -40,21 +40,21 @@ class VisibleFloorNumbers:
         noise_deg: Standard deviation of the difference between camera and sonar. Measurements of one wall are
             correlated, so it is not smaller.
         outlier_chance: Chance that camera and sonar measured two different things: what looks like the floor, or is
-            lower than the beam,
-        outlier_span_deg: whose angles then differ by anything within this span.
-        grid_sds: The grid of hypotheses reaches this many standard deviations to either side,
-        grid_steps: in this many steps each way.
+            lower than the beam.
+        outlier_span_deg: The angles of two different things differ by anything within this span.
+        grid_sds: The grid of hypotheses reaches this many standard deviations to either side.
+        grid_steps: Number of hypotheses along each axis of that grid.
         table_step_mm: Distances are tried in these steps.
-        beam_deg: An echo comes from within this angle of the sonar's axis,
-        nearest_rays: and from where these rays, in the middle, see the floor end first:
-        ahead_deg: they have to be this near to the axis, since to the sides the beam fades.
-        nearest_mm: Echoes from here,
-        farthest_mm: to here are compared.
-        moved_mm: After a measurement the robot has to drive this far,
-        turned_deg: or to turn this far, for another one.
+        beam_deg: An echo comes from within this angle of the sonar's axis.
+        nearest_rays: Number of rays in the beam, those that end nearest, whose middle one is compared with the echo.
+        ahead_deg: That ray has to be this near to the axis, since the beam fades to the sides.
+        nearest_mm: Echoes from nearer than this are not compared.
+        farthest_mm: Echoes from farther away than this are not compared.
+        moved_mm: After a comparison the robot has to drive this far, or to turn by `turned_deg`, for another one.
+        turned_deg: See `moved_mm`.
         ray_sd_deg: Standard deviation of one ray's angle. Source: docs/vision.md section 3.
         error_mm: Distances that may be wrong by more than this are not used.
-        farthest_used_mm: Nor are larger ones.
+        farthest_used_mm: Larger distances than this are not used either.
     """
 
     offset_sd_deg: float = 2.0

@@ -22,9 +22,9 @@ class WaitNumbers:
         before_mm: Only an echo that is this much nearer than the target blocks the path: a little less than in an
             approach, for the same reason.
         clear: The path is free after this many clear echoes in a row while the target is in view.
-        clear_unseen: And while it is not.
+        clear_unseen: The same while the target is not in view.
         in_view_s: A target that was seen no longer ago is in view.
-        aim_deg: A second look points at where the target should be, give or take this.
+        aim_deg: A second look points at where the target should be to within this.
         look_s: Length of each look of a second look.
         beside_deg: Turns before these looks: at the place itself, to the right of it, to the left.
     """

@@ -26,8 +26,9 @@ class WorldNumbers:
     """The numbers of the world model.
 
     Attributes:
-        same_blocker_s: A blocker is the last one again when that was no longer ago than this.
-        same_blocker_mm: And no farther away than this.
+        same_blocker_s: A blocker is the last one again if that was no longer ago than this, and no farther away than
+            `same_blocker_mm`.
+        same_blocker_mm: See `same_blocker_s`.
         marked_mm: A blocker farther away than this is left to the echoes, which place it better.
     """
 

@@ -28,9 +28,9 @@ from input_files.toml_file import read_toml
 BUILT_IN = Path(__file__).parent / "lena_rilakkuma.toml"
 """The mission that runs by default."""
 FILES = {"onnx": ("model", "labels")}
-"""Keys of a target that name files besides pictures, by detector;"""
+"""Keys of a target that name files besides pictures, by built-in detector."""
 FILE = "_file"
-"""keys of the detectors of other packages do so if they end in this."""
+"""A key of another package's detector names a file if it ends in this."""
 
 
 class MissionError(MistakesError):

@@ -15,13 +15,13 @@ from behaviors.plausibility import TOLERANCE_MM
 from behaviors.profile_names import ADAPTIVE, THESIS, profile_in_mission
 
 LENS_BEHIND_SONAR_MM = 40.0
-"""By common builds."""
+"""How far the lens is behind the sonar on common builds; counts while a mission does not give the lens's place."""
 
 
 class ThesisParameters(Table):
     """Parameters of the thesis profile; where the thesis gives none, the reading of docs/thesis.md.
 
-    The adaptive profile uses `continue_every_s`, too, and `advances` and `advance_mm` if it does not choose viewpoints.
+    The adaptive profile also uses `continue_every_s`, and `advances` and `advance_mm` if it does not choose viewpoints.
 
     Attributes:
         wait_s: Time at rest when the target was recognised but not reached.
@@ -65,7 +65,7 @@ class AdaptiveParameters(Table):
         approach_limit_s: An approach that takes longer has failed.
         arrive_mm: Apparent distance at which the target is reached.
         sonar_tolerance_mm: An arrival counts only if the sonar's echo and the apparent distance differ by no more than
-            this, or than a third of the distance if that is more. Without an echo it counts, too.
+            this, or than a third of the distance if that is more. Without an echo it counts as well.
         search_budget_s: Longest search for a target without a sighting before another one is pursued.
         rounds: Maximum number of rounds through the list of targets, unless that of [mission] is larger.
         max_researches: Searches for one target after the first, in each round; without it there is no limit.

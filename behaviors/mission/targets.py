@@ -119,7 +119,7 @@ class OnnxTarget(Table):
 
     @model_serializer(mode="wrap")
     def _without_guess(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out a height that was not given, so that what is read again knows that, too."""
+        """Leave out a height that was not given, so that the mission that is read again does not give it either."""
         values: dict[str, Any] = dump(self)
         if self.guessed:
             values.pop("height_mm", None)

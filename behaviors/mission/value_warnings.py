@@ -16,9 +16,9 @@ WHEEL_DEG_S = 855.0
 """An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
 
 USED_BY_ADAPTIVE = {"continue_every_s"}
-"""Keys of [thesis] that the adaptive profile uses, too,"""
+"""Keys of [thesis] that the adaptive profile also uses."""
 USED_BY_FIXED_MOVES = {"advances", "advance_mm"}
-"""and those that it uses if it does not choose where to look from."""
+"""Keys of [thesis] that it uses only if it does not choose where to look from."""
 
 
 def value_warnings(mission: Mission) -> Iterator[str]:

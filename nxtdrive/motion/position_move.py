@@ -41,10 +41,9 @@ SYNC_PER_S = 2.5
 """Speed, in deg/s, subtracted from a wheel for each degree it is ahead of the other."""
 SETTLE_S = 0.4
 """Longest wait for a braked wheel to stand still."""
-LATE = 2.0
-"""A motion may take this many times as long as its speed profile,"""
-LATE_S = 2.0
-"""and this much longer, for latency, creeping, settling and corrections; then it ends with TIMEOUT."""
+LATE, LATE_S = 2.0, 2.0
+"""A motion ends with TIMEOUT after this many times the duration of its speed profile plus this many seconds, for
+latency, creeping, settling and corrections."""
 
 
 @dataclass(frozen=True, slots=True)

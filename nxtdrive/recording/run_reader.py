@@ -109,7 +109,7 @@ def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:
 
 
 def _mission(path: Path) -> Mission | None:
-    """Read a mission; None for one of a version with other keys, too."""
+    """Read a mission; None if there is none, or if another version wrote it with other keys."""
     try:
         return Mission.model_validate(parse_object(read_text(path, MAX_BYTES)), context=PAST)
     except ValueError:
