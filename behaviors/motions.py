@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 from behaviors.ports import Body, MotionResult, Pose
@@ -53,12 +52,8 @@ class ResumableStraight:
 
     def call(self) -> MotionResult:
         """Drive the remaining distance; the result is that of the whole drive."""
-        left_mm = self._distance_mm - self._driven_mm() if self._begun else self._distance_mm
+        driven_mm = self._begin.forward_mm_to(self._body.pose()) if self._begun else 0.0
+        left_mm = self._distance_mm - driven_mm
         self._begun = True
         result = self._body.straight(left_mm)
-        return replace(result, distance_mm=self._distance_mm - left_mm + result.distance_mm)
-
-    def _driven_mm(self) -> float:
-        """Return how far the robot has come along the heading with which it began."""
-        now, heading = self._body.pose(), math.radians(self._begin.heading_deg)
-        return (now.x_mm - self._begin.x_mm) * math.cos(heading) + (now.y_mm - self._begin.y_mm) * math.sin(heading)
+        return replace(result, distance_mm=driven_mm + result.distance_mm)

@@ -32,8 +32,13 @@ class Pose:
     y_mm: float = 0.0
     heading_deg: float = 0.0
 
-    def ahead(self, distance_mm: float, bearing_deg: float = 0.0) -> tuple[float, float]:
-        """Return the point (x_mm, y_mm) at `distance_mm` and `bearing_deg` (positive right) from here."""
+    @property
+    def point(self) -> Point:
+        """The place without the heading."""
+        return self.x_mm, self.y_mm
+
+    def ahead(self, distance_mm: float, bearing_deg: float = 0.0) -> Point:
+        """Return the point at `distance_mm` and `bearing_deg` (positive right) from here."""
         angle = math.radians(self.heading_deg + bearing_deg)
         return self.x_mm + distance_mm * math.cos(angle), self.y_mm + distance_mm * math.sin(angle)
 
@@ -42,10 +47,18 @@ class Pose:
         dx, dy = point[0] - self.x_mm, point[1] - self.y_mm
         return wrapped_deg(math.degrees(math.atan2(dy, dx)) - self.heading_deg), math.hypot(dx, dy)
 
+    def distance_mm_to(self, other: Pose) -> float:
+        """Return the distance of another pose."""
+        return math.hypot(other.x_mm - self.x_mm, other.y_mm - self.y_mm)
+
+    def forward_mm_to(self, other: Pose) -> float:
+        """Return how far another pose is ahead, measured along this heading; negative behind."""
+        heading = math.radians(self.heading_deg)
+        return (other.x_mm - self.x_mm) * math.cos(heading) + (other.y_mm - self.y_mm) * math.sin(heading)
+
     def is_near(self, other: Pose, within_mm: float, within_deg: float) -> bool:
         """Return whether another pose is nearer than a distance, and its heading than an angle; full turns count."""
-        moved_mm = math.hypot(self.x_mm - other.x_mm, self.y_mm - other.y_mm)
-        return moved_mm < within_mm and abs(self.heading_deg - other.heading_deg) < within_deg
+        return self.distance_mm_to(other) < within_mm and abs(self.heading_deg - other.heading_deg) < within_deg
 
 
 class Cut(Flag):

@@ -285,7 +285,7 @@ def _displacement(last: Pose, pose: Pose) -> Displacement:
     """Return the displacement between two poses."""
     turned_deg = pose.heading_deg - last.heading_deg
     between = replace(last, heading_deg=last.heading_deg + turned_deg / 2)
-    bearing_deg, distance_mm = between.polar_to((pose.x_mm, pose.y_mm))
+    bearing_deg, distance_mm = between.polar_to(pose.point)
     return distance_mm * math.cos(math.radians(bearing_deg)), turned_deg
 
 

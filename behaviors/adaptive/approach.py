@@ -189,7 +189,7 @@ class ApproachSkill:
         if not self._driven or self._driven[0][0] > observation.time_s - N.progress_s:
             return None
         _, then, then_mm = self._driven[0]
-        moved_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
+        moved_mm = then.distance_mm_to(pose)
         if moved_mm < N.progress_mm:
             return arrive_failed(
                 Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm), moved_mm=moved_mm

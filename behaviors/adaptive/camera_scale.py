@@ -185,7 +185,7 @@ class CameraScale:
         """Compare how much nearer it looks with how far the robot has driven straight."""
         if estimate.begin is not None:
             then, then_mm = estimate.begin
-            driven_mm = math.hypot(pose.x_mm - then.x_mm, pose.y_mm - then.y_mm)
+            driven_mm = then.distance_mm_to(pose)
             nearer_mm = then_mm - distance_mm
             if abs(pose.heading_deg - then.heading_deg) > N.straight_deg or driven_mm > N.longest_mm:
                 estimate.begin = None
@@ -204,7 +204,7 @@ class CameraScale:
         by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
         if not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
             return
-        driven_mm = math.inf if at is None else math.hypot(pose.x_mm - at[0].x_mm, pose.y_mm - at[0].y_mm)
+        driven_mm = math.inf if at is None else at[0].distance_mm_to(pose)
         if driven_mm < N.apart_mm:
             return
         estimate.heard_at = pose, echo_mm

@@ -33,14 +33,13 @@ class DrivenFloor:
             self._frames.clear()
         self._frames.append((time_s, pose))
         free_at_s = None
-        while self._frames[0][1].polar_to((pose.x_mm, pose.y_mm))[1] >= FLOOR_MM:
+        while self._frames[0][1].distance_mm_to(pose) >= FLOOR_MM:
             free_at_s, _ = self._frames.popleft()
         return free_at_s
 
 
 def _drove_on(first: Pose, last: Pose, pose: Pose) -> bool:
     """Return whether a robot drove straight ahead from the first to the last of some poses, and on to a further one."""
-    _, before_mm = first.polar_to((last.x_mm, last.y_mm))
-    bearing_deg, now_mm = first.polar_to((pose.x_mm, pose.y_mm))
+    bearing_deg, now_mm = first.polar_to(pose.point)
     ahead = now_mm == 0.0 or abs(bearing_deg) < 90.0
-    return ahead and now_mm >= before_mm and abs(pose.heading_deg - first.heading_deg) <= STRAIGHT_DEG
+    return ahead and now_mm >= first.distance_mm_to(last) and abs(pose.heading_deg - first.heading_deg) <= STRAIGHT_DEG

@@ -243,8 +243,8 @@ class OccupancyGrid:
 
     def clear_footprint(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
-        self.include((pose.x_mm, pose.y_mm), margin_mm=self.radius_mm)
-        window, inside = self.cells.disc(pose.x_mm, pose.y_mm, self.radius_mm)
+        self.include(pose.point, margin_mm=self.radius_mm)
+        window, inside = self.cells.disc(*pose.point, self.radius_mm)
         self.evidence[window][inside] = N.freest
         self._swept[window] |= inside
 

@@ -72,7 +72,7 @@ class SonarTrust:
         if range_mm is None:
             return None
         if range_mm == self._last_mm and self._pose is not None:
-            self._path_mm += math.hypot(pose.x_mm - self._pose.x_mm, pose.y_mm - self._pose.y_mm)
+            self._path_mm += self._pose.distance_mm_to(pose)
             self._turn_deg += abs(wrapped_deg(pose.heading_deg - self._pose.heading_deg))
             self._headings = min(self._headings[0], pose.heading_deg), max(self._headings[1], pose.heading_deg)
         else:

@@ -290,7 +290,7 @@ class TargetMemory:
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)
         pose = self._camera.lens_at(self._poses.at(sighting.time_s))
-        place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), (pose.x_mm, pose.y_mm)
+        place, here = pose.ahead(sighting.distance_mm, sighting.bearing_deg), pose.point
         self._floor.clear_line_of_sight(here, place)
         before = self.known.get(target)
         if before is not None and math.dist(before.place, place) > N.jump_mm:
@@ -324,8 +324,7 @@ class TargetMemory:
     def _miss(self, target: str, pose: Pose) -> None:
         unseen = self._unseen.get(target)
         if unseen is not None and (
-            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg
-            or math.hypot(unseen.pose.x_mm - pose.x_mm, unseen.pose.y_mm - pose.y_mm) > N.step_mm
+            abs(unseen.pose.heading_deg - pose.heading_deg) > N.step_deg or unseen.pose.distance_mm_to(pose) > N.step_mm
         ):
             self.beliefs[target].look(unseen.pose, self._floor, unseen.frames)
             unseen = None

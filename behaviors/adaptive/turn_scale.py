@@ -88,10 +88,8 @@ class TurnScale:
 
     def add(self, pose: Pose, range_mm: float | None) -> None:
         """Add an echo or silence; where the robot moved on, a new turn begins."""
-        if self._beams:
-            begin = self._beams[0][0]
-            if math.hypot(pose.x_mm - begin.x_mm, pose.y_mm - begin.y_mm) > N.moved_mm:
-                self._beams.clear()
+        if self._beams and self._beams[0][0].distance_mm_to(pose) > N.moved_mm:
+            self._beams.clear()
         self._beams.append((pose, range_mm))
 
     def estimate(self) -> float | None:

@@ -79,7 +79,7 @@ class WorldModel:
     @property
     def here(self) -> Point:
         """Where the robot is."""
-        return self.pose.x_mm, self.pose.y_mm
+        return self.pose.point
 
     def perceive(
         self,

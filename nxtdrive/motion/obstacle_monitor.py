@@ -61,11 +61,7 @@ class Echo:
 
     def distance_from(self, pose: Pose) -> float:
         """Return the distance from `pose` to the source of the echo if that stands still; infinity without an echo."""
-        if self.distance_mm is None:
-            return math.inf
-        heading = math.radians(self.pose.heading_deg)
-        driven_mm = (pose.x_mm - self.pose.x_mm) * math.cos(heading) + (pose.y_mm - self.pose.y_mm) * math.sin(heading)
-        return self.distance_mm - driven_mm
+        return math.inf if self.distance_mm is None else self.distance_mm - self.pose.forward_mm_to(pose)
 
 
 class ObstacleMonitor:

@@ -131,7 +131,7 @@ def _targets(looks: Sequence[_Look], mission: Mission) -> dict[str, tuple[Point,
 
 def _between(cell: Point, look: _Look) -> bool:
     """Return whether the line of sight of a look crosses a cell."""
-    forward_mm = math.dist(look.place, (look.pose.x_mm, look.pose.y_mm))
+    forward_mm = math.dist(look.place, look.pose.point)
     bearing = math.atan2(look.place[1] - look.pose.y_mm, look.place[0] - look.pose.x_mm)
     x_mm, y_mm = cell[0] - look.pose.x_mm, cell[1] - look.pose.y_mm
     along_mm = x_mm * math.cos(bearing) + y_mm * math.sin(bearing)
@@ -141,7 +141,7 @@ def _between(cell: Point, look: _Look) -> bool:
 
 def _obstacles(scene: MapScene, targets: Sequence[Point]) -> set[Point]:
     """Return the cells with an obstacle that is not a target and not where the robot was."""
-    path = [(pose.x_mm, pose.y_mm) for pose, _ in scene.poses]
+    path = [pose.point for pose, _ in scene.poses]
     return {
         cell
         for cell in scene.cells(LIKELY)

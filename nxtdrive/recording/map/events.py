@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -160,5 +159,4 @@ def _grouped(events: Sequence[MapEvent]) -> list[EventGroup]:
 
 
 def _shares(event: MapEvent, first: MapEvent) -> bool:
-    away_mm = math.hypot(event.pose.x_mm - first.pose.x_mm, event.pose.y_mm - first.pose.y_mm)
-    return event.same == first.same and away_mm <= SAME_PLACE_MM
+    return event.same == first.same and event.pose.distance_mm_to(first.pose) <= SAME_PLACE_MM

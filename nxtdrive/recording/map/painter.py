@@ -98,7 +98,7 @@ class MapPainter:
         for events, size in ((self._scene.events, SMALL_MARK_PX), (self._numbered, MARK_PX)):
             for event in events:
                 mark = mark_style(event)
-                sheet.marker(mark.marker, view.at(on_page((event.pose.x_mm, event.pose.y_mm))), size, mark.color)
+                sheet.marker(mark.marker, view.at(on_page(event.pose.point)), size, mark.color)
 
     def keys(self, area: Area) -> Iterator[Key]:
         """Yield the legend for an area."""
@@ -137,7 +137,7 @@ class MapPainter:
         _paint_start(view.sheet, view.at((0.0, 0.0)), radius)
         if len(self._scene.poses) > 1:
             last = self._scene.poses[-1][0]
-            at, front = _pixels(view, [(last.x_mm, last.y_mm), last.ahead(radius_mm)])
+            at, front = _pixels(view, [last.point, last.ahead(radius_mm)])
             view.sheet.circle(at, radius, None, INK, 1.5)
             view.sheet.line([at, front], INK, 1.5)
 
@@ -160,7 +160,7 @@ def _paint_cells(view: FloorView, color: Color, cells: Sequence[Point]) -> None:
 
 def _paint_view(view: FloorView, pose: Pose, half_deg: float) -> None:
     arc = [pose.ahead(VIEW_MM, half_deg * i / 6) for i in range(-6, 7)]
-    view.sheet.polygon(_pixels(view, [(pose.x_mm, pose.y_mm), *arc]), VIEW, VIEW_EDGE, 1.2)
+    view.sheet.polygon(_pixels(view, [pose.point, *arc]), VIEW, VIEW_EDGE, 1.2)
 
 
 def _paint_path(view: FloorView, state: str, points: Sequence[Point]) -> None:

@@ -79,7 +79,7 @@ def map_page(
         heading="What happened" if shown.numbered else "",
         notes=list(number_notes(shown, lambda event: mark_style(event).color)),
         tags=[*_target_tags(scene), *_number_tags(shown)],
-        avoid=[on_page((pose.x_mm, pose.y_mm)) for pose, _ in scene.poses],
+        avoid=[on_page(pose.point) for pose, _ in scene.poses],
         keep=[
             on_page(point)
             for point in (*(middle(points) for points in scene.sightings.values()), *map(START.ahead, START_MARK_MM))
@@ -130,8 +130,7 @@ def _arrowed(words: str) -> str:
 
 def _number_tags(shown: Numbering) -> Iterator[Tag]:
     for number, group in enumerate(shown.numbered, start=1):
-        pose = group.first.pose
-        yield Tag(on_page((pose.x_mm, pose.y_mm)), str(number), mark_style(group.first).color)
+        yield Tag(on_page(group.first.pose.point), str(number), mark_style(group.first).color)
 
 
 def _target_tags(scene: MapScene) -> Iterator[Tag]:

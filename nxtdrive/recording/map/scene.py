@@ -49,14 +49,14 @@ class MapScene:
     def points(self) -> list[Point]:
         """Return every place that must be on the map."""
         seen = [point for points in self.sightings.values() for point in points]
-        return [(0.0, 0.0), *((pose.x_mm, pose.y_mm) for pose, _ in self.poses), *self.echoes, *seen]
+        return [(0.0, 0.0), *(pose.point for pose, _ in self.poses), *self.echoes, *seen]
 
     def pieces(self) -> list[tuple[str, list[Point]]]:
         """Return the path in pieces, each with the state in which it was driven."""
         pieces: list[tuple[str, list[Point]]] = []
         here: Point = (0.0, 0.0)
         for pose, state in self.poses:
-            there = (pose.x_mm, pose.y_mm)
+            there = pose.point
             if there != here:
                 if not pieces or pieces[-1][0] != state:
                     pieces.append((state, [here]))
@@ -84,7 +84,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
         if pose is not None:
             here = pose
             scene.poses.append((here, record.state))
-            if math.hypot(here.x_mm - stood.x_mm, here.y_mm - stood.y_mm) >= FOOTPRINT_STEP_MM:
+            if stood.distance_mm_to(here) >= FOOTPRINT_STEP_MM:
                 stood = here
                 scene.floor.clear_footprint(here)
             if record.kind is Kind.LOOK:
