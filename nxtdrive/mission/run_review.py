@@ -55,8 +55,9 @@ class RunReview:
 
     Attributes:
         hints: What to check or change, one sentence or two each.
-        arrivals: For each target that was reached: ``target``, ``time_s``, ``believed_mm`` by its size, ``sonar_mm`` or
-            None; in the simulator also ``true_mm`` and ``there``, whether it really stands in front of the target.
+        arrivals: For each target that was reached: ``target``, ``time_s``, ``believed_mm`` by its size or None,
+            ``sonar_mm`` or None; in the simulator also ``true_mm`` and ``there``, whether it really stands in front of
+            the target.
     """
 
     def __init__(
@@ -111,7 +112,8 @@ class RunReview:
     def _transition(self, record: Record) -> None:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
         if data["to"] == "reached":
-            self._arrive(record.time_s, target, data["evidence"]["sighting"]["distance_mm"])
+            # another package's skill need not report a sighting
+            self._arrive(record.time_s, target, data["evidence"].get("sighting", {}).get("distance_mm"))
             if not data["evidence"].get("passes_over") and (sizes := self._contradiction()):
                 self._wrong_size(target, *sizes)
             self._scaled(target, data["evidence"].get("scale", 1.0))
@@ -121,14 +123,14 @@ class RunReview:
             elif target not in self._seen:
                 self._unseen(target)
         elif data.get("reason") == Reason.RANGE_MISMATCH:
-            evidence = data["evidence"]
-            if evidence["range_mm"] is not None:
-                self._wrong_size(target, evidence["range_mm"], evidence["distance_mm"])
+            range_mm, distance_mm = (data["evidence"].get(name) for name in ("range_mm", "distance_mm"))
+            if range_mm is not None and distance_mm is not None:
+                self._wrong_size(target, range_mm, distance_mm)
         elif data.get("reason") in STOPPED and (sizes := self._contradiction()) and sizes[0] < sizes[1]:
             self._stopped[target] += 1
             self._nearer[target] = sizes
 
-    def _arrive(self, time_s: float, target: str, believed_mm: float) -> None:
+    def _arrive(self, time_s: float, target: str, believed_mm: float | None) -> None:
         self._reached.add(target)
         arrival: dict[str, object] = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
         arrival["sonar_mm"] = self._look.get("range_mm")
@@ -151,14 +153,17 @@ class RunReview:
         tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
         return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
 
-    def _judge(self, target: str, believed_mm: float, truth: Truth) -> dict[str, object]:
+    def _judge(self, target: str, believed_mm: float | None, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
         names = self._lookalikes(target, truth)
         objects = sorted((not truth.in_front_of_camera(name), truth.lens_distance_mm(name)) for name in names)
         if not objects:
             return {"true_mm": None, "there": False}
         hidden, true_mm = objects[0]
-        return {"true_mm": round(true_mm, 1), "there": not hidden and not contradicts(true_mm, believed_mm)}
+        return {
+            "true_mm": round(true_mm, 1),
+            "there": not hidden and (believed_mm is None or not contradicts(true_mm, believed_mm)),
+        }
 
     def _missing(self, target: str, truth: Truth) -> None:
         """Add a hint if the search looked in all directions and this world has no such object."""

@@ -123,6 +123,18 @@ def test_the_truth_stands_beside_the_belief(perform, mission_for, height_mm, pro
     assert arrival["sonar_mm"] == pytest.approx(arrival["true_mm"], abs=80)
 
 
+def test_an_arrival_and_a_failure_without_measurements_are_no_defect(mission_for):
+    """As a skill of another package may report them."""
+    review = RunReview(mission_for("lena"), Simulation("open").truth, lambda _: None)
+    bare = {"source": "arrive", "event": Event.MISTAKEN, "reason": Reason.RANGE_MISMATCH, "evidence": {}}
+    review(Record(1.0, Kind.TRANSITION, "select", "lena", {**bare, "to": "select"}))
+    review(Record(2.0, Kind.TRANSITION, "reached", "lena", {**bare, "to": "reached", "event": Event.ARRIVED}))
+    [arrival] = review.arrivals
+    assert (arrival["believed_mm"], arrival["sonar_mm"]) == (None, None)
+    assert arrival["true_mm"] > 0
+    assert review.hints == []
+
+
 @pytest.mark.slow
 def test_a_height_that_is_too_large_is_reported_when_driving_has_shown_it(perform, mission_for):
     [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 600.0, "adaptive", 120.0), geometric=False).hints
