@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-from behaviors.mission.robot import CameraTable
+from behaviors.mission.robot import FRAME_ASPECT, CameraTable
 
 FILLS_SHARE = 0.85
 """A target fills the frame if it reaches this share of the way from the horizon to the frame's upper or lower edge."""
-ASPECT = 3 / 4
-"""Height over width of the frames."""
 STEEPEST_DEG = 85.0
 """The frame's edges are taken to point up or down no more steeply than this."""
 
@@ -25,7 +23,7 @@ class FrameFit:
     """
 
     def __init__(self, camera: CameraTable) -> None:
-        half_deg = math.degrees(math.atan(ASPECT * math.tan(math.radians(camera.hfov_deg) / 2)))
+        half_deg = math.degrees(math.atan(FRAME_ASPECT * math.tan(math.radians(camera.hfov_deg) / 2)))
         self._up, self._down = _slope(half_deg + camera.tilt_deg), _slope(half_deg - camera.tilt_deg)
 
     def fills_mm(self, edges_mm: Edges) -> float:

@@ -84,6 +84,8 @@ class RobotTable(Table):
     stop_distance_mm: float = Field(default=200.0, ge=30, le=1000)
 
 
+FRAME_ASPECT = 3 / 4
+"""Height over width of the frames of usual cameras."""
 MEASURED_PLACE = frozenset({"forward_mm", "height_mm"})
 """Keys of [camera] whose values are measured ones if they are given, and guesses otherwise."""
 

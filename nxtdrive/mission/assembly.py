@@ -203,9 +203,9 @@ class MissionRun:
         return summary(self._report, self._error, {**self._details(), **self.observers.summary()})
 
     def _details(self) -> dict[str, object]:
-        details: dict[str, object] = {"mission": self._mission.mission.name, "nxt": self.robot.address}
         return {
-            **details,
+            "mission": self._mission.mission.name,
+            "nxt": self.robot.address,
             "camera": self.robot.source,
             "arrivals": self._review.arrivals,
             "hints": self._review.hints,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from behaviors.mission import Mission, MissionError, load_mission, valid_targets
+from behaviors.mission.robot import FRAME_ASPECT
 from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget, Target
 from behaviors.mission.value_warnings import value_warnings
 from firmware_protocol.errors import CameraError
@@ -15,18 +16,16 @@ from nxtdrive.mission.detectors import make_detectors
 from nxtdrive.mission.files import PICTURES, usual_robot
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
-A4_SHAPE = 210 / 297
+SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
+"""Short and long side of the usual sheets. Source: ISO 216."""
+A4_SHAPE = SHEETS_MM["A4"][0] / SHEETS_MM["A4"][1]
 LIKE_A4 = 0.1
 """A picture whose width over height differs from an upright A4 sheet's by less than this share may be one."""
-SHEETS_MM = {"A3": (297, 420), "A4": (210, 297), "A5": (148, 210), "A6": (105, 148)}
-"""Short and long side of the usual sheets."""
 SHEET_SHAPE = 0.02
 """A picture whose shape differs from a sheet's by less than this share fills a sheet."""
 SHEET_SIZE = 0.08
 """A height within this share of a sheet's is that sheet's, measured roughly or printed with a margin."""
 LEAST_WIDTH_MM, GREATEST_WIDTH_MM = 30.0, 2500.0
-FRAME_SHAPE = 3 / 4
-"""Height over width of a camera's frames."""
 LEAST_IN_VIEW = 0.7
 """Share of a picture's width and height that the frame must show at the stop; the detector knows its middle 60 %."""
 RIM = 1.15
@@ -120,7 +119,7 @@ def _no_sheet_height(name: str, target: Target) -> Iterator[str]:
 def _out_of_view(mission: Mission, name: str, width_mm: float, height_mm: float, share: float) -> Iterator[str]:
     arrive_mm = mission.parameters.arrive_mm
     view = 2 * math.tan(math.radians(mission.camera.hfov_deg / 2))
-    whole_mm = RIM * max(width_mm / view, height_mm / (view * FRAME_SHAPE))
+    whole_mm = RIM * max(width_mm / view, height_mm / (view * FRAME_ASPECT))
     if arrive_mm * RIM < share * whole_mm:
         yield (
             f"target.{name}: from {mission.parameters_name}.arrive_mm = {arrive_mm:g} the camera sees only part of it "

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nxtdrive.mission.checking import FRAME_SHAPE, RIM
+from behaviors.mission.robot import FRAME_ASPECT
+from nxtdrive.mission.checking import RIM
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,7 +24,7 @@ FARTHEST_STOP_MM = 2000.0
 """Largest ``arrive_mm`` of a mission."""
 HALF_VIEW = math.tan(math.radians(30.0))
 """Half the width of a frame, as a share of the distance; at 60 degrees of view."""
-HALF_VIEW_UP = FRAME_SHAPE * HALF_VIEW
+HALF_VIEW_UP = FRAME_ASPECT * HALF_VIEW
 
 MARKER_MODULES, MARKER_MARGIN = 6, 1
 """Squares along an edge of a 4x4 marker with its black border, and of the white that it needs around it."""
