@@ -6,6 +6,8 @@ depend on it.
 
 from __future__ import annotations
 
+from behaviors.ports import Edges
+
 TOLERANCE_MM = 250.0
 """Default tolerance: sonar and lens are not at the same place, and both are uncertain by 5 % within a metre."""
 TOLERANCE_SHARE = 1 / 3
@@ -18,15 +20,13 @@ STANDS_MM = 30.0
 """A low target's lower edge is this near to the floor; one that is not where its size says looks higher."""
 
 
-def passes_over(
-    heard_mm: float, distance_mm: float, edges_mm: tuple[float, float] | None, lens_mm: float, sonar_mm: float
-) -> bool:
+def passes_over(heard_mm: float, distance_mm: float, edges_mm: Edges | None, lens_mm: float, sonar_mm: float) -> bool:
     """Return whether an echo is from behind a target that stands on the floor and is lower than the sonar.
 
     Args:
         heard_mm: How far in front of the lens the echo comes from.
         distance_mm: How far in front of the lens the target is by its apparent size.
-        edges_mm: Its lower and upper edge above the lens, by its apparent size; None where that is not known.
+        edges_mm: Its edges by its apparent size; None where that is not known.
         lens_mm: The lens above the floor.
         sonar_mm: The sonar above the floor.
     """

@@ -16,6 +16,8 @@ from behaviors.angles import wrapped_deg
 
 Point = tuple[float, float]
 """x_mm, y_mm in the frame of the robot's start."""
+Edges = tuple[float, float]
+"""Lower and upper edge of a target above the lens, millimetres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,7 @@ class Sighting:
         cut: Where the frame cuts it off, if the detector knows only what is visible.
         bound: Whether the visible part does not show its size: then it is no farther away than `distance_mm`, and its
             middle is at `bearing_deg` or farther out on the side where it is cut off.
-        edges_mm: Its lower and upper edge above the lens, by its apparent size; None where that is not known.
+        edges_mm: Its edges by its apparent size; None where that is not known.
     """
 
     target: str
@@ -101,7 +103,7 @@ class Sighting:
     box: tuple[int, int, int, int]
     cut: Cut = Cut.NONE
     bound: bool = False
-    edges_mm: tuple[float, float] | None = None
+    edges_mm: Edges | None = None
 
 
 @dataclass(frozen=True, slots=True)

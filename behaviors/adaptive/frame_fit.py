@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 from behaviors.mission.robot import FRAME_ASPECT, CameraTable
+from behaviors.ports import Edges
 
 FILLS_SHARE = 0.85
 """A target fills the frame if it reaches this share of the way from the horizon to the frame's upper or lower edge."""
 STEEPEST_DEG = 85.0
 """The frame's edges are taken to point up or down no more steeply than this."""
-
-Edges = tuple[float, float]
-"""A target's lower and upper edge above the lens, millimetres."""
 
 
 class FrameFit:

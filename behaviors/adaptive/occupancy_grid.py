@@ -227,7 +227,7 @@ class OccupancyGrid:
             passed[passed] = ~(farther & in_line).any(axis=1)
         return np.asarray(passed)
 
-    def clear_line_of_sight(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+    def clear_line_of_sight(self, start: Point, end: Point) -> None:
         """Update with a line of sight from `start` to `end`: it clears merely suspected cells in between."""
         length = math.dist(start, end)
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
@@ -298,9 +298,7 @@ class OccupancyGrid:
         unknown_mm = np.cumsum(np.abs(evidence) < N.known, axis=1) * CELL_MM
         return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
-    def clear_between(
-        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
-    ) -> bool:
+    def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
         """Return whether the robot could drive straight, as far as the map shows.
 
         Args:
@@ -312,7 +310,7 @@ class OccupancyGrid:
         return self.blocked_after_mm(start, end, standoff_mm, clearance_mm) is None
 
     def blocked_after_mm(
-        self, start: tuple[float, float], end: tuple[float, float], standoff_mm: float = 0.0, clearance_mm: float = 0.0
+        self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0
     ) -> float | None:
         """Return the distance from `start` to the first obstacle on the path of `clear_between`; None without one."""
         length = math.dist(start, end) - standoff_mm

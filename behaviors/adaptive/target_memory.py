@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from behaviors.adaptive.belief import Belief, likely_places
 from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
-from behaviors.adaptive.frame_fit import Edges, FrameFit
+from behaviors.adaptive.frame_fit import FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.slant import Slant
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Glimpse, Point, Pose, Sighting
+from behaviors.ports import Edges, Glimpse, Point, Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
@@ -74,7 +74,7 @@ class TargetEstimate:
         place: Where it is believed to be.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
-        edges_mm: Its lower and upper edge above the lens; None if no frame has shown both.
+        edges_mm: Its edges; None if no frame has shown both.
     """
 
     place: Point
