@@ -19,7 +19,7 @@ from behaviors.evidence import Evidence, as_recorded
 from behaviors.failures import Failure
 from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
 from behaviors.mission import Mission
-from behaviors.observers import Observers, in_words
+from behaviors.observers import Observers, error_text
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.pause import Pause
 from behaviors.ports import Body, Clock, Eyes, Outage
@@ -156,7 +156,7 @@ class Executive:
             with self._outages.recording_sensors():
                 ending = self._pursue()
         except Exception as error:
-            self._error = in_words(error)
+            self._error = error_text(error)
             raise
         finally:
             self._stop_motors()
@@ -217,7 +217,7 @@ class Executive:
             self._report(Fact(Event.TRIP, Reason.WRONG_WIRING, {"error": str(error)}))
             return Ending.WRONG_WIRING
         except Outage as outage:
-            self._error, name = in_words(outage), f"{part_of(outage)}_lost"
+            self._error, name = error_text(outage), f"{part_of(outage)}_lost"
             self._refused = outage.refused
             self._report(Fact(Event.ABORT, Reason(name)))
             return Ending(name)

@@ -17,10 +17,11 @@ from typing import Protocol, Self
 from input_files.json_text import parse_object
 
 JOURNAL_FORMAT = 3
-"""Format of the journals that this version writes; docs/journal.md lists the formats. Format 1 does not say so."""
+"""Format of the journals that this version writes; docs/journal.md lists the formats. Journals of format 1 have no
+entry for it."""
 
 MAX_TIME_S = 1e9
-"""Thirty years, which fit the formats of all programs to which a run is exported."""
+"""Longest mission time, thirty years: the formats to which a run is exported can represent it."""
 
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
@@ -49,7 +50,7 @@ class Record:
         kind: What it is about.
         state: State of the mission region when it happened.
         target: The target being pursued.
-        data: What else there is to say; keys depend on the kind and are documented in docs/journal.md.
+        data: Further values; their keys depend on the kind and are documented in docs/journal.md.
     """
 
     time_s: float

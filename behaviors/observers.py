@@ -18,8 +18,8 @@ def _warn(name: str, error: Exception) -> None:
     log.warning("%s failed and is left out: %s", name, error)
 
 
-def in_words(error: BaseException) -> str:
-    """Return an error's text, or its type if it has none."""
+def error_text(error: BaseException) -> str:
+    """Return the text of an error, or the name of its type if it has none."""
     return str(error) or type(error).__name__
 
 
@@ -69,5 +69,5 @@ class Observers:
             step(*args, **kwargs)
         except Exception as error:  # noqa: BLE001 - no fault of an observer may end a mission
             if name not in self.failures:
-                self.failures[name] = in_words(error)
+                self.failures[name] = error_text(error)
                 self._on_failure(name, error)

@@ -268,7 +268,7 @@ class Body(Protocol):
         ...
 
     def correct_turns(self, scale: float, angle_deg: float) -> None:
-        """Scale all turns from now on by `scale`, and also the latest one, by `angle_deg` on the spot."""
+        """Scale all turns from now on by `scale`, and in the pose also the latest one, by `angle_deg` on the spot."""
         ...
 
     def keep_alive(self) -> None:

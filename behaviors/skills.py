@@ -52,8 +52,8 @@ class SkillContext:
         deadline_s: When the mission's time is over, on its clock; each pause postpones it.
         pause: The operator's.
         pauses: Beginning on the clock and duration of each pause, in seconds.
-        wiring: Gets every look, to check whether the motors are connected as the mission says; None for no check.
-        watch: Gets from every skill how its motions end.
+        wiring: Checks by every look whether the motors are connected as the mission says; None for no check.
+        watch: Receives from every skill why its motions end, and reports it to the chart.
     """
 
     body: Body

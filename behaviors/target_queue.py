@@ -39,7 +39,7 @@ class TargetQueue:
 
     Args:
         targets: Names in order, at least one.
-        rounds: Turns of a target at most.
+        rounds: Most rounds for one target.
     """
 
     def __init__(self, targets: Sequence[str], rounds: int = 1) -> None:
@@ -84,7 +84,7 @@ class TargetQueue:
 
     @property
     def earlier(self) -> list[str]:
-        """The targets that may be pursued before this one's next round, if it has one: they had fewer rounds."""
+        """The targets that had fewer rounds than this one, and come before its next round; empty if it has none."""
         if not self.another_round:
             return []
         return [progress.target for progress in self._waiting() if progress.round < self.current.round]

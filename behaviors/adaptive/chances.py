@@ -1,7 +1,8 @@
 """How often choices succeed: counts from earlier missions, and the chance of a candidate that follows from them.
 
 Counts are kept for each situation: a choice, the chance that the world model gives it, the failure's name, and how many
-choices in a row led to no approach. Rare situations take after the more common ones that they are part of.
+choices in a row led to no approach. The chance in a rare situation is shrunk towards that in the more common situation
+that it is part of.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Chances:
     def of(
         self, choice: Recovery, evidence: Evidence, estimate: float | None = None, best: float | None = None
     ) -> tuple[float, str]:
-        """Return the chance that a choice comes true, and the situation under which its outcome counts.
+        """Return the chance that a choice succeeds, and the situation under which its outcome counts.
 
         Args:
             choice: What would be done.

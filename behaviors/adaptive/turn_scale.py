@@ -1,4 +1,4 @@
-"""How far the robot really turns: heard in a turn on the spot that goes beyond a full one.
+"""How far the robot really turns, from the echoes in a turn on the spot of more than 360 degrees.
 
 An axle track measured with a ruler, a worn tyre or a smooth floor makes a robot turn a few per cent more or less than
 its wheel counts say, and after a few scans its map is rotated. Beyond a full turn the sonar receives each echo again:

@@ -149,7 +149,7 @@ class Mission(Table):
 
     @property
     def parameters_name(self) -> str:
-        """Name of the table of the mission's profile; one from elsewhere usually inherits from the adaptive profile."""
+        """Name of the table of the mission's profile; an external one usually inherits from the adaptive one."""
         return THESIS if self.mission.profile == THESIS else ADAPTIVE
 
     @property

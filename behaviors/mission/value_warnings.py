@@ -50,7 +50,7 @@ def value_warnings(mission: Mission) -> Iterator[str]:
 def unused_keys(mission: Mission) -> dict[str, set[str]]:
     """Return the keys of the other profile's table that the mission's profile does not use, by table.
 
-    A profile from elsewhere may use all keys of both.
+    An external profile may use all keys of both.
     """
     profile = mission.mission.profile
     if profile == ADAPTIVE:

@@ -19,8 +19,8 @@ from behaviors.return_types import WrongReturn, checked
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
-loaded_from_elsewhere: dict[str, str] = {}
-"""Loaded profiles that are not built in, each with its package: an exception may come from there."""
+external_profiles: dict[str, str] = {}
+"""Loaded profiles of other packages, by name, each with its package, in which an exception may have been raised."""
 
 
 def find_profile(name: str) -> ProfileClass:
@@ -34,12 +34,12 @@ def find_profile(name: str) -> ProfileClass:
     found = load(name)
     package = found.__module__.partition(".")[0]
     if package != __name__.partition(".")[0]:  # another name for a class of ours
-        loaded_from_elsewhere[name] = package
+        external_profiles[name] = package
     return cast("ProfileClass", found)
 
 
 def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
-    """Return an exception that the code of a profile from elsewhere let pass, with its place in words; else None.
+    """Return an exception that was raised in the code of an external profile, with its place; None for any other.
 
     Args:
         error: With its traceback.
@@ -49,14 +49,14 @@ def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
         return error
     for frame, line in reversed(list(walk_tb(error.__traceback__))):
         package = frame.f_globals.get("__name__", "").partition(".")[0]
-        if names := [name for name, its_package in loaded_from_elsewhere.items() if its_package == package]:
+        if names := [name for name, its_package in external_profiles.items() if its_package == package]:
             what = f"{frame.f_code.co_filename}:{line}: {type(error).__name__}: {error}"
             return MissionError(f"profile {either([ran] if ran in names else names)} failed at {what}")
     return None
 
 
 def either(names: Iterable[str]) -> str:
-    """Return the names of profiles one of which is meant."""
+    """Return the names of profiles, joined by "or"."""
     return " or ".join(map(repr, sorted(names)))
 
 

@@ -156,7 +156,7 @@ def _reported(arguments: Sequence[str]) -> int:
 
 
 def _raised_by_profile(error: Exception) -> Exception | None:
-    """Return an error of which the code of a profile from elsewhere is the cause, with its place in words."""
+    """Return an error that was raised in the code of an external profile, with its place in words."""
     registry = sys.modules.get("behaviors.profiles.registry")
     return None if registry is None or isinstance(error, NXTError) else registry.raised_by_profile(error)
 
@@ -164,9 +164,9 @@ def _raised_by_profile(error: Exception) -> Exception | None:
 def _blame() -> str:
     """Return whose bug an unknown error is, in words."""
     registry = sys.modules.get("behaviors.profiles.registry")
-    if registry is None or not registry.loaded_from_elsewhere:
+    if registry is None or not registry.external_profiles:
         return BUG
-    names = registry.either(registry.loaded_from_elsewhere)
+    names = registry.either(registry.external_profiles)
     return (
         f"This is a bug in the profile {names} or in nxtdrive. Show this traceback to the author of the profile first."
     )

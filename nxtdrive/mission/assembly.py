@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from behaviors.executive import Executive, Report
-from behaviors.observers import Observers, in_words
+from behaviors.observers import Observers, error_text
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, build_body
@@ -177,7 +177,7 @@ class MissionRun:
             self._report = replace(report, hints=tuple(review.hints), arrivals=tuple(review.arrivals))
             return self._report
         except BaseException as reason:
-            self._error = in_words(reason)
+            self._error = error_text(reason)
             raise
         finally:
             if self.recording:

@@ -36,7 +36,7 @@ class Policy:
 def _folder(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
+    monkeypatch.setattr(registry, "external_profiles", {})
     yield
     sys.modules.pop("mistaken", None)
 

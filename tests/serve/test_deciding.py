@@ -115,7 +115,7 @@ def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(se
 
 def test_an_exception_in_your_own_profile_is_one_line(serve, monkeypatch, caplog):
     monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", {"odd:Odd": __name__.partition(".")[0]})
+    monkeypatch.setattr(registry, "external_profiles", {"odd:Odd": __name__.partition(".")[0]})
     served = serve("figure7", profile="adaptive")
     assert served.client().ask("choose") == -7
     (error,) = [record.data["error"] for record in served.records if record.data.get("value") == -7]

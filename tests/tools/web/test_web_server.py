@@ -441,7 +441,7 @@ def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(tmp_p
     (tmp_path / "odd_on_page.py").write_text(broken, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
+    monkeypatch.setattr(registry, "external_profiles", {})
     text = QUICK.replace("[target.lena]", 'profile = "odd_on_page:Odd"\n[target.lena]')
     (tmp_path / "quick.toml").write_text(text, encoding="utf-8")
     with _running(tmp_path, "sim://open?pace=fast") as client, client.websocket_connect("/ws") as page:

@@ -28,7 +28,7 @@ def _folder(monkeypatch, tmp_path):
     (tmp_path / "patient.py").write_text((EXAMPLE / "patient.py").read_text(encoding="utf-8"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(registry, "loaded_from_elsewhere", {})
+    monkeypatch.setattr(registry, "external_profiles", {})
     yield
     for name in ("patient", "odd"):
         sys.modules.pop(name, None)
@@ -113,7 +113,7 @@ def test_a_mission_may_name_an_installed_profile_only(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_a_profile_from_elsewhere_is_swept(tmp_path):
+def test_an_external_profile_is_swept(tmp_path):
     words = ["--classes", "block_transient", "--seeds", "100", "--policies", "patient:Patient"]
     assert main(["sweep", *words, "--out", "patient.jsonl"]) == DONE
     lines = [json.loads(line) for line in (tmp_path / "patient.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -123,7 +123,7 @@ def test_a_profile_from_elsewhere_is_swept(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_says_which_profile_from_elsewhere_drove(tmp_path, capsys):
+def test_a_run_says_which_external_profile_drove(tmp_path, capsys):
     mission = tmp_path / "short.toml"
     text = '[mission]\ntargets = ["tag"]\ntime_limit_s = 2\n[target.tag]\ndetector = "marker"\nid = 7\n'
     mission.write_text(text, encoding="utf-8")
