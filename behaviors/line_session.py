@@ -40,10 +40,10 @@ WHY_ENDED = {
     Ending.LINK_LOST: Why.LINK_LOST,
 }
 """Answers of ``why`` after the end of a mission."""
-MISSIONS = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Verb.SELECT})
+KEEPS_MISSION = frozenset({Verb.EVIDENCE, Verb.CHOOSE, Verb.STATUS, Verb.WHY, Verb.SELECT})
 """Verbs that do not end a mission between two decisions."""
-REASONED = MOTIONS | {Verb.STOP, Verb.WHY}
-"""Verbs that are about a reason even if they do not fail."""
+WITH_REASON = MOTIONS | {Verb.STOP, Verb.WHY}
+"""Verbs whose replies are journaled with a reason even if they do not fail."""
 
 
 LOG = logging.getLogger(__name__)
@@ -138,11 +138,11 @@ class Session:
         asked = {"verb": request.verb, "argument": request.argument}
         self._note(Kind.CALL, **asked)
         self.error = ""
-        if request.verb not in MISSIONS:
+        if request.verb not in KEEPS_MISSION:
             self._end_mission()
         value = self._execute(request)
-        reasoned = request.verb in REASONED or self.error or value == ErrorReply.BAD_ARGUMENT
-        why = self._why.name.lower() if reasoned else ""  # else it is that of an earlier request
+        with_reason = request.verb in WITH_REASON or self.error or value == ErrorReply.BAD_ARGUMENT
+        why = self._why.name.lower() if with_reason else ""  # else it is that of an earlier request
         self._note(Kind.REPLY, **asked, value=value, why=why, error=self.error)
         return value
 

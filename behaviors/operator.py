@@ -17,7 +17,7 @@ ALTERNATIVE = "possible, though the profile does not propose it"
 
 
 @runtime_checkable
-class Weighing(Protocol):
+class WeighingPolicy(Protocol):
     """A policy that can list what it has weighed."""
 
     def candidates(self, evidence: Evidence) -> Sequence[Candidate]:
@@ -74,7 +74,7 @@ Ask = Callable[[Question], Choice]
 
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a policy; giving the target up is among them only if the policy weighs that."""
-    if isinstance(policy, Weighing):
+    if isinstance(policy, WeighingPolicy):
         weighed = checked(policy.candidates, Sequence, evidence)  # type: ignore[type-abstract]
         return tuple(OperatorChoice(each.choice, each) for each in weighed)
     if isinstance(policy, ThesisPolicy):

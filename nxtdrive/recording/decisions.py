@@ -13,7 +13,7 @@ from behaviors.events import Event
 from behaviors.evidence import Evidence, evidence_from
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from behaviors.operator import OperatorChoice, Weighing, candidates
+from behaviors.operator import OperatorChoice, WeighingPolicy, candidates
 from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 from behaviors.return_types import checked
 
@@ -140,7 +140,7 @@ def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
 def weighed_by(policy: RecoveryPolicy | None, decision: Decision) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a decision as a policy weighs them, and the choice if it is none of them."""
     chosen = decision.choice
-    if decision.evidence is None or not decision.weighed or not isinstance(policy, Weighing):
+    if decision.evidence is None or not decision.weighed or not isinstance(policy, WeighingPolicy):
         return ()
     found = candidates(policy, decision.evidence)
     if chosen is None or any(same(each.choice, chosen) for each in found):
@@ -154,7 +154,7 @@ def replay(policy: RecoveryPolicy | None, decision: Decision) -> Replay:
         return Replay(None, why_not="the profile cannot be loaded here")
     if decision.evidence is None:
         return Replay(None, why_not="this version does not understand the journal's evidence")
-    if isinstance(policy, Weighing) and not decision.weighed:
+    if isinstance(policy, WeighingPolicy) and not decision.weighed:
         return Replay(None, why_not="the journal has neither the obstacle nor other places to look from")
     choice = checked(policy.select, Choice, decision.evidence)
     return Replay(choice, differs=decision.choice is None or not same(choice, decision.choice))

@@ -47,6 +47,19 @@ def test_a_motion_goes_on_while_the_program_sleeps_or_asks(lab, latency_ms):
     assert room.output("A").rotation == pytest.approx(360, abs=3)
 
 
+def test_a_motion_to_an_angle_and_a_curve_go_on_in_the_background(lab):
+    room = lab()
+    motor = room.brick.motor("A")
+    target = motor.run_target(-500, 200, wait=False)
+    assert not target.done
+    assert target.join() is StopReason.DONE
+    assert motor.angle == pytest.approx(200, abs=3)
+    curve = Rover(room.brick.link, safety=UNGUARDED).curve(200, 90, wait=False)
+    assert not curve.done
+    result = curve.join()
+    assert (result.stop, result.turned_deg) == (StopReason.DONE, pytest.approx(90, abs=3))
+
+
 @LINKS
 @pytest.mark.parametrize("busy", [False, True])
 def test_three_motors_at_once_come_each_to_its_goal(lab, latency_ms, busy):
