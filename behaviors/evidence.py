@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from typing import Any, cast
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from behaviors.events import Reason
 from behaviors.failures import Blocker
 from behaviors.journal import plain
 from behaviors.ports import Point
+from behaviors.return_types import WrongReturn, checked, place
+from input_files.pydantic_words import first_mistake
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,9 +136,27 @@ def evidence_from(target: str, known: Mapping[str, Any]) -> Evidence:
     return _adapter().validate_python({**values, "target": target})
 
 
-def as_recorded(evidence: Evidence) -> Evidence:
-    """Return the evidence as a journal has it, with rounded numbers, so that the choice follows from the journal."""
-    return evidence_from(evidence.target, cast("dict[str, Any]", plain(evidence.known())))
+def checked_evidence(complete: Callable[..., object], basis: Evidence) -> Evidence:
+    """Call a profile's method that completes the evidence.
+
+    Args:
+        complete: A bound method.
+        basis: Its argument.
+
+    Returns:
+        The evidence as a journal has it, with rounded numbers, so that the choice follows from the journal.
+
+    Raises:
+        WrongReturn: It returned something else, or a journal cannot have one of its values.
+    """
+    evidence = checked(complete, Evidence, basis)
+    try:
+        return evidence_from(evidence.target, cast("dict[str, Any]", plain(evidence.known())))
+    except ValidationError as error:
+        wrong = first_mistake(error.errors())
+    except TypeError as error:
+        wrong = str(error)
+    raise WrongReturn(f"{place(complete)} returned evidence that a journal cannot have: {wrong}")
 
 
 @cache

@@ -15,7 +15,7 @@ from typing import Any
 
 from behaviors.chart import MISSION_STATES, MissionChart, results_in
 from behaviors.events import FAILURES, Event, Fact, Reason
-from behaviors.evidence import Evidence, as_recorded
+from behaviors.evidence import Evidence, checked_evidence
 from behaviors.failures import Failure
 from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
 from behaviors.mission import Mission
@@ -290,7 +290,7 @@ class Executive:
         self.note(Kind.REPLY, verb="select", value=int(self._seen_since_search))
         self._profile.learn(self._failure)
         basis = Evidence(self._queue.target, self._failure.reason, self._seen_since_search, self._researches)
-        evidence = as_recorded(checked(self._profile.evidence, Evidence, basis))
+        evidence = checked_evidence(self._profile.evidence, basis)
         choice = checked_choice(self._profile.select, evidence, self._queue.names)
         self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice

@@ -99,6 +99,31 @@ def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
     assert text.format(file=tmp_path / "mistaken.py") in _error()
 
 
+EVIDENCE = """\
+def evidence(self, basis): return replace(super().evidence(basis), {0})
+
+from dataclasses import replace
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ("spent_s='long'", "spent_s: Input should be a valid number"),
+        ("spent_s=float('inf')", "spent_s: Input should be a valid number"),
+        ("others=(object(),)", "cannot be written into a journal"),
+    ],
+)
+def test_evidence_that_a_journal_cannot_have_is_named(tmp_path, wrong, text):
+    _write(tmp_path, EVIDENCE.format(wrong))
+    error = _error()
+    assert (
+        f"evidence() of mistaken:Mistaken ({tmp_path / 'mistaken.py'}:5) returned evidence that a journal cannot have"
+        in error
+    )
+    assert text in error
+
+
 SKILL = """\
 def skill(self, state, choice): return Skill()
 
