@@ -85,7 +85,7 @@ class Record:
         if not isinstance(time_s, int | float) or not isinstance(state, str) or not isinstance(target, str):
             raise ValueError("not a record of a journal")  # noqa: TRY004 - as for what is no JSON
         if not 0 <= time_s <= MAX_TIME_S:
-            raise ValueError("a time that no mission has")
+            raise ValueError("a time out of range")
         return cls(float(time_s), Kind(kind), state, target, data)
 
 

@@ -89,10 +89,10 @@ def _shape(picture: str) -> float | None:
 def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> Iterator[str]:
     width_mm = height_mm * shape
     if not chosen and abs(shape / A4_SHAPE - 1) > LIKE_A4:
-        across = "; an A4 sheet across is 210" if shape > 1 else ""
+        landscape = "; an A4 sheet in landscape is 210 mm high" if shape > 1 else ""
         yield (
             f"target.{name}: height_mm is missing, so that of an upright A4 sheet counts, {A4_HEIGHT_MM:g}, but the "
-            f"picture has another shape. Measure it and set height_mm{across}."
+            f"picture has another shape. Measure it and set height_mm{landscape}."
         )
     elif not LEAST_WIDTH_MM <= width_mm <= GREATEST_WIDTH_MM:
         yield f"target.{name}: at height_mm = {height_mm:g} the picture is {width_mm:.0f} mm wide. Is that its height?"
@@ -102,7 +102,7 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
             sheets = ", ".join(f"{sheet} {each}" for sheet, each in heights.items())
             yield (
                 f"target.{name}: the picture has the shape of a sheet of paper, and no sheet is {height_mm:g} mm high "
-                f"({'upright' if shape < 1 else 'across'}: {sheets}). Measure the print."
+                f"({'portrait' if shape < 1 else 'landscape'}: {sheets}). Measure the print."
             )
 
 

@@ -391,10 +391,10 @@ def _sensor(link: Link, kind: Callable[[Link, SensorPort], S], at: SensorPort | 
 def _check_ports(wheels: tuple[OutputPort, OutputPort], sensors: Mapping[str, Sensor | None]) -> None:
     if wheels[0] == wheels[1]:
         raise LocalProtocolError(
-            f"both wheels are said to be on port {wheels[0].name}.", remedy="Each motor has a port of its own."
+            f"left and right both use port {wheels[0].name}.", remedy="Each motor has a port of its own."
         )
     for (one, sensor), (other, its_sensor) in combinations(sensors.items(), 2):
         if sensor and its_sensor and sensor.port == its_sensor.port:
             raise LocalProtocolError(
-                f"{one} and {other} are both said to be on port {sensor.port}.", remedy="Each sensor has its own port."
+                f"{one} and {other} both use port {sensor.port}.", remedy="Each sensor has its own port."
             )

@@ -75,6 +75,6 @@ def test_a_mission_that_begins_without_its_only_safety_sensor_goes_on_when_that_
 
 
 def test_the_distrust_of_a_sonar_ends_with_the_mission(robot):
-    robot.body.distrust_sonar("It says 100 mm wherever the robot turns.")
+    robot.body.distrust_sonar("It measures 100 mm wherever the robot turns.")
     assert robot.pursue().ending is Ending.SENSOR_LOST
     assert robot.pursue().achieved

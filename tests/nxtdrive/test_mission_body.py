@@ -8,7 +8,7 @@ from nxtdrive.motion.rover import Rover
 from sim_backend.devices import UltrasonicSensor
 
 RETRIED_S = 11.0
-STUCK = "It says 100 mm wherever the robot turns."
+STUCK = "It measures 100 mm wherever the robot turns."
 
 
 class SonarOnly:

@@ -265,7 +265,7 @@ def test_one_missed_answer_is_not_a_loss(lab):
 
 
 def test_each_sensor_has_a_port_of_its_own(lab):
-    with pytest.raises(LocalProtocolError, match="bumper and compass are both said to be on port 1"):
+    with pytest.raises(LocalProtocolError, match="bumper and compass both use port 1"):
         Rover(lab().brick.link, compass=1)
 
 

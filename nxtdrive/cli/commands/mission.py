@@ -265,9 +265,9 @@ def _pictured(picture: Path, height_mm: float | None) -> TemplateTarget:
     return TemplateTarget(plain_name(picture.stem, "picture"), height_mm, width_mm, {"detector": "picture"}, picture)
 
 
-def _asked_height_mm(across: bool) -> float:
+def _asked_height_mm(landscape: bool) -> float:
     """Ask for the height of what the photograph shows, in a terminal."""
-    usual = "A4 landscape is 210, A5 landscape 148" if across else "A4 portrait is 297, A5 portrait 210"
+    usual = "A4 landscape is 210, A5 landscape 148" if landscape else "A4 portrait is 297, A5 portrait 210"
     remedy = f"Measure it and give it in millimetres with --height-mm; {usual}."
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ConfigError("the height of the real thing is missing; all distances are computed from it.", remedy=remedy)
