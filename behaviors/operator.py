@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from behaviors.evidence import Evidence
 from behaviors.journal import plain
-from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy, ThesisPolicy
+from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy
 from behaviors.return_types import checked
 
 OPERATOR_CHOSE = "the operator chose it"
@@ -22,6 +22,15 @@ class WeighingPolicy(Protocol):
 
     def candidates(self, evidence: Evidence) -> Sequence[Candidate]:
         """Return all candidates for a choice."""
+        ...
+
+
+@runtime_checkable
+class ListingPolicy(Protocol):
+    """A policy that weighs nothing and can list what it may choose."""
+
+    def recoveries(self) -> Sequence[Choice]:
+        """Return all its choices, whatever the evidence is."""
         ...
 
 
@@ -77,8 +86,9 @@ def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoi
     if isinstance(policy, WeighingPolicy):
         weighed = checked(policy.candidates, Sequence, evidence)  # type: ignore[type-abstract]
         return tuple(OperatorChoice(each.choice, each) for each in weighed)
-    if isinstance(policy, ThesisPolicy):
-        return tuple(OperatorChoice(choice) for choice in policy.recoveries())
+    if isinstance(policy, ListingPolicy):
+        listed = checked(policy.recoveries, Sequence)  # type: ignore[type-abstract]
+        return tuple(OperatorChoice(choice) for choice in listed)
     return ()
 
 

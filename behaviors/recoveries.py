@@ -1,4 +1,4 @@
-"""The recoveries: what can be done after a failure, and the rules that choose.
+"""The recoveries: what can be done after a failure, and what a policy is, which chooses one.
 
 `RECOVERIES` has one entry for each. The chart's guard, the console, the map, the status line, explanations and the
 sweep read it; CONTRIBUTING.md says what else a new recovery needs. A policy turns evidence into a choice. It has no
@@ -11,10 +11,9 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from behaviors.evidence import Evidence
-from behaviors.mission import ThesisParameters
 from behaviors.ports import Point
 from behaviors.return_types import WrongReturn, checked, place
 from input_files.mistakes import excerpt
@@ -264,37 +263,3 @@ class Candidate:
         """Return its numbers as plain values; JSON knows no infinity, which becomes None."""
         numbers = {"seconds": self.seconds, "chance": self.chance, "expected_s": self.expected_s}
         return {name: round(value, 3) if math.isfinite(value) else None for name, value in numbers.items()}
-
-
-@dataclass(frozen=True, slots=True)
-class ThesisPolicy:
-    """The rule of the 2017 thesis: seen but not reached: wait; not seen: move to; two re-searches, then change target.
-
-    Attributes:
-        wait_s: The thesis waits 15 s.
-        turn_deg: The thesis turns 90 degrees to the right.
-        max_researches: The thesis searches again twice.
-    """
-
-    wait_s: float = 15.0
-    turn_deg: float = 90.0
-    max_researches: int = 2
-
-    @classmethod
-    def of(cls, parameters: ThesisParameters) -> Self:
-        """Make the rule with a mission's numbers."""
-        return cls(parameters.wait_s, parameters.turn_deg, parameters.max_researches)
-
-    def select(self, evidence: Evidence) -> Choice:
-        """Choose as the thesis's select plan does. Source: docs/thesis.md, plans."""
-        if evidence.researches >= self.max_researches:
-            return Choice(CHANGE_TARGET, f"searched again {evidence.researches} times")
-        wait, move_to = self.recoveries()
-        return wait if evidence.seen_since_search else move_to
-
-    def recoveries(self) -> tuple[Choice, Choice]:
-        """Return what it does for a target that was recognised, and for one that was not."""
-        return (
-            Choice(WAIT, "the target was recognised but not reached", wait_s=self.wait_s),
-            Choice(MOVE_TO, "the target was not recognised", turn_deg=self.turn_deg),
-        )

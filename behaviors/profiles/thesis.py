@@ -5,10 +5,11 @@ from __future__ import annotations
 from behaviors.evidence import Evidence
 from behaviors.failures import Failure
 from behaviors.mission import Mission
-from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, ThesisPolicy, checked_choice
+from behaviors.recoveries import MOVE_TO, WAIT, Choice, RecoveryPolicy, checked_choice
 from behaviors.return_types import checked
 from behaviors.skills import Skill, SkillContext
 from behaviors.target_queue import TargetQueue
+from behaviors.thesis.policy import ThesisPolicy
 from behaviors.thesis.skills import ThesisArriveSkill, ThesisMoveSkill, ThesisSearchSkill, ThesisWaitSkill
 
 

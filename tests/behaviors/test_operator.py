@@ -14,7 +14,8 @@ from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, e
 from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record, plain
 from behaviors.operator import OPERATOR_CHOSE, ConfirmedPolicy, Question, question
-from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, ThesisPolicy, choice_from
+from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, choice_from
+from behaviors.thesis.policy import ThesisPolicy
 
 ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3) | st.just([]) | st.just({})
 NUMBERS = st.integers(0, 10**6).map(lambda n: n / 1000)
@@ -122,6 +123,17 @@ def test_the_thesiss_candidates_are_its_two_recoveries_and_another_target():
     assert [each.choice.kind for each in due.candidates] == [MOVE_TO, WAIT, CHANGE_TARGET]
     assert due.candidates[1].choice.wait_s == 3.0
     assert all(each.weighed is None for each in due.candidates)
+
+
+def test_any_policy_that_lists_its_recoveries_offers_them():
+    class Patient:
+        def select(self, evidence):
+            return self.recoveries()[0]
+
+        def recoveries(self):
+            return [Choice(WAIT, "people need their time", wait_s=20.0), Choice(DETOUR, "it does not leave")]
+
+    assert [each.choice.kind for each in question(Patient(), UNSEEN).candidates] == [WAIT, DETOUR, CHANGE_TARGET]
 
 
 def test_what_the_thesis_does_not_propose_claims_nothing_about_the_target():

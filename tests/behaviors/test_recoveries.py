@@ -16,10 +16,10 @@ from behaviors.recoveries import (
     RECOVERIES,
     WAIT,
     Choice,
-    ThesisPolicy,
     choice_from,
     recovery_in,
 )
+from behaviors.thesis.policy import ThesisPolicy
 
 
 def _evidence(*, seen_since_search: bool, researches: int) -> Evidence:

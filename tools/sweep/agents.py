@@ -15,7 +15,7 @@ from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.profiles.thesis import ThesisProfile
-from behaviors.recoveries import ThesisPolicy
+from behaviors.thesis.policy import ThesisPolicy
 from nxtdrive.simulated.robot import MissionPorts
 from sim_backend.simulation import Simulation
 

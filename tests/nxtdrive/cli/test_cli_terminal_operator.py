@@ -19,7 +19,8 @@ from rich.console import Console
 from behaviors.events import Reason
 from behaviors.evidence import Evidence
 from behaviors.operator import question
-from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT, ThesisPolicy
+from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, WAIT
+from behaviors.thesis.policy import ThesisPolicy
 from nxtdrive.cli.main import NOT_ACHIEVED, USAGE, main
 from nxtdrive.cli.terminal_operator import TerminalOperator
 from nxtdrive.recording.status_line import StatusLine
