@@ -29,18 +29,8 @@ from behaviors.recoveries import Choice, checked_choice
 from behaviors.return_types import WrongReturn, checked, place
 from behaviors.skills import Skill, SkillContext, TimeUp
 from behaviors.target_queue import TargetProgress, TargetQueue
-from behaviors.thesis.skills import Reply
+from behaviors.thesis.skills import REPLIES
 from behaviors.wiring import WiringCheck, WrongWiring
-
-REPLIES = {
-    Event.TARGET_SEEN: Reply.CONTINUE,
-    Event.CONTINUED: Reply.CONTINUE,
-    Event.ARRIVED: Reply.ARRIVED,
-    Event.SEARCH_FAILED: Reply.FAILED,
-    Event.ARRIVE_FAILED: Reply.FAILED,
-    Event.MISTAKEN: Reply.FAILED,
-}
-"""The reply of ``arrive`` to the thesis's client, by fact."""
 
 
 class Ending(StrEnum):

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.executive import REPLIES, Ending, Executive, Report
+from behaviors.executive import Ending, Executive, Report
 from behaviors.journal import Kind, Observer, Record
 from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
@@ -27,7 +27,7 @@ from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
 from behaviors.profiles.registry import raised_by_profile, supervised
 from behaviors.skills import SkillContext
 from behaviors.stepped_mission import SteppedMission
-from behaviors.thesis.skills import MoveTo, ThesisArriveSkill, ThesisSearchSkill
+from behaviors.thesis.skills import REPLIES, MoveTo, ThesisArriveSkill, ThesisSearchSkill
 
 DONE = 1
 """Answer of a verb without a result."""

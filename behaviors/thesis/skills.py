@@ -57,6 +57,17 @@ class Reply(IntEnum):
     FAILED = 2
 
 
+REPLIES = {
+    Event.TARGET_SEEN: Reply.CONTINUE,
+    Event.CONTINUED: Reply.CONTINUE,
+    Event.ARRIVED: Reply.ARRIVED,
+    Event.SEARCH_FAILED: Reply.FAILED,
+    Event.ARRIVE_FAILED: Reply.FAILED,
+    Event.MISTAKEN: Reply.FAILED,
+}
+"""The reply of ``arrive`` to the thesis's client, by fact."""
+
+
 class ThesisSearchSkill:
     """Stops and looks every few degrees through one full turn to the right.
 
