@@ -18,6 +18,9 @@ MAX_DEPTH = 32
 """How deep tables, lists and objects may be nested; ours need 6."""
 
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".webp", ".tif", ".tiff", ".ppm"})
+"""Of images that are read."""
+PICTURE_SUFFIXES = IMAGE_SUFFIXES | {".gif", ".heic", ".heif", ".avif"}
+"""Of all pictures, those that have to be saved in another format included."""
 
 MAX_DIGITS = 18
 """Of a whole number that fits 64 bits; Python itself refuses to read one of thousands."""
@@ -50,7 +53,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
         with open(path, "rb") as file:
             content = file.read(limit + 1) if found.st_size <= limit else None
     except OSError as error:
-        meant = _similar(path) if isinstance(error, FileNotFoundError) else None
+        meant = similar_file(path) if isinstance(error, FileNotFoundError) else None
         remedy = f"Did you mean {meant}?" if meant else "Check the path."
         raise InputFileError(f"{path}: cannot be read ({error.strerror}). {remedy}") from None
     except InputFileError:
@@ -62,10 +65,11 @@ def read_bytes(path: Path, limit: int) -> bytes:
     return content
 
 
-def _similar(path: Path) -> Path | None:
+def similar_file(path: Path) -> Path | None:
     """Return the file of the same kind beside a path whose name is most like it, if one is."""
     try:
-        others = {each.stem: each for each in path.parent.iterdir() if each.suffix == path.suffix}
+        suffix = path.suffix.lower()
+        others = {each.stem: each for each in path.parent.iterdir() if each.suffix.lower() == suffix}
     except OSError:
         return None
     return others.get(nearest(path.stem, others))

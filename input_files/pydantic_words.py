@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,6 +11,8 @@ from input_files.plain import is_number
 
 LONGEST_EXAMPLE = 60
 """A longer text is no readable example."""
+
+NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?", re.ASCII)
 
 WORDS = {
     "greater_than": "must be more than {gt}",
@@ -58,10 +61,13 @@ def words(kind: str, context: Mapping[str, object], message: str, value: object 
         kind: Pydantic's name of the kind of mistake.
         context: Its numbers.
         message: Pydantic's own message, for kinds that are not listed.
-        value: The value; a text that should be a list is shown in its brackets.
+        value: The value; a text that should be a list is shown in its brackets, and of one that should be a number it
+            is said if it is one in quotation marks.
     """
     if kind == "list_type" and isinstance(value, str) and len(value) <= LONGEST_EXAMPLE:
         return f"must be a list in brackets, as in [{json.dumps(value, ensure_ascii=False)}]"
+    if kind in ("float_type", "int_type") and isinstance(value, str) and NUMBER.fullmatch(value):
+        return f"{WORDS[kind]} without quotation marks"
     text = WORDS.get(kind)
     if text is None:
         return message.removeprefix("Value error, ")

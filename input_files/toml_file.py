@@ -20,6 +20,7 @@ COMMON_MISTAKES = (
     (r"""^[^#]*["'][^"'#]*\\""", "In a path write / for each \\, or put it between single quotes."),
     (r"^[^#]*[“”„«»‘’]", 'Write plain quotation marks: ".'),
     (r"^[^\[#]*=\s*-?\d+,\d", "Write a decimal point, not a comma."),
+    (r"^[^\[#]*=\s*-?\d+(?:\.\d+)?\s*[A-Za-z]+\s*(?:#|$)", "Write the number alone; the key's name says its unit."),
     (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
     (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
     (

@@ -22,7 +22,7 @@ from behaviors.mission.tables import Mission
 from behaviors.mission.targets import Target
 from input_files.json_text import parse_object
 from input_files.mistakes import MistakesError, excerpt, listed
-from input_files.plain import IMAGE_SUFFIXES, MEGABYTE, InputFileError, at_home, read_text
+from input_files.plain import MEGABYTE, PICTURE_SUFFIXES, InputFileError, at_home, read_text, similar_file
 from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "lena_rilakkuma.toml"
@@ -142,7 +142,7 @@ def _target_without_mistakes(table: dict[str, Any]) -> Target:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
+    if path.suffix.lower() in PICTURE_SUFFIXES and path.is_file():
         writes = f"`nxtdrive mission new --picture {path} --height-mm MM`"
         raise MissionError(f"{path} is a picture, not a mission. {writes} writes a mission that searches for it.")
     try:
@@ -164,18 +164,21 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
             if found:
                 pictures[i] = str(found[0])
             else:
-                yield (
-                    f"target.{name}.pictures[{i}]: there is no picture {excerpt(str(picture))}; "
-                    f"put it beside the mission file ({folders[0]})"
-                )
+                yield f"target.{name}.pictures[{i}]: there is no picture {_missing(str(picture), folders[0])}"
         detector = str(target.get("detector"))
         others = [] if detector in BUILT_IN_DETECTORS else [key for key in target if key.endswith(FILE)]
         for key in FILES.get(detector, others):
             if isinstance(file := target.get(key), str):
                 target[key] = str(folders[0] / at_home(file))
                 if not os.path.isfile(target[key]):
-                    beside = f"put it beside the mission file ({folders[0]})"
-                    yield f"target.{name}.{key}: there is no file {excerpt(file)}; {beside}"
+                    yield f"target.{name}.{key}: there is no file {_missing(file, folders[0])}"
+
+
+def _missing(file: str, folder: Path) -> str:
+    """Return the name of a file that a target needs and that is not there, with what to do."""
+    similar = similar_file(folder / at_home(file))
+    meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
+    return f"{excerpt(file)}; {meant}put it beside the mission file ({folder})"
 
 
 def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
+from input_files.plain import PICTURE_SUFFIXES
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -21,6 +23,8 @@ DEFAULT_ADDRESS = "sim://"
 Run = Callable[[argparse.Namespace], int]
 """Runs a command or one of its actions; returns the exit code."""
 T = TypeVar("T", int, float)
+
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*", re.ASCII)
 
 
 def add_action(actions: Any, name: str, summary: str, run: Run) -> argparse.ArgumentParser:  # noqa: ANN401 - argparse's
@@ -53,7 +57,7 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
         high: Largest value allowed; may be infinite, but the value may not.
     """
     kind = "a number" if convert is float else "a whole number"
-    limits = f"from {low:,.10g} to {high:,.10g}" if math.isfinite(high) else f"of at least {low:,.10g}"
+    limits = f"from {low:.10g} to {high:.10g}" if math.isfinite(high) else f"of at least {low:.10g}"
 
     def read(text: str) -> T:
         try:
@@ -62,7 +66,8 @@ def number(name: str, convert: Callable[[str], T], low: float, high: float) -> C
         except (ValueError, OverflowError):
             fits = False
         if not fits:
-            raise argparse.ArgumentTypeError(f"{name} must be {kind} {limits}, not {text!r}")
+            point = ". Write a decimal point, not a comma" if _DECIMAL_COMMA.fullmatch(text) else ""
+            raise argparse.ArgumentTypeError(f"{name} must be {kind} {limits}, not {text!r}{point}")
         return value
 
     return read
@@ -87,10 +92,18 @@ def marker_id(text: str) -> int:
 
 
 def new_file(text: str) -> Path:
-    """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address."""
+    """Convert an argument of argparse: the file of a new mission or world, whose name also goes into an address.
+
+    One that ends as a picture's is refused, since ``--force`` would overwrite a photograph.
+    """
     if not text.isprintable() or "?" in text or text.startswith("-") or not Path(text).name:
         raise argparse.ArgumentTypeError(
             f"{text!r} is not a valid name for it; use letters, digits, spaces, '.', '_' and, not at the beginning, '-'"
+        )
+    if Path(text).suffix.lower() in PICTURE_SUFFIXES:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is a picture's name. Name the file to write, FILE.toml; `nxtdrive mission new --picture {text} "
+            "--height-mm MM` writes a mission that searches for what a picture shows"
         )
     return Path(text)
 

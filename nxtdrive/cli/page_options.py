@@ -18,7 +18,8 @@ def add_server_arguments(parser: argparse.ArgumentParser, folder: str) -> None:
     add_brick_arguments(parser)
     add_robot_argument(parser)
     parser.add_argument("--camera", metavar="SOURCE", help="as for `nxtdrive run`")
-    parser.add_argument("--mission", metavar="FILE", type=Path, help="how the robot is built (default: built-in)")
+    mission = "how the robot is built, and its simulated room (default: the built-in mission)"
+    parser.add_argument("--mission", metavar="FILE", type=Path, help=mission)
     parser.add_argument("--folder", metavar="FOLDER", type=Path, help=f"{folder} (default: that of --mission, else .)")
     parser.add_argument(
         "--out", metavar="FOLDER", type=Path, default=Path("runs"), help="where runs go (default: runs)"

@@ -166,6 +166,12 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
             '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = "my dog.png"',
             "target.a.pictures: must be a list in brackets, as in [\"my dog.png\"], not 'my dog.png'",
         ),
+        (GOOD + "[robot]\nwheel_diameter_mm = '56'\n", "must be a number without quotation marks, not '56'"),
+        (GOOD + "[robot]\nwheel_diameter_mm = '56,5'\n", "must be a number without quotation marks, not '56,5'"),
+        (
+            GOOD.replace("[mission]", "[mission]\nrounds = '2'"),
+            "must be a whole number without quotation marks, not '2'",
+        ),
         (GOOD.replace('["box"]', "3"), "mission.targets: must be a list in brackets, as in [1, 2], not 3"),
         (GOOD.replace('["box"]', '["bx"]'), "target 'bx' has no table [target.bx]; did you mean 'box'?"),
         (GOOD.replace("[mission]", "[mission]\ncruise_mm_s = 100"), "cruise_mm_s: belongs in the table [thesis] or"),
@@ -181,6 +187,14 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
 )
 def test_one_mistake_one_sentence(tmp_path, text, expected):
     assert expected in _complaint(tmp_path, text)
+
+
+@pytest.mark.parametrize("written", ["my-kat.jpg", "My-Cat.JPG"])
+def test_a_picture_of_a_similar_name_is_suggested(tmp_path, written):
+    (tmp_path / "my-cat.jpg").write_bytes(b"")
+    target = f'[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = ["{written}"]\n'
+    expected = f"there is no picture '{written}'; did you mean 'my-cat.jpg'? Else put it beside the mission file"
+    assert expected in _complaint(tmp_path, target)
 
 
 def test_a_missing_file_is_named():

@@ -26,6 +26,8 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
     ("line", "hint"),
     [
         ("wheel_diameter_mm = 56,0", "decimal point"),
+        ("height_mm = 297 mm", "Write the number alone; the key's name says its unit."),
+        ("time_limit_s = 60s   # a minute", "Write the number alone"),
         ("delay_replies_ms = { 4 = 500,5 }", "decimal point"),
         (r'pictures = ["C:\Users\me\cat.png"]', "write / for each"),
         ("name = “cat”", "plain quotation marks"),

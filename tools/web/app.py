@@ -273,6 +273,7 @@ class Server:
             "address": self.address,
             "drives": self.driven is not None,
             "missions": self.missions.names(),
+            "proposed": self.missions.proposed,
             "profiles": named_profiles(),
             "chart": chart(),
             "recoveries": recoveries(),

@@ -37,10 +37,18 @@ class Missions:
         folder: Its ``*.toml`` files are offered.
         robot: The robot file; by default the one that a mission names.
         usual: The robot file if neither is given; by default ``$NXT_ROBOT``.
+        mission: The file that the server was started with, if any.
+
+    Attributes:
+        folder: As above.
+        proposed: The name of `mission`; empty for the built-in one, and if it is in another folder.
     """
 
-    def __init__(self, folder: Path, robot: Path | None = None, usual: Path | None = None) -> None:
+    def __init__(
+        self, folder: Path, robot: Path | None = None, usual: Path | None = None, mission: Path | None = None
+    ) -> None:
         self.folder = folder
+        self.proposed = mission.name if mission and mission.parent.resolve() == folder.resolve() else ""
         self._robot, self._usual = robot, usual
         self._saving = threading.Lock()
 

@@ -120,7 +120,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--height-mm",
         metavar="MM",
         type=target_height_mm,
-        help="real height of the target, 10 to 3,000 (default: 150 for a marker and 160 for a QR code, as "
+        help="real height of the target, 10 to 3000 (default: 150 for a marker and 160 for a QR code, as "
         "`nxtdrive mission new` prints them, else 297, an upright sheet of A4)",
     )
     try_.add_argument(

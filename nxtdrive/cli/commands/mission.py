@@ -63,23 +63,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     target = new.add_mutually_exclusive_group()
     target.add_argument(
-        "--picture", metavar="IMAGE", type=Path, help="look for what this photograph shows, if it is flat"
+        "--picture", metavar="IMAGE", action=_Once, type=Path, help="look for what this photograph shows, if it is flat"
     )
     target.add_argument(
         "--marker",
         metavar="ID",
+        action=_Once,
         type=marker_id,
         help="look for this ArUco marker (0 to 49, dictionary 4x4_50), and write the sheet to print",
     )
-    target.add_argument("--qr", metavar="TEXT", help="look for a QR code with this text, and write the sheet to print")
+    target.add_argument(
+        "--qr", metavar="TEXT", action=_Once, help="look for a QR code with this text, and write the sheet to print"
+    )
     new.add_argument(
         "--height-mm",
         metavar="MM",
         type=target_height_mm,
-        help="its real height, 10 to 3,000. Measure that of what a photograph shows: A4 portrait is 297, A4 "
+        help="its real height, 10 to 3000. Measure that of what a photograph shows: A4 portrait is 297, A4 "
         "landscape 210, A5 portrait 210; a marker is printed 150 mm high and a QR code 160 unless you say so",
     )
     new.add_argument("--force", action="store_true", help="overwrite files that exist")
+
+
+class _Once(argparse.Action):
+    """Stores the target of a new mission, and refuses a second one, which would silently replace it."""
+
+    def __call__(
+        self, _parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: object, *_: object
+    ) -> None:
+        """Store it."""
+        if getattr(namespace, self.dest) is not None:
+            raise argparse.ArgumentError(
+                self, "a new mission has one target. Add a second one, or more photographs of the first, to its file"
+            )
+        setattr(namespace, self.dest, values)
 
 
 def _check(args: argparse.Namespace) -> int:

@@ -82,7 +82,7 @@ def _serve_robot(args: argparse.Namespace, pin: Pin | None) -> list[str]:
     address = in_real_time(mission_brick(args))
     folder = missions_folder(args)
     usual = robot_file_of(folder)
-    hub, missions = Hub(), Missions(folder, args.robot, usual)
+    hub, missions = Hub(), Missions(folder, args.robot, usual, args.mission)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), hub, args.out)
 
     def use(file: Path) -> None:

@@ -45,6 +45,13 @@ def test_a_profiles_file_is_no_profile(capsys):
 NUMERIC = list(_numeric_arguments())
 
 
+def test_a_decimal_comma_is_named_and_limits_have_none(capsys):
+    with pytest.raises(SystemExit):
+        main(["mission", "new", "--picture", "cat.jpg", "--height-mm", "29,7"])
+    error = capsys.readouterr().err
+    assert "a number from 10 to 3000, not '29,7'. Write a decimal point, not a comma" in error
+
+
 def _refusal(parser, action, text, capsys):
     """What the parser says to the argument when it is `text`, or an empty string if it has no objection to it."""
     if action.option_strings:

@@ -289,7 +289,7 @@ def test_in_a_terminal_it_asks_for_the_height(answer, written):
     os.close(terminal)
     assert process.returncode == (DONE if written else USAGE)
     assert Path("portrait.toml").exists() is written
-    assert written or f"height must be a number from 10 to 3,000, not '{answer}'" in error
+    assert written or f"height must be a number from 10 to 3000, not '{answer}'" in error
 
 
 @pytest.mark.parametrize("command", ["mission", "world"])
@@ -304,15 +304,35 @@ def test_a_name_that_cannot_be_typed_as_an_address_is_refused(command, name, cap
     assert not list(Path().iterdir())
 
 
-@pytest.mark.parametrize("mission", ["{}.png", "sub/../{}.png", "link.png"])
+@pytest.mark.parametrize("command", ["mission", "world"])
+@pytest.mark.parametrize("name", ["my-cat.jpg", "IMG_2041.JPG", "sub/photo.heic"])
+def test_a_picture_is_not_the_file_to_write_even_when_forced(command, name, capsys):
+    Path("sub").mkdir()
+    Path(name).write_bytes(b"photograph")
+    with pytest.raises(SystemExit) as ended:
+        main([command, "new", name, "--force"])
+    assert ended.value.code == USAGE
+    assert f"`nxtdrive mission new --picture {name} --height-mm MM`" in capsys.readouterr().err
+    assert Path(name).read_bytes() == b"photograph"
+
+
+@pytest.mark.parametrize("option", ["--picture", "--marker", "--qr"])
+def test_a_second_target_is_refused(option, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["mission", "new", option, "1", option, "2"])
+    assert ended.value.code == USAGE
+    assert "a new mission has one target" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("mission", ["{}", "sub/../{}", "link"])
 @pytest.mark.parametrize("stem", ["photo", "photo-world"])
 def test_the_photograph_is_not_overwritten_even_when_forced(mission, stem, capsys):
     """The room of photo.toml is called photo-world.toml, whatever the mission's suffix is."""
-    name = "photo.png" if stem == "photo" else "photo-world.toml"
+    name = "photo" if stem == "photo" else "photo-world.toml"
     image = cv2.imencode(".png", _shapes(400, 300, 1))[1].tobytes()
     Path(name).write_bytes(image)
     Path("sub").mkdir()
-    Path("link.png").symlink_to(name)
+    Path("link").symlink_to(name)
     command = ["mission", "new", "--picture", name, "--height-mm", "297", mission.format("photo"), "--force"]
     assert main(command) == USAGE
     assert "is the photograph" in capsys.readouterr().err

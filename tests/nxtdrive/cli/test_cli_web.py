@@ -94,3 +94,9 @@ def test_the_end_says_whether_the_robot_has_been_closed(hangs, monkeypatch, caps
         released.set()
     end = "no answer from the robot, whose brick stops its motors itself" if hangs else "motors off"
     assert capsys.readouterr().out.endswith(f"ended; {end}\n")
+
+
+@pytest.mark.parametrize(("mission", "proposed"), [("cat.toml", "cat.toml"), ("other/cat.toml", ""), (None, "")])
+def test_the_mission_is_proposed_if_it_is_in_the_folder(mission, proposed, tmp_path):
+    path = tmp_path / mission if mission else None
+    assert Missions(tmp_path / "other" / "..", mission=path).proposed == proposed

@@ -42,6 +42,7 @@ HELLO = {
     "address": "sim://",
     "drives": True,
     "missions": ["cat.toml", "dog.toml"],
+    "proposed": "dog.toml",
     "profiles": ["adaptive", "thesis"],
     "chart": {"regions": [{"state": "search", "inner": []}], "initial": ["search"], "words": {}},
     "recoveries": {},
@@ -128,6 +129,14 @@ def _press(browser: WebDriver, key: str) -> None:
 
 def _text(browser: WebDriver, element: str) -> str:
     return browser.find_element(By.ID, element).text
+
+
+def test_the_mission_of_the_command_line_is_selected_first_and_a_choice_stays(browser, tell):
+    mission = Select(browser.find_element(By.ID, "mission"))
+    assert mission.first_selected_option.text == "dog.toml"
+    mission.select_by_visible_text("cat.toml")
+    tell(HELLO)
+    assert mission.first_selected_option.text == "cat.toml"
 
 
 def test_space_does_not_answer_a_question_that_has_just_opened(browser, tell):

@@ -120,6 +120,7 @@ def test_a_page_is_greeted_with_what_it_draws(tmp_path):
         hello = page.receive_json()
     assert hello["version"] == 1
     assert hello["missions"] == ["cat.toml"]
+    assert hello["proposed"] == ""
     assert hello["profiles"] == ["thesis", "adaptive"]
     regions = {region["state"]: {each["state"] for each in region["inner"]} for region in hello["chart"]["regions"]}
     assert {"mission", "equipment", "safety", "camera", "floor_map"} == set(regions)

@@ -83,7 +83,7 @@ export class MissionPanel {
   constructor(connection, find) {
     this.connection = connection;
     this.find = find;
-    connection.on("hello", ({ missions, profiles }) => this.offer(missions, profiles));
+    connection.on("hello", ({ missions, profiles, proposed }) => this.offer(missions, profiles, proposed));
     connection.on("run", ({ name, profile }) => this.running(`${name || "a mission"}, profile ${profile}`));
     connection.on("ended", () => this.running(""));
     connection.on("question", (question) => this.ask(question));
@@ -97,9 +97,9 @@ export class MissionPanel {
     find("pause").addEventListener("click", () => connection.send({ type: this.paused ? "resume" : "pause" }));
   }
 
-  offer(missions, profiles) {
+  offer(missions, profiles, proposed) {
     const options = [["", "lena, then rilakkuma (built in)"], ...missions.map((name) => [name, name])];
-    choices(this.find("mission"), options);
+    choices(this.find("mission"), options, proposed);
     choices(this.find("profile"), [["", "as the mission says"], ...profiles.map((name) => [name, name])]);
     this.running("");
     this.pause(false);
@@ -139,9 +139,9 @@ export class MissionPanel {
   }
 }
 
-// options of a select, each a value and its text; a choice that is still among them stays
-export function choices(select, options) {
-  const value = select.length ? select.value : options[0][0];
+// options of a select, each a value and its text; a choice that is still among them stays, the first one is proposed
+export function choices(select, options, proposed = options[0][0]) {
+  const value = select.length ? select.value : proposed;
   select.replaceChildren(...options.map(([each, text]) => new Option(text, each)));
   if (options.some(([each]) => each === value)) select.value = value;
 }
