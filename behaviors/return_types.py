@@ -29,7 +29,11 @@ def checked(method: Callable[..., object], kind: type[Result], *arguments: objec
     if isinstance(result, kind):
         return result
     article = "an" if kind.__name__[0] in "AEIO" else "a"
-    raise WrongReturn(f"{place(method)} returned {type(result).__name__}, not {article} {kind.__name__}.")
+    wrong = f"{place(method)} returned {type(result).__name__}, not {article} {kind.__name__}"
+    if result is not None and getattr(kind, "_is_protocol", False):
+        methods = [name for name in vars(kind) if not name.startswith("_")]
+        wrong += f": it lacks {' and '.join(f'{name}()' for name in methods if not hasattr(result, name))}"
+    raise WrongReturn(f"{wrong}.")
 
 
 def place(method: Any) -> str:  # noqa: ANN401 - anything that can be called

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import PICTURE_SUFFIXES
+from nxtdrive.cli.output import complain
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
@@ -45,6 +46,13 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
             return action(args, brick) or 0
 
     return run
+
+
+def note_simulated(brick: Brick) -> None:
+    """Say that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
+    if brick.link.transport.address.startswith(DEFAULT_ADDRESS):
+        text = "this was the simulated brick, which begins anew with each command. `nxtdrive list` finds others."
+        complain(text, sender="note: ")
 
 
 def number(name: str, convert: Callable[[str], T], low: float, high: float) -> Callable[[str], T]:

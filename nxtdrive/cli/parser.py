@@ -71,6 +71,8 @@ class Parser(argparse.ArgumentParser):
             hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
             if isinstance(action, argparse._SubParsersAction) and (option := self._option_before(value)):
                 hint = f" (choose from {', '.join(known)}). Give {option} after the {action.metavar}"
+            if "run" in known and str(value).endswith(".toml"):
+                hint = f". Did you mean `{self.prog} run {value}`?"
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}{hint}")
 
     def _option_before(self, value: object) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from codecs import BOM_UTF8
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,9 +75,8 @@ def read_run(path: Path) -> PastRun:
             remedy = "Change the folder's permissions, or name another run."
             raise ConfigError(f"{folder} cannot be read ({error.strerror}).", remedy=remedy) from None
         if JOURNAL not in names:
-            raise ConfigError(
-                f"{folder} holds no {JOURNAL}.", remedy="Name the folder of one run, such as runs/my-mission-001."
-            )
+            example = _latest_run(folder, names) or "runs/my-mission-001"
+            raise ConfigError(f"{folder} holds no {JOURNAL}.", remedy=f"Name the folder of one run, such as {example}.")
     try:
         lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
     except InputFileError as error:
@@ -94,6 +94,15 @@ def read_run(path: Path) -> PastRun:
             remedy="Install the version of nxtdrive that wrote it, or a later one.",
         )
     return run
+
+
+def _latest_run(folder: Path, names: Iterable[str]) -> Path | None:
+    """Return the run in a folder of runs whose journal was written last; None if none has one."""
+    written = {}
+    for run in (folder / name for name in names):
+        with suppress(OSError):
+            written[run] = os.stat(run / JOURNAL).st_mtime
+    return max(written, key=lambda run: written[run], default=None)
 
 
 def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:

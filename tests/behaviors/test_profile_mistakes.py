@@ -83,6 +83,10 @@ def _error(seed=100):
         ("def skill(self, state, choice): pass", "skill() of mistaken:Mistaken ({file}:5) returned NoneType, not a Sk"),
         ("def evidence(self, basis): pass", "evidence() of mistaken:Mistaken ({file}:5) returned NoneType, not an Ev"),
         ("@classmethod\n    def own_policy(cls, mission): pass", "({file}:5) returned NoneType, not a RecoveryPolicy."),
+        (
+            "@classmethod\n    def own_policy(cls, mission): return object()",
+            "({file}:5) returned object, not a RecoveryPolicy: it lacks select().",
+        ),
         ("def __init__(self): pass", "__init__() of mistaken:Mistaken ({file}:5) does not take the arguments of"),
         (
             "def learn(self): pass",

@@ -314,7 +314,7 @@ def _place(one: Found) -> str:
     distance, cut = f"{one.distance_mm} mm", ""
     if one.cut:
         distance, cut = f"at most {distance}", f", cut off at {' and '.join(one.cut)}"
-    return f"{one.bearing_deg:+.1f} deg {distance} (score {one.score:.2f}{cut})"
+    return f"{one.bearing_deg:+z.1f} deg {distance} (score {one.score:.2f}{cut})"
 
 
 def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bool) -> int:

@@ -16,7 +16,7 @@ from firmware_protocol.status import Status
 from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, exit_code
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, on_brick, writing
+from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, note_simulated, on_brick, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 
@@ -98,6 +98,7 @@ def _put(args: argparse.Namespace, brick: Brick) -> None:
         with _progress(name) as progress:
             brick.files.write(name, content, progress, replace=args.replace)
         _say(args, {"name": name, "size": len(content), "path": str(path)})
+    note_simulated(brick)
 
 
 def _rm(args: argparse.Namespace, brick: Brick) -> int:

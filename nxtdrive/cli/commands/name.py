@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BrickBusy
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, on_brick
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, note_simulated, on_brick
 from nxtdrive.cli.output import write_json, write_line
 
 if TYPE_CHECKING:
@@ -63,3 +63,5 @@ def rename(args: argparse.Namespace, brick: Brick) -> None:
         write_json({"name": now, "before": before})
     else:
         write_line(now if args.name is None else f"renamed {before!r} to {now!r}")
+    if args.name is not None:
+        note_simulated(brick)

@@ -42,6 +42,12 @@ def test_a_profiles_file_is_no_profile(capsys):
     assert "is a file; name the class, in the file's folder: patient:CLASS" in capsys.readouterr().err
 
 
+def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
+    with pytest.raises(SystemExit):
+        main(["my-mission.toml"])
+    assert "Did you mean `nxtdrive run my-mission.toml`?" in capsys.readouterr().err
+
+
 NUMERIC = list(_numeric_arguments())
 
 
@@ -247,7 +253,14 @@ def test_a_brick_is_renamed_and_nothing_on_it_is_lost(capsys, tmp_path):
 
 def test_without_a_new_name_the_present_one_is_printed(capsys):
     assert main(["name", "--nxt", "sim://"]) == DONE
-    assert capsys.readouterr().out == "NXT\n"
+    assert capsys.readouterr() == ("NXT\n", "")
+
+
+def test_renaming_the_simulated_brick_by_mistake_is_noticed(capsys):
+    assert main(["name", "Robot 7"]) == DONE
+    said = capsys.readouterr()
+    assert said.out == "renamed 'NXT' to 'Robot 7'\n"
+    assert said.err.startswith("note: this was the simulated brick")
 
 
 @pytest.mark.parametrize("name", ["", " ", "1234567890123456", "Röbot", "a\nb", "\x1b[31m", " x", "a\0b"])

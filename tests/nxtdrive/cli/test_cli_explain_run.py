@@ -187,6 +187,16 @@ def test_a_run_without_a_decision_says_so(explained, tmp_path):
     assert explained(journal, "--json")["decisions"] == []
 
 
+def test_for_the_folder_of_all_runs_the_latest_one_is_named(capsys, tmp_path):
+    for name, written_s in (("cat-001", 10), ("cat-002", 30), ("dog-001", 20)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "journal.jsonl").touch()
+        os.utime(tmp_path / name / "journal.jsonl", (written_s, written_s))
+    (tmp_path / "notes.txt").touch()
+    assert main(["explain-run", str(tmp_path)]) == USAGE
+    assert f"Name the folder of one run, such as {tmp_path / 'cat-002'}." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [(None, "holds no journal.jsonl"), ("", "is not a journal"), ("no journal\n[1]\n", "is not a journal")],

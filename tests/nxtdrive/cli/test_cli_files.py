@@ -47,7 +47,9 @@ def test_put_sends_what_get_would_fetch(brick, capsys):
     (brick / "melody.rso").write_bytes(bytes(range(200)))
     put = ["files", "put", "melody.rso", "--as", "alarm.rso", "--nxt", "sim://open", "--trace", "put.nxttrace"]
     assert main(put) == DONE
-    assert "alarm.rso: 200 bytes" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "alarm.rso: 200 bytes" in said.out
+    assert said.err.startswith("note: this was the simulated brick")
     written = [each.request[3:] for each in read_trace(brick / "put.nxttrace").exchanges() if each.request[1] == 0x83]
     assert b"".join(written) == bytes(range(200))
 
