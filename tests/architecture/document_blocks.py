@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import tomllib
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -25,14 +26,11 @@ COMMAND = re.compile(
 NOT_RUN = {
     r"sudo |-m tools\.rig |tests/hil ": "needs a virtual machine or devices of the system",
     r"-m venv |install |^\. ": "changes an environment; test_packaging.py, test_distribution.py and .ci/run install",
-    r"^\.venv/bin/nxtdrive": "is installed in an environment of its own",
     r"^(\.venv/bin/)?pytest|=\S+ pytest|^for ": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
-    r"^(\w+=\S+ )?(\.venv/bin/)?python (?!-m)": "programs of the examples, which their own tests call",
+    r"^(\.venv/bin/)?python (?!-m)(?!.*sim://)": "programs of the examples on a brick; their own tests call them",
     r"^dask |--dask |^jason |^javac? ": "needs a cluster, or Jason",
-    r"^nxtdrive teleop": "draws on a terminal; tests/tools/teleop",
     r"^nxtdrive sim exec": "tests/interop runs it",
-    r"^nxtdrive bench|tools\.dev\.faults": "measures for minutes; tests/tools/test_bench_*.py and tests/faults",
-    r"lamp\.toml": "needs the example installed; tests/nxtdrive/vision/test_detectors_from_elsewhere.py",
+    r"^nxtdrive bench|tools\.dev\.faults(?!.*--only)": "take minutes; tests/tools/test_bench_*.py, tests/faults",
     r"-m build|twine |check_wheel_contents ": "test_distribution.py builds, and runs them on what was built",
 }
 """Commands that are printed and not run, by a pattern of them, with the reason."""
@@ -40,10 +38,20 @@ NOT_RUN = {
 LASTING = re.compile(r"^nxtdrive (web|serve|mcp|sim serve|run --web)")
 """Commands that go on until they are ended."""
 
+IN_A_TERMINAL = re.compile(r"^nxtdrive teleop")
+"""Commands that draw on a terminal until a key ends them."""
+
+PROGRAM = re.compile(r"^(?P<environment>NXT=sim://\S+ )?(\.venv/bin/)?python (?P<words>\w+\.py( sim://\S+)?)")
+"""Programs of the examples in the simulator."""
+
 LONG = re.compile(
     r"^nxtdrive (run|explain-run|chances|what-if|calibrate --nxt|sweep(?! --map))|tools\.dev\.reality_table"
+    r"|hide_and_seek|wall_follower"
 )
 """Commands that drive whole missions, or need some."""
+
+INSTALLED = ("lamp-detector", "patient-profile")
+"""Examples that the documents' reader has installed."""
 
 SHORTER = {"full": "open", "reality": "mounted"}
 """A class in the place of a suite."""
@@ -60,7 +68,8 @@ def blocks(*languages: str) -> Iterator[tuple[str, int, str]]:
 def commands(text: str) -> list[str]:
     """Return the commands of a block, without comments."""
     lines = [line.strip() for line in text.splitlines() if COMMAND.match(line) and "──" not in line]
-    return [shlex.join(shlex.split(line, comments=True)) if "nxtdrive " in line else line for line in lines]
+    plain = [shlex.join(shlex.split(line, comments=True)) if "nxtdrive " in line else line for line in lines]
+    return [line.removeprefix(".venv/bin/") if line.startswith(".venv/bin/nxtdrive ") else line for line in plain]
 
 
 def reason(command: str) -> str | None:
@@ -72,11 +81,30 @@ def make_home(folder: Path) -> None:
     """Make what the documents speak of: a photograph, a mission and its room, programs."""
     shutil.copy(PICTURES / "fox.png", folder / "my-cat.jpg")
     shutil.copy(EXAMPLES / "careful-explorer" / "careful_explorer.py", folder)
-    shutil.copy(EXAMPLES / "patient-profile" / "patient.py", folder)
+    for example in INSTALLED:
+        _install(EXAMPLES / example, folder)
+    lamp = folder / "lamp.toml"  # no room has a lamp, so its mission would search for ten minutes
+    lamp.write_text(lamp.read_text(encoding="utf-8").replace("[mission]", "[mission]\ntime_limit_s = 20"), "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         new = ["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]
         assert main(new) == DONE
+
+
+def _install(example: Path, folder: Path) -> None:
+    """Copy an example to a folder of the path, with what pip would write beside it."""
+    for file in (*example.glob("*.py"), *example.glob("*.toml")):
+        shutil.copy(file, folder)
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    info = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+    info.mkdir()
+    metadata = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+    (info / "METADATA").write_text(metadata, encoding="utf-8")
+    points = [
+        f"[{group}]\n" + "".join(f"{name} = {place}\n" for name, place in places.items())
+        for group, places in project["entry-points"].items()
+    ]
+    (info / "entry_points.txt").write_text("\n".join(points), encoding="utf-8")
 
 
 def simulated(command: str) -> list[str]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import json
 import os
+import pty
 import re
+import shlex
 import shutil
 import signal
 import subprocess
 import sys
+import termios
 import threading
 
 import pytest
@@ -23,9 +27,11 @@ from tests.architecture.document_blocks import (
     BLOCK,
     DOCUMENTS,
     EXAMPLES,
+    IN_A_TERMINAL,
     LASTING,
     LONG,
     NOT_RUN,
+    PROGRAM,
     ROOT,
     blocks,
     commands,
@@ -60,11 +66,19 @@ def _blocks(*languages):
 
 
 def _run(command):
-    return not (reason(command) or LASTING.search(command))
+    return not (reason(command) or LASTING.search(command) or IN_A_TERMINAL.search(command) or PROGRAM.search(command))
 
 
 SHELL = [(each, commands(each.values[1])) for each in _blocks("", "sh")]
 LASTING_COMMANDS = sorted({each for _, said in SHELL for each in said if LASTING.search(each) and not reason(each)})
+DRAWN = {each for _, said in SHELL for each in said if IN_A_TERMINAL.search(each) and "usb://" not in each}
+IN_TERMINALS = sorted({" ".join(simulated(each)) for each in DRAWN})
+PROGRAMS = [
+    pytest.param(each.values[0], one, marks=[pytest.mark.nightly] * bool(LONG.search(one)), id=one.partition("  ")[0])
+    for each, said in SHELL
+    for one in said
+    if PROGRAM.search(one) and not reason(one)
+]
 
 
 @pytest.fixture(scope="module")
@@ -89,12 +103,33 @@ def here(home, tmp_path, monkeypatch):
     """A copy of it, as the current folder."""
     shutil.copytree(home, tmp_path / "home")
     monkeypatch.chdir(tmp_path / "home")
-    return tmp_path / "home"
+    yield from _installed(tmp_path / "home", monkeypatch)
+
+
+@pytest.fixture
+def here_with_runs(home_with_runs, tmp_path, monkeypatch):
+    """A copy of the one with runs, as the current folder."""
+    shutil.copytree(home_with_runs, tmp_path / "home")
+    monkeypatch.chdir(tmp_path / "home")
+    yield from _installed(tmp_path / "home", monkeypatch)
+
+
+def _installed(folder, monkeypatch):
+    """Put a folder with installed packages on the path; the import system forgets their modules afterwards."""
+    monkeypatch.setattr(sys, "path", [str(folder), *sys.path])
+    yield folder
+    for path in folder.glob("*.py"):
+        sys.modules.pop(path.stem, None)
 
 
 def _do(words):
     devices = (NO_BRICK,) if words[0] in ("list", "doctor") else ()  # this computer may have none
     assert main(words) in (DONE, NOT_ACHIEVED, *devices), words
+
+
+def _call(module_and_words, **options):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, *module_and_words], env=environment, check=True, timeout=300, **options)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +139,11 @@ def test_commands_run(page, text, here):
     notes = [block for _, block in BLOCK.findall((ROOT / page).read_text(encoding="utf-8")) if "!tick" in block]
     (here / "tone.txt").write_text("".join(notes), encoding="utf-8")
     for command in commands(text):
-        if _run(command) and not LONG.search(command):
+        if not _run(command) or LONG.search(command):
+            continue
+        if command.startswith("python -m tools."):
+            _call(shlex.split(command, comments=True)[1:])
+        else:
             _do(simulated(command))
 
 
@@ -112,20 +151,45 @@ def test_commands_run(page, text, here):
 @pytest.mark.parametrize(
     ("page", "text"), [each for each, said in SHELL if any(_run(one) and LONG.search(one) for one in said)]
 )
-def test_whole_missions_run(page, text, home_with_runs, tmp_path, monkeypatch):
+def test_whole_missions_run(page, text, here_with_runs):
     """The other commands of their blocks as well, since they may make files for them."""
-    folder = tmp_path / "home"
-    shutil.copytree(home_with_runs, folder)
     if "behaviors/adaptive" in text:  # elsewhere it would hide the package from workers
-        (folder / "behaviors" / "adaptive").mkdir(parents=True)
-    monkeypatch.chdir(folder)
-    monkeypatch.syspath_prepend(folder)
+        (here_with_runs / "behaviors" / "adaptive").mkdir(parents=True)
     for command in filter(_run, commands(text)):
         if command.startswith("python -m tools."):
-            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-            subprocess.run([sys.executable, *command.split()[1:]], env=environment, check=True, timeout=300)
+            _call(shlex.split(command, comments=True)[1:])
         else:
             _do(shortened(simulated(command), sorted(glob.glob("runs/*"))))
+
+
+@pytest.mark.parametrize(("page", "command"), PROGRAMS)
+def test_programs_of_the_examples_run_in_the_simulator(page, command, tmp_path, monkeypatch):
+    folder = tmp_path / "example"
+    shutil.copytree((ROOT / page).parent, folder)
+    program = PROGRAM.search(command)
+    if environment := program["environment"]:
+        monkeypatch.setenv(*environment.strip().split("=", 1))
+    _call(program["words"].split(), cwd=folder)
+
+
+@pytest.mark.parametrize("words", IN_TERMINALS)
+def test_commands_for_a_terminal_draw_and_end_with_a_key(words, here):
+    keyboard, terminal = pty.openpty()
+    termios.tcsetwinsize(terminal, (24, 80))
+    command, environment = [sys.executable, "-m", "nxtdrive", *words.split()], {**os.environ, "TERM": "xterm-256color"}
+    with subprocess.Popen(command, stdin=terminal, stdout=terminal, stderr=terminal, env=environment) as program:
+        os.close(terminal)
+        late = threading.Timer(60, program.kill)
+        late.start()
+        screen = bytearray()
+        with contextlib.suppress(OSError):  # at the end of the program
+            while data := os.read(keyboard, 65536):
+                screen += data
+                if b"at rest" in screen:
+                    os.write(keyboard, b"\x1b")
+        late.cancel()
+    os.close(keyboard)
+    assert program.returncode == DONE, screen
 
 
 @pytest.mark.parametrize("command", LASTING_COMMANDS)
