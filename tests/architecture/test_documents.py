@@ -90,6 +90,13 @@ def test_what_is_to_be_installed_goes_into_a_named_environment(path):
 
 
 @pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_extras_that_are_to_be_installed_exist(path):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for extras in re.findall(r"(?:\.|nxtdrive)\[([a-z,]+)\]", path.read_text(encoding="utf-8")):
+        assert set(extras.split(",")) <= set(project["optional-dependencies"]), extras
+
+
+@pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_blocks_of_code_are_well_formed(path):
     parse = {"python": ast.parse, "toml": tomllib.loads, "json": json.loads}
     for language, block in re.findall(r"```(\w+)\n(.*?)```", path.read_text(encoding="utf-8"), flags=re.DOTALL):
