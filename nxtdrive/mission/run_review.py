@@ -126,6 +126,8 @@ class RunReview:
             range_mm, distance_mm = (data["evidence"].get(name) for name in ("range_mm", "distance_mm"))
             if range_mm is not None and distance_mm is not None:
                 self._wrong_size(target, range_mm, distance_mm)
+        elif data.get("reason") == Reason.APPROACH_TIMEOUT:
+            self._slow(target)
         elif data.get("reason") in STOPPED and (sizes := self._contradiction()) and sizes[0] < sizes[1]:
             self._stopped[target] += 1
             self._nearer[target] = sizes
@@ -199,6 +201,16 @@ class RunReview:
             f"{target}: the sonar says {range_mm / 1000:.1f} m, its size in the picture says "
             f"{distance_mm / 1000:.1f} m. Is height_mm = {height_mm:g} right? "
             f"If the sonar heard {target}, it is about {fits_mm:g} mm high.",
+        )
+
+    def _slow(self, target: str) -> None:
+        """Ask for the ports: a robot one wheel of which stands still goes round in circles before its target."""
+        left, right = self._mission.robot.left, self._mission.robot.right
+        self._hint(
+            target,
+            f"{target}: the robot drove to it for a long time and did not arrive. If it went round in circles, is the "
+            f"left wheel's motor on port {left} and the right one's on port {right}? `nxtdrive motor turn {left} 360 "
+            "--nxt ADDRESS` turns the left wheel forwards if it is; other ports are left and right in [robot].",
         )
 
     def _scaled(self, target: str, factor: float) -> None:

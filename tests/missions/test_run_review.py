@@ -153,3 +153,14 @@ def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_fo
         review.compare_brick(brick)
     assert (mission.robot.radius_mm, len(said), len(review.hints)) == (140.0, hints, hints)
     assert all("describes the brick 0016530A1B2C, and this one is 001653010203" in hint for hint in said)
+
+
+def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_for(mission_for):
+    said: list[str] = []
+    review = RunReview(mission_for("lena"), None, said.append)
+    data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.APPROACH_TIMEOUT}
+    for time_s in (60.0, 120.0):
+        review(Record(time_s, Kind.TRANSITION, "select", "lena", {**data, "evidence": {}}))
+    [hint] = said
+    assert "is the left wheel's motor on port B and the right one's on port C?" in hint
+    assert "nxtdrive motor turn B 360 --nxt ADDRESS" in hint
