@@ -41,14 +41,15 @@ class Missions:
 
     Attributes:
         folder: As above.
-        proposed: The name of `mission`; empty for the built-in one, and if it is in another folder.
+        proposed: The name of `mission`; empty for the built-in one, and if it is not among those of the folder.
     """
 
     def __init__(
         self, folder: Path, robot: Path | None = None, usual: Path | None = None, mission: Path | None = None
     ) -> None:
         self.folder = folder
-        self.proposed = mission.name if mission and mission.parent.resolve() == folder.resolve() else ""
+        here = mission is not None and mission.parent.resolve() == folder.resolve() and mission.name in self.names()
+        self.proposed = mission.name if mission and here else ""
         self._robot, self._usual = robot, usual
         self._saving = threading.Lock()
 

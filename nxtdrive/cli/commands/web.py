@@ -34,6 +34,7 @@ EXAMPLES = """\
   nxtdrive web --nxt usb:// --camera 0
   nxtdrive web --lan
   nxtdrive web --classroom 12            # twelve simulated robots
+  nxtdrive web --classroom 12 --mission my-mission.toml     # in its room
   nxtdrive web --classroom examples/classroom.toml --lan
   nxtdrive web --nxt "sim://open?seed=3" --port 8000"""
 
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--classroom",
         metavar="FILE",
         help="serve one page for all robots that this file lists, and a page for each of them; give a number for that "
-        "many simulated robots",
+        "many simulated robots, in the room of --mission if that is given",
     )
     add_port_argument(parser, "TCP port")
     parser.add_argument(
@@ -119,7 +120,7 @@ def _serve_classroom(args: argparse.Namespace, pin: Pin | None) -> list[str]:
             remedy="Leave them out; the file of --classroom names bricks and cameras.",
         )
     if (count := whole_number(args.classroom)) is not None:
-        config = simulated_classroom(count, missions_folder(args), args.out)
+        config = simulated_classroom(count, missions_folder(args), args.out, args.mission)
     else:
         config = read_classroom(Path(args.classroom), missions_folder(args), args.out)
     classroom = Classroom(config, read_mission_file(args.mission, args.robot), args.robot)

@@ -98,5 +98,8 @@ def test_the_end_says_whether_the_robot_has_been_closed(hangs, monkeypatch, caps
 
 @pytest.mark.parametrize(("mission", "proposed"), [("cat.toml", "cat.toml"), ("other/cat.toml", ""), (None, "")])
 def test_the_mission_is_proposed_if_it_is_in_the_folder(mission, proposed, tmp_path):
+    (tmp_path / "other").mkdir()
+    for each in ("cat.toml", "other/cat.toml"):
+        (tmp_path / each).write_text("[mission]\n", encoding="utf-8")
     path = tmp_path / mission if mission else None
     assert Missions(tmp_path / "other" / "..", mission=path).proposed == proposed

@@ -15,6 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.mission.camera import GEOMETRIC
+from nxtdrive.mission.files import in_own_room
 from nxtdrive.transports import transport_class
 from nxtdrive.transports.address import Address
 from sim_backend.toml_file import Problem, check, mistakes, read_tables
@@ -132,15 +133,24 @@ class ClassroomConfig:
     missions: Path
 
 
-def simulated_classroom(number: int, missions: Path, runs: Path) -> ClassroomConfig:
-    """Return a classroom of simulated robots in the default world.
+def simulated_classroom(number: int, missions: Path, runs: Path, mission: Path | None = None) -> ClassroomConfig:
+    """Return a classroom of simulated robots.
+
+    Args:
+        number: How many robots.
+        missions: Folder of the mission files.
+        runs: Folder of the runs.
+        mission: Each robot's own, if it is in `missions`; the robots stand in its room, else in the default world.
 
     Raises:
         ConfigError: There are too few or too many of them.
     """
     if not 1 <= number <= MOST:
         raise ConfigError(f"a classroom has 1 to {MOST} robots, not {number}.", remedy="Choose another number.")
-    return _config(ClassroomFile(classroom=ClassroomTable(simulated=number)), DEFAULT_WORLD, missions, runs)
+    own = Missions(missions, mission=mission).proposed or None
+    robots = [RobotTable(name=f"Robot {each}", mission=own) for each in range(1, number + 1)]
+    address = in_own_room(Address("sim", ""), mission)
+    return _config(ClassroomFile(robot=robots), address.target or DEFAULT_WORLD, missions, runs)
 
 
 def read_classroom(path: Path, missions: Path, runs: Path) -> ClassroomConfig:

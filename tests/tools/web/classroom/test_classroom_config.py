@@ -25,6 +25,16 @@ def test_a_number_makes_a_classroom_of_simulated_robots_each_with_its_own_seed(t
     assert {(robot.address.scheme, robot.address.options["pace"]) for robot in robots} == {("sim", "realtime")}
 
 
+def test_robots_from_a_number_stand_in_the_room_of_the_mission_and_have_it_as_their_own(tmp_path):
+    for name in ("cat.toml", "cat-world.toml"):
+        (tmp_path / name).write_text("[mission]\n" if name == "cat.toml" else "[floor]\n", encoding="utf-8")
+    robots = simulated_classroom(2, tmp_path, tmp_path / "runs", tmp_path / "cat.toml").robots
+    assert [robot.mission for robot in robots] == ["cat.toml", "cat.toml"]
+    assert {robot.address.target for robot in robots} == {str(tmp_path / "cat-world.toml")}
+    elsewhere = simulated_classroom(2, tmp_path / "other", tmp_path / "runs", tmp_path / "cat.toml").robots
+    assert {robot.mission for robot in elsewhere} == {""}
+
+
 @pytest.mark.parametrize("number", [0, -1, MOST + 1])
 def test_a_class_from_a_number_has_limits(tmp_path, number):
     with pytest.raises(ConfigError, match=f"1 to {MOST}"):
