@@ -10,7 +10,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
@@ -19,6 +19,8 @@ from sim_backend.world.toml_types import PAINTS, Length, Name, Paint, Percent, P
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
 
+LEAST_RADIUS_MM = 50
+"""Of the robot's body."""
 FRAME_DIAGONAL = 1.25
 """Diagonal of a 4:3 frame over its width."""
 STEEPEST_DEG = 84.0
@@ -38,6 +40,14 @@ class Floor(Table):
     color: Paint = PAINTS["grey"]
     wall_height_mm: Length = 600.0
     wall_texture: Name = "wall"
+
+    @field_validator("size_mm")
+    @classmethod
+    def _holds_a_robot(cls, size_mm: tuple[float, float]) -> tuple[float, float]:
+        if min(size_mm) < 2 * LEAST_RADIUS_MM:
+            millimetres = ", ".join(f"{1000 * each:g}" for each in size_mm)
+            raise ValueError(f"no robot fits in; if it is in metres, write it in millimetres: [{millimetres}]")
+        return size_mm
 
 
 class Light(Table):
@@ -142,7 +152,7 @@ class Robot(Table):
 
     start_mm: Point
     heading_deg: float = 0.0
-    radius_mm: Annotated[float, Field(ge=50, le=500)] = 115.0
+    radius_mm: Annotated[float, Field(ge=LEAST_RADIUS_MM, le=500)] = 115.0
     wheel_diameter_mm: Annotated[float, Field(ge=10, le=300)] = 56.0
     track_mm: Annotated[float, Field(ge=30, le=600)] = 112.0
     mass_kg: Length = 0.75
