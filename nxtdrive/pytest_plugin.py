@@ -66,7 +66,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
         testing = sys.modules.get("nxtdrive.testing")
         if testing is None or not isinstance(error, testing.TimeLimitExceeded):
             raise
-        pytest.fail(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False)
+        # without its cause, whose sentence pytest would print a second time
+        raise pytest.fail.Exception(f"{_place(walk_tb(error.__traceback__))}{error}", pytrace=False) from None
 
 
 @contextmanager
@@ -157,7 +158,8 @@ def _marked(marker: pytest.Mark) -> SimWorld:
     try:
         arguments.bind(*marker.args, **marker.kwargs)
     except TypeError as error:
-        pytest.fail(f"the marker sim_world {error}; it is sim_world({', '.join(arguments.parameters)}).", pytrace=False)
+        text = f"the marker sim_world {error}; it is sim_world({', '.join(arguments.parameters)})."
+        raise pytest.fail.Exception(text, pytrace=False) from None
     return SimWorld(*marker.args, **marker.kwargs)
 
 

@@ -97,6 +97,7 @@ def test_a_program_over_its_simulated_time_is_named_with_its_line_and_where_it_s
     assert counts == {"failed": 1}
     said = r"line [67]: The program still runs after 20 s of simulated time\. Does your loop ever end\? The robot "
     assert re.search(said + r"has stood still since [12]\.\d s\.", text)
+    assert "another exception" not in text
     assert "firmware_protocol" not in text
 
 
@@ -111,6 +112,7 @@ def test_an_unknown_argument_of_the_marker_is_explained(outcomes):
         """
     )
     assert counts == {"errors": 1}
+    assert "another exception" not in text
     assert "got an unexpected keyword argument 'latency'; it is sim_world(world, seed, firmware, latency_ms" in text
 
 
