@@ -29,6 +29,8 @@ from firmware_protocol.wording import did_you_mean
 
 DEFAULT = "usb://"
 """Opened when neither the program nor ``$NXT`` names a brick."""
+WHOLE = ("sim", "usb")
+"""Schemes that are addresses without a target."""
 
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.IGNORECASE)
 
@@ -117,6 +119,8 @@ def _by_shape(text: str) -> str:
     for shape, scheme in _SHAPES:
         if shape.fullmatch(text):
             return scheme
+    if (word := text.rstrip(":/").lower()) in WHOLE:
+        raise AddressError(f"{text!r} is not an address.", remedy=f"Did you mean '{word}://'?")
     known = ", ".join(("usb://", "bt://", "serial://", "tcp://host:port", "sim://"))
     raise AddressError(
         f"{text!r} is not an address: it does not begin with a scheme such as usb://, and does not look like a port, "

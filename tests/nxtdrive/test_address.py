@@ -24,6 +24,12 @@ def test_any_text_is_an_address_or_an_address_error(text):
     assert Address.parse(str(address)) == address
 
 
+@pytest.mark.parametrize("text", ["usb", "USB", "usb:", "sim:/"])
+def test_a_scheme_without_its_slashes_is_recognised(text):
+    with pytest.raises(AddressError, match=f"Did you mean '{text[:3].lower()}://'"):
+        Address.parse(text)
+
+
 @given(
     st.from_regex(r"[a-z][a-z0-9+.-]{0,10}", fullmatch=True),
     PRINTABLE,
