@@ -131,3 +131,4 @@ class Property(OpenEnum):
     BLUETOOTH = 0
     VOLUME = 1
     SLEEP_TIME = 2
+    DEBUGGING = 15  # 1.32

@@ -153,7 +153,7 @@ class SimBrick:
         return handlers_of(
             OutputHandlers(self.output),
             InputHandlers(self.input, self.low_speed),
-            PropertyHandlers(self.ui, self.sound, self.radio, self.loader),
+            PropertyHandlers(self.ui, self.sound, self.radio, self.loader, self.command),
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
             ModuleHandlers(self._maps, self._module_search, channel),

@@ -32,6 +32,9 @@ _POOL_AT = COMMAND.field("MemoryPool").offset
 _CALIBRATIONS = "*.cal"
 """Files that the firmware looks for at the start of a program."""
 
+_NO_PAUSE = b"\xff\xff\xff\0"
+"""The property `pause` at the start of a program."""
+
 
 class _Phase(Enum):
     IDLE = auto()
@@ -59,6 +62,8 @@ class CommandModule:
         program_name: Name that the last program was started by.
         mailboxes: The program's mailboxes, or None without a program.
         after_pool: The bytes that repeat in the memory after the pool of programs to be started.
+        has_breakpoints: Whether this firmware has breakpoints, and the property `pause`.
+        pause: Clump, offset in words, and whether to pause programs there, which is not simulated.
         sync_time: Time set for the data log.
         sync_tick: The brick's time at that moment.
     """
@@ -102,6 +107,7 @@ class CommandModule:
         self.file_name, self.program_name = bytes(NAME_SIZE), ""
         self.mailboxes: Mailboxes | None = None
         self.sync_time = self.sync_tick = self._tick_lag = 0
+        self.has_breakpoints, self.pause = dialect.records.points is not None, bytes(len(_NO_PAUSE))
         self._executes = False
         self._written_tick: int | None = None
         self._written_at = 0
@@ -142,6 +148,10 @@ class CommandModule:
                 self._machine.now_ms = self._clock.now_ms
             self._state = state
             self.wake()
+
+    def enable_pause(self) -> None:
+        """Set the last byte of `pause`, as the firmware does when a breakpoint is stored."""
+        self.pause = self.pause[:-1] + b"\1"
 
     @property
     def tick(self) -> int:
@@ -303,6 +313,7 @@ class CommandModule:
         calibrations = Calibrations(memory)
         self._machine = Machine(program, memory, self._equip(self.mailboxes, calibrations), OPCODES, self._dialect)
         self._phase, self.status, self._state = _Phase.RUNNING, int(ProgramStatus.RUNNING), InterpreterState.RUNNING
+        self.pause = _NO_PAUSE
         if self._dialect.searches_calibrations and (file := self._loader.list_all(_CALIBRATIONS)):
             with suppress(OutOfMemory):
                 name = file.name.split(".")[0].encode("latin-1")

@@ -194,23 +194,26 @@ class SoundModule:
             self._begin(SoundState.TONE)
             self._start_tone(now_ms, rest_ms)
             return
-        status, handle, _ = self._loader.open_read(unpack_name(self.name))
-        if not status:
-            self._loader.close(handle)
-            self._close_file()
-            _, handle, size = self._loader.open_read(unpack_name(self.name))
-            self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts else 0.0
-            self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
-            if interrupts:
-                self.tone, self.from_file = None, False
-            begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
-            if begins_anew:
-                self._notes, self._plays_buffer = [], False
-            self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
-        elif self._loader.is_there(unpack_name(self.name)):  # an empty one cannot be opened
+        _, search, found = self._loader.find_first(unpack_name(self.name))
+        if found is None:
+            return
+        self._loader.close(search)
+        if not found.size:
+            self._loader.open_read(found.name)
             self._silence()
             if interrupts:
                 self.tone = None
+            return
+        self._close_file()
+        _, handle, size = self._loader.open_read(found.name)
+        self._sample_rest_ms = self._rest_of_sample(now_ms) if interrupts else 0.0
+        self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
+        if interrupts:
+            self.tone, self.from_file = None, False
+        begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
+        if begins_anew:
+            self._notes, self._plays_buffer = [], False
+        self._start_file(handle, size - _HEADER.size, now_ms if begins_anew else max(now_ms, self._next_ms))
 
     def _start_tone(self, now_ms: int, rest_ms: float = 0.0) -> None:
         """Play the tone of the map, after the rest of a file's sample."""
@@ -308,9 +311,11 @@ class SoundModule:
         The handle of a failed look-up is kept, too: it is closed the next time, whatever it belongs to by then.
         """
         self._close_file()
-        failed, self._handle, _ = self._loader.open_read(unpack_name(self.name))
-        if failed:
+        _, self._handle, found = self._loader.find_first(unpack_name(self.name))
+        if found is None:
             return bytes(_BUFFER)
+        self._loader.close(self._handle)
+        _, self._handle, _ = self._loader.open_read(found.name)
         self._loader.read(self._handle, _HEADER.size)
         return self._loader.read(self._handle, _BUFFER)[1]
 

@@ -50,6 +50,7 @@ class Version:
         regulates_position: Whether motors can be regulated to a position, with options in the upper four bits of their
             mode, and with a period that can be changed.
         port_groups: The motors that SetOutputState sets by a number that is not one port's.
+        ignores_leading_extension: Whether a name that begins with the extension of a program has none.
         strict_data_names: Whether data files may not have names of programs.
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
@@ -91,6 +92,7 @@ class Version:
     wraps_sync_error: bool
     regulates_position: bool
     port_groups: Mapping[int, Sequence[int]]
+    ignores_leading_extension: bool
     strict_data_names: bool
     writing_prevents_deletion: bool
     deletion_spares_found: bool
@@ -136,6 +138,7 @@ _V1_29 = Version(
     wraps_sync_error=False,
     regulates_position=False,
     port_groups={0xFF: (0, 1, 2)},
+    ignores_leading_extension=True,
     strict_data_names=True,
     writing_prevents_deletion=True,
     deletion_spares_found=True,
@@ -169,6 +172,7 @@ _V1_05 = replace(
     waits_for_clock=False,
     suspends_reads=False,
     wraps_sync_error=True,
+    ignores_leading_extension=False,
     strict_data_names=False,
     writing_prevents_deletion=False,
     deletion_spares_found=False,

@@ -260,6 +260,7 @@ class Bench:
     def _power(self) -> str:
         brick = self.brick
         divisions = sum(control.zero_divisions for control in brick.output.controls)
+        divisions += sum(port.zero_divisions for port in brick.input.ports)
         power = brick.io_control.power_command
         supplied = sum(port.supply << number for number, port in enumerate(brick.input.ports))
         return f"power={power:02x} display={brick.display_on:d} inpower={supplied:02x} div0={divisions}"

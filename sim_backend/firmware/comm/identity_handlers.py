@@ -17,7 +17,14 @@ from sim_backend.firmware.versions import Version
 
 _PROTOCOL = (124, 1)
 _CONTACTS, _CONNECTIONS = 30, 4
-_NAME_SIZE = 17
+_NAME_SIZE, _ENTRY_SIZE = 17, 20
+"""Bytes of a name with the first byte of the class behind it, and with the whole class."""
+
+_MAJOR_CLASS = 0x1F
+_COMPUTER, _PHONE, _TOY = 1, 2, 8
+_ROBOT = 4
+"""Major and minor device classes of Bluetooth's assigned numbers."""
+
 _KNOWN = 0x02
 
 
@@ -74,9 +81,9 @@ class IdentityHandlers:
         return self._bluetooth_name("ConnectionName" if command.index < _CONNECTIONS else None, command.index)
 
     def _bluetooth_name(self, field: str | None, index: int) -> HandlerResult:
-        """Reply with device type 0 and a name, which includes one byte of the next field in the table."""
-        name = self._comm_map.read(COMM.field(field, index).offset, _NAME_SIZE) if field else bytes(_NAME_SIZE)
-        return HandlerResult(payload=b"\0" + name)
+        """Reply with device type and name, which includes the first byte of the class behind it in the table."""
+        entry = self._comm_map.read(COMM.field(field, index).offset, _ENTRY_SIZE) if field else bytes(_ENTRY_SIZE)
+        return HandlerResult(payload=bytes([_device_type(*entry[-2:])]) + entry[:_NAME_SIZE])
 
     @handles(system.GetDeviceInfo)
     def device_info(self, _: system.GetDeviceInfo) -> HandlerResult:
@@ -124,3 +131,10 @@ class IdentityHandlers:
         self._screen.shut_down()
         self._io_control.power_word = BOOT
         return reply_with(system.BootAnswer("Yes"))
+
+
+def _device_type(major: int, minor: int) -> int:
+    """Return the type of a device by the end of its class: 1 another NXT, 2 a phone, 3 a computer, else 0."""
+    if major & _MAJOR_CLASS == _TOY and minor == _ROBOT:
+        return 1
+    return {_PHONE: 2, _COMPUTER: 3}.get(major & _MAJOR_CLASS, 0)

@@ -125,6 +125,7 @@ class ProgramHandlers:
         records = self._command.records_with(command.clump)
         if records:
             records.set_breakpoint(command.clump, command.number, command.enabled, command.offset)
+            self._command.enable_pause()
         return self._breakpoints(command.clump)
 
     @handles(enhanced.GetBreakpoints)

@@ -8,6 +8,7 @@ from firmware_protocol import direct
 from firmware_protocol.enums import Property
 from firmware_protocol.status import Status
 from sim_backend.firmware.comm.handler_result import DONE, OUT_OF_RANGE, HandlerResult, handles, reply_with
+from sim_backend.firmware.command import CommandModule
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.radio_answers import RadioState
@@ -21,13 +22,15 @@ _UNKNOWN = HandlerResult(Status.UNKNOWN_OPCODE)
 class PropertyHandlers:
     """The commands for sound, battery, sleep timer and properties."""
 
-    def __init__(self, ui: UiModule, sound: SoundModule, radio: Radio, loader: Loader) -> None:
-        self._ui, self._sound, self._radio, self._loader = ui, sound, radio, loader
+    def __init__(self, ui: UiModule, sound: SoundModule, radio: Radio, loader: Loader, command: CommandModule) -> None:
+        self._ui, self._sound, self._radio, self._loader, self._command = ui, sound, radio, loader, command
         self._setters: dict[int, Callable[[bytes], HandlerResult]] = {
             Property.BLUETOOTH: self._set_bluetooth,
             Property.VOLUME: self._set_volume,
             Property.SLEEP_TIME: self._set_sleep_time,
         }
+        if command.has_breakpoints:
+            self._setters[Property.DEBUGGING] = self._set_pause
 
     @handles(direct.PlaySoundFile)
     def play_sound_file(self, command: direct.PlaySoundFile) -> HandlerResult:
@@ -73,9 +76,10 @@ class PropertyHandlers:
             Property.BLUETOOTH: bytes([not self._radio.state & RadioState.OFF]),
             Property.VOLUME: bytes([self._sound.volume]),
             Property.SLEEP_TIME: self._ui.sleep_timer.limit_ms.to_bytes(4, "little"),
+            Property.DEBUGGING: self._command.pause,
         }
-        value = values.get(command.property)
-        return _UNKNOWN if value is None else reply_with(direct.PropertyValue(value))
+        known = command.property in self._setters
+        return reply_with(direct.PropertyValue(values[command.property])) if known else _UNKNOWN
 
     def _set_bluetooth(self, value: bytes) -> HandlerResult:
         return HandlerResult(Status.IN_PROGRESS if self._radio.switch(bool(value[0])) else Status.OK)
@@ -86,4 +90,8 @@ class PropertyHandlers:
 
     def _set_sleep_time(self, value: bytes) -> HandlerResult:
         self._ui.set_sleep_minutes(int.from_bytes(value[:4], "little") // MINUTE_MS)
+        return DONE
+
+    def _set_pause(self, value: bytes) -> HandlerResult:
+        self._command.pause = value[: len(self._command.pause)]
         return DONE

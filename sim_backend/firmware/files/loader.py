@@ -122,7 +122,7 @@ class Loader:
 
     def create_by_telegram(self, name: str, size: int, *, appendable: bool = False) -> Opened:
         """Create a file as a telegram does, by whose name it is in one block; others than telegrams say that."""
-        block = any(part in name.lower() for part in _LINEAR)
+        block = any(part in name.lower()[self._version.ignores_leading_extension :] for part in _LINEAR)
         if appendable and block and self._version.strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
         return self.create(name, size, linear=block and not appendable, appendable=appendable)

@@ -34,9 +34,7 @@ COLOR_EXIT = 18
 
 _PINS = 0x03
 _COUNTING = (SensorMode.TRANSITION_COUNT, SensorMode.PERIOD_COUNT, SensorMode.ANGLE_STEPS)
-_SETTLING = 20
-_SETTLING_SOUND = 300
-_SETTLING_COLOR = 400
+_SETTLING, _SETTLING_SOUND, _SETTLING_COLOR = 20, 300, 400
 _SOUND = (SensorType.SOUND_DB, SensorType.SOUND_DBA)
 COLOR_TYPES = range(SensorType.COLOR_FULL, SensorType.COLOR_NONE + 1)
 _DIGITAL = range(SensorType.LOW_SPEED, SensorType.COLOR_FULL)
@@ -82,6 +80,7 @@ class InputPort:
         pin_directions, pins_in, pins_out: The two digital lines; only `SensorType.CUSTOM` uses them.
         supply: Battery voltage on the port: 1 in pulses, 0x10 all the time, or 0.
         color: Values of a colour sensor.
+        zero_divisions: How often a percentage of 0 divided; the result on a brick is unknown, here it is 0.
     """
 
     pins: Wires
@@ -97,7 +96,7 @@ class InputPort:
         self.color = ColorPort()
         self._inputs = (0, 1) if frees_first_pin else (1,)
         self._disc = RotationDisc()
-        self._debounce = self._edges = 0
+        self._debounce = self._edges = self.zero_divisions = 0
 
     @property
     def voltage(self) -> int:
@@ -106,8 +105,9 @@ class InputPort:
 
     @property
     def counts(self) -> bool:
-        """Whether the values depend on earlier readings, so that no pass may be skipped."""
-        return bool(self.mode & SLOPE_BITS) or self.mode & MODE_BITS in _COUNTING
+        """Whether the values depend on earlier readings, or passes are counted, so that none may be skipped."""
+        divides_by_zero = self.type == SensorType.CUSTOM and not self.custom_full_scale
+        return divides_by_zero or bool(self.mode & SLOPE_BITS) or self.mode & MODE_BITS in _COUNTING
 
     @property
     def reads_the_same(self) -> bool:
@@ -170,6 +170,7 @@ class InputPort:
             self._set_pins()
             levels = self.pins.level(0) | self.pins.level(1) << 1
             self.pins_in = self.pins_in & ~_PINS | levels
+            self.zero_divisions += not self.custom_full_scale
             self._scale(full_scale(raw, self.custom_zero_offset, self.custom_full_scale))
         else:
             normalize = NORMALIZE.get(self.type)
