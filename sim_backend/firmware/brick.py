@@ -122,9 +122,9 @@ class SimBrick:
         self.radio.on_plan = self.ui.wake_later
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
-        self.high_speed = HighSpeed(clock, ends_done=version.ends_high_speed, fetch_modulus=version.high_speed_modulus)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         channel = Channel(LongRead(self.loader, BLUETOOTH.buffer))
+        self.high_speed = HighSpeed(clock, channel, version)
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)
         comm_map = self._maps[0]

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.versions import Version
 
 _UPDATE = 1
 _RING = 128
 """Size of the buffer of the receiver; it counts modulo this."""
 _LINE = 4096
 """Bytes that the line keeps at most."""
+_LOST = 256
+"""Bytes that the line loses at most at once."""
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
@@ -40,42 +44,48 @@ class HighSpeed:
         ring_out: Place in the ring of the next byte to fetch; the map can change it.
     """
 
-    def __init__(self, clock: Clock, *, ends_done: bool, fetch_modulus: int) -> None:
+    def __init__(self, clock: Clock, channel: Channel, version: Version) -> None:
         """Make the port.
 
         Args:
             clock: The brick's time.
-            ends_done: Whether the state becomes `DONE` as a request is executed.
-            fetch_modulus: The place from which the next byte is fetched counts modulo this.
+            channel: The link of the current command.
+            version: The firmware version.
         """
-        self._clock, self._ends_done, self._fetch_modulus = clock, ends_done, fetch_modulus
+        self._clock, self._channel = clock, channel
+        self._ends_done, self._fetch_modulus = version.ends_high_speed, version.high_speed_modulus
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
         self._opened_ms, self._fresh = NEVER, True
         self._line, self._line_ms = b"", clock.now_ms
-        self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
+        self._ring, self._in, self.ring_out, self._received = bytearray(_RING), 0, 0, 0
+
+    @property
+    def _now_ms(self) -> int:
+        """The last pass of the port: in each, it comes after a telegram over Bluetooth and before one over USB."""
+        return self._clock.now_ms - self._channel.limits.streams
 
     @property
     def flags(self) -> int:
         """As in the map; bit 0 requests the action of the state, and is cleared when that is done."""
-        self._settle()
+        self._settle(self._now_ms)
         return self._flags
 
     @flags.setter
     def flags(self, flags: int) -> None:
-        self._settle()
-        self._flags, self._next_ms = flags, self._clock.now_ms
+        self._settle(self._now_ms)
+        self._flags, self._next_ms = flags, self._now_ms
 
     @property
     def state(self) -> int:
         """As in the map, see `HighSpeedState`."""
-        self._settle()
+        self._settle(self._now_ms)
         return self._state
 
     @state.setter
     def state(self, state: int) -> None:
-        self._settle()
-        self._state, self._next_ms = state, self._clock.now_ms
+        self._settle(self._now_ms)
+        self._state, self._next_ms = state, self._now_ms
 
     @property
     def waiting(self) -> int:
@@ -85,7 +95,7 @@ class HighSpeed:
     @property
     def ring_in(self) -> int:
         """Place in the ring of the next byte to take from the line; the map can change it."""
-        self._catch_up()
+        self._catch_up(self._now_ms)
         return self._in
 
     @ring_in.setter
@@ -95,7 +105,7 @@ class HighSpeed:
     @property
     def ring(self) -> bytes:
         """The ring of the bytes taken; they stay there when they are fetched."""
-        self._catch_up()
+        self._catch_up(self._now_ms)
         return bytes(self._ring)
 
     @ring.setter
@@ -104,8 +114,7 @@ class HighSpeed:
 
     def arrive(self, data: bytes) -> None:
         """Receive bytes; they are lost while the receiver is closed again, or opens."""
-        self._settle()
-        self._take(self._clock.now_ms - 1)
+        self._catch_up(self._clock.now_ms - 1)
         if self._fresh or self._clock.now_ms >= self._opened_ms + _OPENING_MS:
             self._line = (self._line + data)[:_LINE]
 
@@ -118,25 +127,31 @@ class HighSpeed:
                 self.ring_out = (self.ring_out + 1) % self._fetch_modulus
         return bytes(data)
 
-    def _catch_up(self) -> None:
-        self._settle()
-        self._take(self._clock.now_ms)
+    def _catch_up(self, until_ms: int) -> None:
+        self._settle(until_ms)
+        self._take(until_ms)
 
     def _take(self, until_ms: int) -> None:
-        """Take bytes from the line in the passes since then: in each, as many as fit up to the end of the ring."""
+        """Take bytes from the line in the passes since then: in each, up to the end of the receiver's own buffer.
+
+        A place behind the ring is followed by its first one.
+        """
         first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
         for _ in range(first_ms, until_ms + 1):
             if not self._line:
                 break
-            place = self._in % _RING
-            data, self._line = self._line[: _RING - place], self._line[_RING - place :]
-            self._ring[place : place + len(data)] = data
-            self._in = (place + len(data)) % _RING
+            room = _RING - self._received
+            data, self._line = self._line[:room], self._line[room:]
+            self._received = (self._received + len(data)) % _RING
+            for byte in data:
+                if self._in < _RING:
+                    self._ring[self._in] = byte
+                self._in = self._in + 1 if self._in + 1 < _RING else 0
         self._line_ms = max(self._line_ms, until_ms + 1)
 
-    def _settle(self) -> None:
+    def _settle(self, until_ms: int) -> None:
         """Execute requests in the passes since then: initialising takes one, and asks for receiving in the next."""
-        while self._next_ms < self._clock.now_ms and (self._flags & _UPDATE or self._unknown):
+        while self._next_ms < until_ms and (self._flags & _UPDATE or self._unknown):
             if self._state == HighSpeedState.INITIALISE:
                 self._clear()
                 if self._opened_ms != NEVER:
@@ -164,6 +179,6 @@ class HighSpeed:
             self._state = int(HighSpeedState.DONE)
 
     def _clear(self) -> None:
-        """Lose the bytes that the receiver has not taken."""
+        """Lose bytes that the receiver has not taken."""
         self._take(self._next_ms)
-        self._line, self._fresh = b"", False
+        self._line, self._fresh, self._received = self._line[_LOST:], False, 0
