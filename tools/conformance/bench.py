@@ -332,14 +332,14 @@ class Bench:
     def _bluetooth(self, *stream: str) -> str:
         """Send bytes over Bluetooth; an incomplete telegram waits for its rest.
 
-        As in the recordings, passes end when all bytes are taken and sent, but one pass for each telegram is enough if
-        the last one is incomplete. They last for `_RADIO_PATIENCE` passes more if the stream ends.
+        As in the recordings, there is at least one pass for each piece of a telegram that is complete now, even of one
+        that was taken before. If the last telegram is complete, passes end when all bytes are taken and sent. They
+        last for `_RADIO_PATIENCE` passes more if the stream ends.
         """
         radio, replies, passes = self._radio, b"", 0
         complete = radio.send(bytes.fromhex("".join(stream)))
-        enough = complete if radio.incomplete else _PATIENCE
         while passes < complete + _RADIO_PATIENCE and (
-            radio.ends or radio.sending or (radio.waiting and passes < enough)
+            radio.ends or radio.sending or passes < complete or (radio.waiting and not radio.incomplete)
         ):
             replies += radio.take()
             self.brick.tick()

@@ -73,16 +73,18 @@ class IdentityHandlers:
         """Return a device of the Comm map's table, if its status marks it as known."""
         index = command.index
         known = index < _CONTACTS and self._comm_map.read(COMM.field("DeviceStatus", index).offset, 1)[0] & _KNOWN
-        return self._bluetooth_name("DeviceName" if known else None, index)
+        return self._bluetooth_name("DeviceName", index) if known else HandlerResult(payload=bytes(1 + _NAME_SIZE))
 
     @handles(direct.GetBluetoothConnectionName)
     def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
-        """Return a connection of the Comm map's table."""
-        return self._bluetooth_name("ConnectionName" if command.index < _CONNECTIONS else None, command.index)
+        """Return a connection of the Comm map's table; beyond it the name is what earlier replies left."""
+        if command.index >= _CONNECTIONS:
+            return HandlerResult(payload=b"\0", stale=_NAME_SIZE)
+        return self._bluetooth_name("ConnectionName", command.index)
 
-    def _bluetooth_name(self, field: str | None, index: int) -> HandlerResult:
+    def _bluetooth_name(self, field: str, index: int) -> HandlerResult:
         """Reply with device type and name, which includes the first byte of the class behind it in the table."""
-        entry = self._comm_map.read(COMM.field(field, index).offset, _ENTRY_SIZE) if field else bytes(_ENTRY_SIZE)
+        entry = self._comm_map.read(COMM.field(field, index).offset, _ENTRY_SIZE)
         return HandlerResult(payload=bytes([_device_type(*entry[-2:])]) + entry[:_NAME_SIZE])
 
     @handles(system.GetDeviceInfo)

@@ -182,7 +182,7 @@ class Loader:
 
         A download enters the directory then, which moves that file: the changed header becomes that of the download.
         """
-        handle = self._addressable[number if number < HANDLES else 0]
+        handle = self._addressable[number]
         index = handle.index
         status = self.close(number)
         if not status and index < len(self.flash.directory):

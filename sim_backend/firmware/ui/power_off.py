@@ -57,7 +57,7 @@ class PowerOff:
     def follow(self) -> None:
         """Decide whether to switch off, or take the next step of it."""
         registers, now_ms = self._registers, self._clock.now_ms
-        if self._sleep_timer.expired and registers.is_on:
+        if self._sleep_timer.expired:
             registers.force_off = 1
         if registers.force_off:
             if self._was_down:

@@ -375,7 +375,7 @@ class UiModule:
             due = now_ms + 1
         if self._radio.next_redraw_ms < due:
             due = int(self._radio.next_redraw_ms)
-        if self.sleep_timer.limit_minutes and registers.is_on:
+        if self.sleep_timer.limit_minutes:
             due = min(due, self.sleep_timer.expires_ms)
         if keys.repeat_ms != NEVER and keys.held:
             due = min(due, keys.repeat_ms)
