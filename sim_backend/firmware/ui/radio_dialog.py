@@ -38,16 +38,6 @@ class RadioDialog:
         self._report: list[Marks] = []
         self._question = Question(screen, partial(registers.set, UiFlag.REDRAW_STATUS))
 
-    @property
-    def asks(self) -> bool:
-        """Whether a question waits for an answer."""
-        return self._registers.state == UiState.QUESTION and self._question.waits
-
-    @property
-    def ignores_keys(self) -> bool:
-        """Whether a question is shown that takes no key: it is not drawn yet, or answered."""
-        return self._registers.state == UiState.QUESTION and not self._question.waits
-
     def follow(self) -> None:
         """Show the radio's request, unless the user interface is busy."""
         registers = self._registers

@@ -88,7 +88,7 @@ QUESTION = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(updat
 """The parts of a question of the radio, behind the status bar."""
 CHARACTER = Marks(0x10_0000)
 """Another character of a question of the radio, before its parts are drawn again."""
-ANSWERED = Marks(0x2000_0000)
+ANSWERED = Marks(0x2000_0000, drop=_ALL)
 """The end of a question, with the status bar."""
 STATUS_RUNNING = Marks(0x200, 0x1F218, drop=_ALL)
 """The status bar, and the same while a program runs."""

@@ -25,7 +25,7 @@ from sim_backend.firmware.ui.boot import Boot
 from sim_backend.firmware.ui.data_log import DataLog
 from sim_backend.firmware.ui.file_runner import FileRunner
 from sim_backend.firmware.ui.key_input import KeyInput
-from sim_backend.firmware.ui.keys import ENTER, EXIT, KEYS, Key
+from sim_backend.firmware.ui.keys import ENTER, EXIT, Key
 from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_keys import MenuKeys
@@ -227,12 +227,9 @@ class UiModule:
             self._programs.stop()
             self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
-            reads = registers.runs_file or self._warning.shown or self._dialog.asks
-            if not (reads or registers.state == UiState.OPENING):
+            reads = registers.runs_file or self._warning.shown
+            if not (reads or registers.state in (UiState.OPENING, UiState.QUESTION)):
                 self._keys.read_button()
-            for number, key in KEYS[::-1]:
-                if pressed >> number & 1 and not self._keys.disabled(key) and self._dialog.ignores_keys:
-                    self._keys.click()
         self.wake()
 
     def run(self, now_ms: int) -> None:
