@@ -135,9 +135,6 @@ class RadioStream:
 
     def _take(self) -> bytes:
         """Read as much as the firmware does in one pass, and return the reply to a telegram that is complete then."""
-        now_ms = self._brick.now_ms
-        if self._end_ms is not None and now_ms >= self._end_ms:
-            return b""
         if self._at_end and self.waiting:
             self._at_end = False
             return b""
@@ -161,6 +158,9 @@ class RadioStream:
             return b""
         else:
             self._taken = b""
+        if self._end_ms is not None and self._brick.now_ms >= self._end_ms:
+            self._brick.bluetooth.lose_framed(framed)
+            return b""
         reply = self._brick.bluetooth.begin_framed(framed)
         self.note_command(_END_BT)
         return reply

@@ -204,6 +204,19 @@ class BluetoothComm(Comm):
         reply, size = super()._unknown(kind, opcode, length), BLUETOOTH.buffer
         return reply[:size] + bytes((len(reply),)) + reply[size + 1 :] if len(reply) > size else reply
 
+    def lose_framed(self, data: bytes) -> None:
+        """Take a telegram into the buffer, but do not handle it: a command to the radio has ended the stream."""
+        self._store(data[LENGTH_SIZE:])
+        self.inbox[1] = 0
+
+    def _store(self, telegram: bytes) -> None:
+        """Take a telegram into the buffer, piece by piece."""
+        size = BLUETOOTH.buffer
+        for start in range(0, len(telegram), size):
+            piece = telegram[start : start + size]
+            self.inbox[: len(piece)] = piece
+            self._buffers[size] = len(piece)
+
     def forget_length(self) -> None:
         """Clear the length of the last piece: the radio leaves stream mode."""
         self._buffers[BLUETOOTH.buffer] = 0
@@ -212,10 +225,7 @@ class BluetoothComm(Comm):
         size = BLUETOOTH.buffer
         self._buffers[size] = min(len(telegram), size)
         reply = self.receive(telegram)
-        for start in range(size, len(telegram), size):
-            piece = telegram[start : start + size]
-            self.inbox[: len(piece)] = piece
-            self._buffers[size] = len(piece)
+        self._store(telegram[size:])
         self.inbox[1] = 0
         if reply is None:
             return b""
