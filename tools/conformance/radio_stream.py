@@ -148,20 +148,26 @@ class RadioStream:
         if not self.waiting:
             self._at_end = self._was_full and (position + count) % _RING == 0
             self._was_full = False
-        if len(self._taken) < min(_size(self._taken), LENGTH_SIZE + BLUETOOTH.buffer):
+        size = _size(self._taken)
+        if len(self._taken) < min(size, LENGTH_SIZE + done + BLUETOOTH.buffer):
             return b""
-        framed, left = self._taken, _size(self._taken) - LENGTH_SIZE
-        if is_divided(left, framed[LENGTH_SIZE:]):
-            left -= BLUETOOTH.buffer
-            framed, self._taken = _framed(framed[LENGTH_SIZE:]), left.to_bytes(LENGTH_SIZE, "little")
-        elif len(framed) < _size(framed):
-            return b""
-        else:
+        return self._handle(self._taken[LENGTH_SIZE + done :], size - LENGTH_SIZE, first=not done)
+
+    def _handle(self, piece: bytes, size: int, *, first: bool) -> bytes:
+        """Let the firmware handle a telegram, or a piece of one of `size` bytes, and return the reply."""
+        bluetooth, last = self._brick.bluetooth, len(self._taken) == LENGTH_SIZE + size
+        if last:
             self._taken = b""
+        divided = first and is_divided(size, piece)
+        if divided:
+            self._taken = (size - BLUETOOTH.buffer).to_bytes(LENGTH_SIZE, "little")
         if self._end_ms is not None and self._brick.now_ms >= self._end_ms:
-            self._brick.bluetooth.lose_framed(framed)
+            bluetooth.store(piece)
             return b""
-        reply = self._brick.bluetooth.begin_framed(framed)
+        if divided or size <= BLUETOOTH.buffer:
+            reply = bluetooth.begin_framed(_framed(piece))
+        else:
+            reply = bluetooth.take_piece(piece, first=first, last=last)
         self.note_command(_END_BT)
         return reply
 

@@ -79,11 +79,10 @@ class Comm:
         return self._handlers.keys()
 
     def receive(self, telegram: bytes) -> bytes | None:
-        """Handle one telegram; bytes beyond the buffer are cut off, except for a `Write` over Bluetooth."""
+        """Handle one telegram; bytes beyond the buffer are cut off."""
         inbox, size = self.inbox, self._limits.buffer
-        if not self._limits.streams:
-            telegram = telegram[:size]
-        inbox[: len(telegram)] = telegram[:size]
+        telegram = telegram[:size]
+        inbox[: len(telegram)] = telegram
         want_reply = not inbox[0] & NO_REPLY
         kind, opcode = inbox[0] & ~NO_REPLY, inbox[1]
         if kind == Kind.REPLY and not want_reply:
@@ -108,9 +107,13 @@ class Comm:
         if want_reply:
             self.outbox[: len(reply)] = reply[:size]
             return reply
-        if kind == Kind.SYSTEM:  # all but kind and opcode is prepared nevertheless
-            self.outbox[2 : len(reply)] = reply[2:size]
+        if kind == Kind.SYSTEM:
+            self._prepare(reply)
         return None
+
+    def _prepare(self, reply: bytes) -> None:
+        """Fill the send buffer for a system command without a reply: with all but kind and opcode."""
+        self.outbox[2 : len(reply)] = reply[2 : self._limits.buffer]
 
     def _handle(self, command: type[Command[Any]], telegram: bytes) -> HandlerResult:
         data = bytes(self.inbox)
@@ -166,6 +169,7 @@ class BluetoothComm(Comm):
 
     def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
         super().__init__(handlers, channel, BLUETOOTH, version, buffers)
+        self._head, self._written = b"", 0
 
     def receive_framed(self, data: bytes) -> bytes:
         """Handle one telegram preceded by its length, and return the reply in the same form, or nothing.
@@ -197,35 +201,48 @@ class BluetoothComm(Comm):
         while is_divided(len(telegram), telegram):
             replies += self._framed(telegram[:size])
             telegram = telegram[size:]
-        return replies + (self._framed(telegram) if telegram else b"")
+        if len(telegram) <= size:
+            return replies + (self._framed(telegram) if telegram else b"")
+        for start in range(0, len(telegram), size):
+            last = start + size >= len(telegram)
+            replies += self.take_piece(telegram[start : start + size], first=not start, last=last)
+        return replies
+
+    def take_piece(self, piece: bytes, *, first: bool, last: bool) -> bytes:
+        """Write a piece of a `Write` that is longer than the buffer; return the framed reply to the last one."""
+        self.store(piece)
+        if first:
+            self._head, self._written, piece = piece[:_WRITE_SIZE], 0, piece[_WRITE_SIZE:]
+        result = self._handle(Write, self._head + piece)
+        self._written += int.from_bytes(result.payload[1:], "little")
+        if not last:
+            return b""
+        written = (self._written & LENGTH_LIMIT).to_bytes(LENGTH_SIZE, "little")
+        reply = bytes((Kind.REPLY, Write.opcode, result.status)) + self._head[2:] + written
+        if self._head[0] & NO_REPLY:
+            self._prepare(reply)
+            return b""
+        self.outbox[: len(reply)] = reply
+        return len(reply).to_bytes(LENGTH_SIZE, "little") + reply
 
     def _unknown(self, kind: int, opcode: int, length: int) -> bytes:
         """Reply as over USB, except that the length of the reply follows the send buffer."""
         reply, size = super()._unknown(kind, opcode, length), BLUETOOTH.buffer
         return reply[:size] + bytes((len(reply),)) + reply[size + 1 :] if len(reply) > size else reply
 
-    def lose_framed(self, data: bytes) -> None:
-        """Take a telegram into the buffer, but do not handle it: a command to the radio has ended the stream."""
-        self._store(data[LENGTH_SIZE:])
+    def store(self, piece: bytes) -> None:
+        """Take a telegram or a piece of one into the buffer, but do not handle it."""
+        self.inbox[: len(piece)] = piece
+        self._buffers[BLUETOOTH.buffer] = len(piece)
         self.inbox[1] = 0
-
-    def _store(self, telegram: bytes) -> None:
-        """Take a telegram into the buffer, piece by piece."""
-        size = BLUETOOTH.buffer
-        for start in range(0, len(telegram), size):
-            piece = telegram[start : start + size]
-            self.inbox[: len(piece)] = piece
-            self._buffers[size] = len(piece)
 
     def forget_length(self) -> None:
         """Clear the length of the last piece: the radio leaves stream mode."""
         self._buffers[BLUETOOTH.buffer] = 0
 
     def _framed(self, telegram: bytes) -> bytes:
-        size = BLUETOOTH.buffer
-        self._buffers[size] = min(len(telegram), size)
+        self._buffers[BLUETOOTH.buffer] = len(telegram)
         reply = self.receive(telegram)
-        self._store(telegram[size:])
         self.inbox[1] = 0
         if reply is None:
             return b""
