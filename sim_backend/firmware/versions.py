@@ -55,7 +55,7 @@ class Version:
         writing_prevents_deletion: Whether a file cannot be deleted while it is being written.
         deletion_spares_found: Whether a listing that has just found a deleted file skips the next one.
         linear_data_files: Whether data files are contiguous, too.
-        counts_appended: Whether the bytes of a file count as read when it is opened to append.
+        counts_written: Whether the bytes of a file that is opened to write count as read; otherwise no count changes.
         sectors: Flash sectors for files.
         flash_start: Address of the first of these.
         directory_size: Maximum number of files.
@@ -97,7 +97,7 @@ class Version:
     writing_prevents_deletion: bool
     deletion_spares_found: bool
     linear_data_files: bool
-    counts_appended: bool
+    counts_written: bool
     flash_start: int
     sectors: int
     directory_size: int
@@ -143,7 +143,7 @@ _V1_29 = Version(
     writing_prevents_deletion=True,
     deletion_spares_found=True,
     linear_data_files=False,
-    counts_appended=False,
+    counts_written=False,
     flash_start=0x122100,
     sectors=477,
     directory_size=127,
@@ -220,7 +220,7 @@ _V1_32 = replace(
     high_speed_modulus=128,
     end_restores_screen=True,
     stops_all_synchronised=False,
-    counts_appended=True,
+    counts_written=True,
     resends_messages=True,
     counts_full_ring=True,
     write_options=True,

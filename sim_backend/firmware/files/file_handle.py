@@ -128,14 +128,14 @@ class Handle:
         file = File(self._memory, new.address)
         self._write_on(file, buffer)
         self.cursor.begin(file)
-        self.position, self.size = 0, file.size
+        self.size = file.size
         buffer.begin(page[: file.start % SECTOR])
 
-    def begin_appending(self, file: File, buffer: WriteBuffer, position: int) -> None:
-        """Begin to write behind the data of a file, of which that many bytes count as read."""
+    def begin_appending(self, file: File, buffer: WriteBuffer) -> None:
+        """Begin to write behind the data of a file."""
         self._write_on(file, buffer)
         self.cursor.find(file, file.data_size)
-        self.position, self.size = position, file.size - file.data_size
+        self.size = file.size - file.data_size
         self._fill_buffer()
 
     def _fill_buffer(self) -> None:

@@ -115,6 +115,7 @@ class Loader:
         if new is None:
             return Opened(Status.NO_LINEAR_SPACE if block else Status.UNDEFINED_ERROR, number)
         self._addressable[number].begin_writing(new, self._free_buffer())
+        self._count_written(number, 0)
         if appendable:
             self._enter(number)
         self.free_flash = self.flash.free
@@ -140,11 +141,14 @@ class Loader:
             return Opened(Status.FILE_IS_FULL, number)
         if all(buffer.taken for buffer in self._buffers):
             return Opened(Status.NO_WRITE_BUFFERS, number)
-        self._addressable[number].begin_appending(file, self._free_buffer(), self._counted(file))
+        self._addressable[number].begin_appending(file, self._free_buffer())
+        self._count_written(number, file.data_size)
         return Opened(Status.OK, number, file.size - file.data_size)
 
-    def _counted(self, file: File) -> int:
-        return file.data_size if self._version.counts_appended else 0
+    def _count_written(self, number: int, size: int) -> None:
+        """Count the bytes of a file that is opened to write as read; else that of the last read stays."""
+        if self._version.counts_written:
+            self._addressable[number].position = size
 
     def read(self, number: int, size: int) -> tuple[Status, bytes]:
         """Read on; return fewer bytes at the end of the file."""
