@@ -174,6 +174,8 @@ class SoundModule:
             self.flags, self._sounds = self.flags | SoundFlag.RUNNING, True
             if self.state == SoundState.TONE and self._queue:  # the state was written while samples are played
                 self._ends_ms = max(self._ends_ms, ceil(self._queue[-1]))
+            if self.state == SoundState.FILE and not self._is_melody and self._read != self._played:
+                self.from_file = True  # the loudspeaker gets it now, and plays it after a tone
             nothing = self._handle is None and self._read == self._played and self.mode != SoundMode.LOOP
             if self.state == SoundState.FILE and nothing:  # a program or telegram has written the state
                 if now_ms < self._ends_ms:  # a tone plays on
