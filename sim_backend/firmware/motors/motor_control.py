@@ -156,15 +156,14 @@ class MotorControl:
         """Activate regulator bits; speed regulation from rest starts with cleared errors."""
         self.regulation = regulation
         if self.run_state != RAMP_DOWN and regulation & SPEED and not self.set_speed:
-            self.accumulated_error = self.old_error = 0
+            self.accumulated_error = self.old_error = self.speed_left = 0
 
     def set_motion(self, run_state: int, speed: int, turn: int) -> None:
         """Start a motion; see `setSpeed` in docs/firmware.md section 9.1."""
         if (self.set_speed, self.run_state, self.turn) == (speed, run_state, turn) and run_state != IDLE:
             return
         if not self.target_speed:
-            self.accumulated_error = self.old_error = self.elapsed = self.delta = self.fresh = 0
-            self.speed_left = self.acceleration_left = 0
+            self.accumulated_error = self.old_error = self.speed_left = self.elapsed = self.delta = self.fresh = 0
         if run_state == IDLE:
             self.regulation = 0
         elif run_state == RUNNING:
@@ -184,10 +183,14 @@ class MotorControl:
             ramps = self.set_speed > speed if self.target_speed >= 0 else self.set_speed < speed
         if not ramps:
             return RUNNING
-        self.set_speed, self.turn = speed, turn
+        self._begin_ramp(speed)
+        self.turn = turn
+        return run_state
+
+    def _begin_ramp(self, speed: int) -> None:
+        self.set_speed = speed
         self.ramp_step = self.ramp_counter = 0
         self.ramp_start = self.count
-        return run_state
 
     def advance(self) -> bool:
         """Run one pass of the motor, up to regulation.
@@ -245,7 +248,8 @@ class MotorControl:
     def _end_run(self) -> None:
         """Stop at the limit, or slow down to it."""
         if self.options & RAMPS_TO_LIMIT:
-            self.run_state = self._start_ramp(RAMP_DOWN, 0, self.turn)
+            self.run_state = RAMP_DOWN
+            self._begin_ramp(0)
         else:
             self._rest()
 
@@ -277,7 +281,7 @@ class MotorControl:
             self.set_speed = speed - 1 if speed > 0 else speed + 1
 
     def _hold(self) -> None:
-        self.set_speed = self.actual_speed = self.target_speed = self.elapsed = self.delta = 0
+        self.set_speed = self.actual_speed = self.target_speed = self.elapsed = self.delta = self.speed_left = 0
         self.run_state = RUNNING
 
     def _ramp_up(self) -> None:
