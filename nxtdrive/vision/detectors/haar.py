@@ -6,11 +6,12 @@ import os
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from input_files.plain import MEGABYTE, at_home
 from nxtdrive.host.environment import pip_command
-from nxtdrive.vision.detection import Detection, Image, distinct
+from nxtdrive.vision.detection import Box, Detection, Image, distinct
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.detectors.trial import run_trial
 
@@ -24,6 +25,24 @@ MIN_NEIGHBOURS = 3
 
 HITS_FOR_FULL_SCORE = 10
 
+CONFIRMED_BY = {
+    "haarcascade_frontalface_alt": "haarcascade_frontalface_default",
+    DEFAULT_CASCADE: "haarcascade_frontalface_default",
+    "haarcascade_frontalface_default": DEFAULT_CASCADE,
+}
+"""Which other cascade must find a face, too: two that were trained apart rarely take the same pattern for one."""
+
+CONFIRMED_PX = 56
+"""Width to which a hit is scaled for that; both cascades were trained at 20 and 24 pixels."""
+
+CONFIRMED_MARGIN = 0.6
+"""What is shown around the hit on each side, as a share of its width."""
+
+CONFIRMED_SCALE_FACTOR = 1.05
+
+CONFIRMED_NEIGHBOURS = 8
+"""Source: docs/vision.md 1.4."""
+
 MAX_BYTES = 20 * MEGABYTE
 """OpenCV's largest cascade has a fifth of it."""
 
@@ -33,6 +52,8 @@ TRIAL = Path(__file__).with_name("cascade_trial.py")
 
 class HaarDetector:
     """Runs one cascade over the gray frame. The score grows with the number of overlapping hits.
+
+    What OpenCV's cascades for faces from the front find must be confirmed by another one.
 
     Args:
         cascade: Name of a cascade that comes with OpenCV (``haarcascade_frontalface_alt2``) or the path of an XML file.
@@ -49,20 +70,40 @@ class HaarDetector:
                 + pip_command("install", "opencv-python-headless<5"),
             )
         path = _find(cascade)
+        bundled = path.parent == _folder()
         self._classifier = cv2.CascadeClassifier()
-        if not (path.parent == _folder() or _works(path)) or not self._classifier.load(str(path)):
+        if not (bundled or _works(path)) or not self._classifier.load(str(path)):
             raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
+        other = CONFIRMED_BY.get(path.stem) if bundled else None
+        self._confirming = cv2.CascadeClassifier(str(_find(other))) if other else None
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all hits, best first."""
-        gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
         boxes, hits = self._classifier.detectMultiScale2(gray, scaleFactor=SCALE_FACTOR, minNeighbors=MIN_NEIGHBOURS)
-        return distinct(
+        found = distinct(
             [
                 Detection((int(left), int(top), int(width), int(height)), min(1.0, int(count) / HITS_FOR_FULL_SCORE))
                 for (left, top, width, height), count in zip(boxes, hits, strict=True)
             ]
         )
+        return [each for each in found if self._confirmed(gray, each.box)]
+
+    def _confirmed(self, gray: Image, box: Box) -> bool:
+        """Return whether the other cascade finds a face there, too."""
+        if self._confirming is None:
+            return True
+        left, top, width, height = box
+        x_margin, y_margin = round(CONFIRMED_MARGIN * width), round(CONFIRMED_MARGIN * height)
+        around = gray[
+            max(0, top - y_margin) : top + height + y_margin, max(0, left - x_margin) : left + width + x_margin
+        ]
+        scale = CONFIRMED_PX / width
+        scaled = cv2.resize(around, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+        hits = self._confirming.detectMultiScale(
+            scaled, scaleFactor=CONFIRMED_SCALE_FACTOR, minNeighbors=CONFIRMED_NEIGHBOURS
+        )
+        return len(hits) > 0
 
 
 def from_spec(spec: DetectorSpec) -> HaarDetector:

@@ -9,7 +9,7 @@ from behaviors.mission.robot import RobotFile
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.vision.detectors.color import HUES, ColorDetector
-from nxtdrive.vision.detectors.haar import HaarDetector, cascades
+from nxtdrive.vision.detectors.haar import DEFAULT_CASCADE, HaarDetector, cascades
 from nxtdrive.vision.detectors.marker import FAMILIES, MarkerDetector
 from nxtdrive.vision.detectors.qr import QrDetector
 from nxtdrive.vision.geometry import Pinhole
@@ -183,6 +183,22 @@ def test_haar_finds_a_real_face(scene, distance_mm):
 def test_haar_finds_no_face_where_there_is_none(distractors):
     haar = HaarDetector()
     assert {name for name, image in distractors.items() if haar.detect(image)} == set()
+
+
+@pytest.mark.parametrize("height_px", [60, 120, 160])
+def test_haar_does_not_take_a_logo_for_a_face_as_one_cascade_alone_does(height_px):
+    sheet = np.full((594, 420, 3), 255, np.uint8)
+    cv2.circle(sheet, (210, 230), 140, (40, 30, 200), -1, cv2.LINE_AA)
+    cv2.fillPoly(sheet, [np.array([(210, 130), (300, 290), (120, 290)])], (255, 255, 255), cv2.LINE_AA)
+    cv2.rectangle(sheet, (80, 430), (340, 480), (150, 60, 20), -1)
+    frame = np.full((240, 320, 3), 90, np.uint8)
+    width_px = round(height_px * 420 / 594)
+    frame[20 : 20 + height_px, 100 : 100 + width_px] = cv2.resize(
+        sheet, (width_px, height_px), interpolation=cv2.INTER_AREA
+    )
+    alone = cv2.CascadeClassifier(str(next(file for file in _cascade_files() if file.stem == DEFAULT_CASCADE)))
+    assert len(alone.detectMultiScale(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY))) == 1
+    assert HaarDetector().detect(frame) == []
 
 
 def test_haar_takes_a_file_and_lists_what_there_is(tmp_path):
