@@ -194,10 +194,6 @@ class MissionChart(StateChart[Any]):
         """Record the success."""
         self.queue.decide(TargetOutcome.REACHED)
 
-    def on_enter_left(self) -> None:
-        """Record the failure; a later round may change it."""
-        self.queue.decide(TargetOutcome.GIVEN_UP)
-
     def on_enter_gave_up(self) -> None:
         """Record the failure."""
         self.queue.decide(TargetOutcome.GIVEN_UP)

@@ -170,8 +170,9 @@ class Executive:
         if entered in MISSION_STATES and source is not target:
             self._path.append(entered)
         if entered in ("reached", "left", "gave_up"):
-            self._queue.current.time_s = self.now()
             self._researches = 0
+        if entered in ("reached", "gave_up"):
+            self._queue.current.time_s = self.now()
         reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.measured}
         self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 

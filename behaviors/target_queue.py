@@ -35,7 +35,7 @@ class TargetProgress:
 
 
 class TargetQueue:
-    """The targets in order; with more than one round, those given up are tried again after the last.
+    """The targets in order; with more than one round, those not reached are tried again after the last.
 
     Args:
         targets: Names in order, at least one.

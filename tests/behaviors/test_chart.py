@@ -12,9 +12,9 @@ from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, RECOVERIES, WAIT, Choic
 from behaviors.target_queue import TargetOutcome, TargetQueue
 
 
-def _chart(*choices: Recovery, targets: tuple[str, ...] = ("lena", "rilakkuma")) -> MissionChart:
+def _chart(*choices: Recovery, targets: tuple[str, ...] = ("lena", "rilakkuma"), rounds: int = 1) -> MissionChart:
     left = list(choices)
-    return MissionChart(TargetQueue(targets), lambda: Choice(left.pop(0) if left else CHANGE_TARGET, "test"))
+    return MissionChart(TargetQueue(targets, rounds), lambda: Choice(left.pop(0) if left else CHANGE_TARGET, "test"))
 
 
 def _send(chart: MissionChart, *events: Event) -> list[str]:
@@ -60,6 +60,14 @@ def test_giving_up_changes_the_target_and_giving_up_the_last_ends_the_mission():
     assert chart.is_terminated
 
 
+def test_a_target_that_is_left_for_a_later_round_is_not_given_up():
+    chart = _chart(CHANGE_TARGET, CHANGE_TARGET, CHANGE_TARGET, rounds=2)
+    _send(chart, Event.START, Event.SEARCH_FAILED, Event.SEARCH_FAILED)
+    assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.PENDING, TargetOutcome.PENDING]
+    _send(chart, Event.SEARCH_FAILED)
+    assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.GIVEN_UP, TargetOutcome.PENDING]
+
+
 def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
     decisions = iter([Choice(CHANGE_TARGET, "test")])
 
@@ -73,7 +81,7 @@ def test_a_decision_that_is_broken_off_does_not_repeat_the_one_before():
     with pytest.raises(KeyboardInterrupt):
         _send(chart, Event.SEARCH_FAILED)
     assert _send(chart, Event.TRIP) == ["finished"]
-    assert [progress.outcome for progress in chart.queue.targets] == [TargetOutcome.GIVEN_UP, TargetOutcome.PENDING]
+    assert chart.queue.target == "rilakkuma"
 
 
 def test_the_policy_may_say_which_target_is_next_and_that_counts_once():
