@@ -153,6 +153,8 @@ def test_commands_run(page, text, here):
 )
 def test_whole_missions_run(page, text, here_with_runs):
     """The other commands of their blocks as well, since they may make files for them."""
+    if "--plot" in text:
+        pytest.importorskip("matplotlib", reason="needs the extra nxtdrive[plot]")
     if "behaviors/adaptive" in text:  # elsewhere it would hide the package from workers
         (here_with_runs / "behaviors" / "adaptive").mkdir(parents=True)
     for command in filter(_run, commands(text)):
