@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from codecs import BOM_UTF8
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,7 +74,7 @@ def read_run(path: Path) -> PastRun:
             remedy = "Change the folder's permissions, or name another run."
             raise ConfigError(f"{folder} cannot be read ({error.strerror}).", remedy=remedy) from None
         if JOURNAL not in names:
-            example = _latest_run(folder, names) or "runs/my-mission-001"
+            example = next((journal.parent for journal in journals_in(folder)), "runs/my-mission-001")
             raise ConfigError(f"{folder} holds no {JOURNAL}.", remedy=f"Name the folder of one run, such as {example}.")
     try:
         lines = read_bytes(path, MAX_BYTES).removeprefix(BOM_UTF8).split(b"\n")
@@ -96,13 +95,17 @@ def read_run(path: Path) -> PastRun:
     return run
 
 
-def _latest_run(folder: Path, names: Iterable[str]) -> Path | None:
-    """Return the run in a folder of runs whose journal was written last; None if none has one."""
-    written = {}
-    for run in (folder / name for name in names):
-        with suppress(OSError):
-            written[run] = os.stat(run / JOURNAL).st_mtime
-    return max(written, key=lambda run: written[run], default=None)
+def journals_in(folder: Path) -> list[Path]:
+    """Return the journals of all runs in a folder, the one written last first."""
+    return sorted(folder.glob(f"*/{JOURNAL}"), key=changed_s, reverse=True)
+
+
+def changed_s(path: Path) -> float:
+    """Return when a file was changed; 0 for one that has been removed."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _records(lines: list[bytes]) -> tuple[list[Record], list[int]]:

@@ -52,7 +52,7 @@ MEASURED = {
     "remembered": "it is on the map",
     "sudden": "it came suddenly",
     "touching": "it touches the bumper",
-} | PARTIAL_VIEWS
+}
 """How measurements of a failure are written; of those that are yes or no only the first."""
 UNITS = {"mm": 0, "s": 1, "deg": 0}
 """Units at the end of names in the journal, and the decimals to show."""
@@ -78,8 +78,13 @@ def outage_words(record: Record) -> str:
 
 
 def measured_words(measured: Mapping[str, object]) -> str:
-    """Write measurements of the journal with their units: ``range_mm`` 620 is "sonar 620 mm"."""
-    return ", ".join(filter(None, (_measured(name, value) for name, value in measured.items())))
+    """Write measurements of the journal with their units: ``range_mm`` 620 is "sonar 620 mm".
+
+    What `reason_words` says already is left out.
+    """
+    return ", ".join(
+        filter(None, (_measured(name, value) for name, value in measured.items() if name not in PARTIAL_VIEWS))
+    )
 
 
 def _measured(name: str, value: object) -> str:

@@ -47,7 +47,7 @@ def decided(
     values = {
         "t": decision.time_s,
         "target": decision.target,
-        "failed": reason_words(decision.reason),
+        "failed": reason_words(decision.reason, decision.measured),
         "known": list(evidence_lines(decision.evidence)) if decision.evidence else [],
         "choice": choice.words() if choice else spaced(decision.chose),
         "why": decision.why,

@@ -18,7 +18,7 @@ from input_files.json_text import parse_object
 from input_files.plain import InputFileError, read_text
 from nxtdrive.recording.camera_index import FILE_NAME, read_pictures
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY
-from nxtdrive.recording.run_reader import read_run
+from nxtdrive.recording.run_reader import changed_s, journals_in, read_run
 
 from .replay_data import replay_data
 
@@ -59,7 +59,7 @@ class Runs:
 
     def names(self) -> list[str]:
         """Return the names of the runs, the newest first."""
-        journals = sorted(self._folder.glob(f"*/{JOURNAL}"), key=_changed_s, reverse=True)
+        journals = journals_in(self._folder)
         return [path.parent.name for path in journals if path.parent.name.isprintable()]
 
     def listed(self, running: str = "") -> list[dict[str, Any]]:
@@ -111,16 +111,8 @@ class Runs:
 
     def _grows(self, path: Path) -> bool:
         """Return whether a program still writes a run."""
-        is_recent = self._now() - _changed_s(path / JOURNAL) < GROWS_S
+        is_recent = self._now() - changed_s(path / JOURNAL) < GROWS_S
         return is_recent and not os.path.lexists(path / SUMMARY)
-
-
-def _changed_s(path: Path) -> float:
-    """Return when a file was changed; 0 for one that has been removed."""
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0
 
 
 def _ended(path: Path) -> dict[str, Any] | None:

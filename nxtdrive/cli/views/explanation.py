@@ -68,7 +68,7 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column()
     measured = measured_words(decision.measured)
-    failed = f"{reason_words(decision.reason)}{measured and f' ({measured})'}"
+    failed = f"{reason_words(decision.reason, decision.measured)}{measured and f' ({measured})'}"
     grid.add_row("failed", printable(failed))
     grid.add_row("known", known_lines(decision.evidence) if decision.evidence else _raw(each))
     grid.add_row("could", _candidates(each, explanation))

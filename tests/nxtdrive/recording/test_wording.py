@@ -4,7 +4,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.evidence import Evidence, Viewpoint
-from nxtdrive.recording.wording import evidence_lines, measured_words
+from nxtdrive.recording.wording import evidence_lines, measured_words, reason_words
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,9 @@ def test_chances_by_the_map_alone_are_distinguished_from_those_of_the_candidates
     assert lines[-1] == "the candidates' chances are corrected by the outcomes of earlier missions"
     assert "pursued for 8 s without a sighting" in lines
     assert "chance" not in " ".join(evidence_lines(Evidence("lena", Reason.NEVER_SEEN, False, 0)))
+
+
+def test_a_reason_that_the_evidence_says_more_precisely_is_not_said_twice():
+    evidence = {"range_mm": 230.0, "too_near": True, "oblique": False}
+    assert reason_words("target_lost", evidence) == "it is too near for the camera to see all of it"
+    assert measured_words(evidence) == "sonar 230 mm"
