@@ -37,8 +37,8 @@ STOPPED_TWICE = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
 
 SCALE_TOLERANCE = 0.25
-"""A hint says so if driving showed that distances by size are wrong by more: a field of view from a data sheet and
-a height by ruler together may be wrong by less."""
+"""A hint says so if driving or the truth shows that distances by size are wrong by more: a field of view from a data
+sheet and a height by ruler together may be wrong by less."""
 
 
 class RunReview:
@@ -112,11 +112,14 @@ class RunReview:
     def _transition(self, record: Record) -> None:
         target, data = record.target, cast("Mapping[str, Any]", record.data)
         if data["to"] == "reached":
-            # another package's skill need not report a sighting
-            self._arrive(record.time_s, target, data["evidence"].get("sighting", {}).get("distance_mm"))
+            sighting = data["evidence"].get("sighting", {})  # another package's skill need not report one
+            arrival = self._arrive(record.time_s, target, sighting.get("distance_mm"))
             if not data["evidence"].get("passes_over") and (sizes := self._contradiction()):
                 self._wrong_size(target, *sizes)
-            self._scaled(target, data["evidence"].get("scale", 1.0))
+            factor = data["evidence"].get("scale", 1.0)
+            if arrival.get("there") and arrival["believed_mm"] and not sighting.get("bound"):
+                factor *= arrival["true_mm"] / arrival["believed_mm"]
+            self._scaled(target, factor)
         elif data["event"] == Event.SEARCH_FAILED and data["reason"] in ROUND:
             if target not in self._seen and self._truth is not None:
                 self._missing(target, self._truth)
@@ -132,13 +135,14 @@ class RunReview:
             self._stopped[target] += 1
             self._nearer[target] = sizes
 
-    def _arrive(self, time_s: float, target: str, believed_mm: float | None) -> None:
+    def _arrive(self, time_s: float, target: str, believed_mm: float | None) -> dict[str, Any]:
         self._reached.add(target)
-        arrival: dict[str, object] = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
+        arrival: dict[str, Any] = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
         arrival["sonar_mm"] = self._look.get("range_mm")
         if self._truth is not None:
             arrival |= self._judge(target, believed_mm, self._truth)
         self.arrivals.append(arrival)
+        return arrival
 
     def _contradiction(self) -> tuple[float, float] | None:
         """Return echo and distance by size of the last look, if they contradict each other."""
@@ -214,12 +218,12 @@ class RunReview:
         )
 
     def _scaled(self, target: str, factor: float) -> None:
-        """Say so if driving showed that distances by size are wrong by more than a webcam's data sheet may be."""
+        """Say so if driving or the truth shows that distances by size are wrong by more than a data sheet may be."""
         if abs(math.log(factor)) > math.log(1.0 + SCALE_TOLERANCE):
             height_mm = self._mission.target[target].height_mm
             self._hint(
                 target,
-                f"{target}: while driving, its size in the picture gave {1 / factor:.2g} times the true distance. Is "
+                f"{target}: its size in the picture gave {1 / factor:.2g} times the true distance. Is "
                 f"height_mm = {height_mm:g} right? It may be about {float(f'{height_mm * factor:.2g}'):g} mm high; or "
                 f"hfov_deg = {self._mission.camera.hfov_deg:g} is wrong, which `nxtdrive calibrate camera` measures.",
             )

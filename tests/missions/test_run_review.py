@@ -142,6 +142,13 @@ def test_a_height_that_is_too_large_is_reported_when_driving_has_shown_it(perfor
     assert "nxtdrive calibrate camera" in hint
 
 
+@pytest.mark.slow
+def test_in_the_simulator_half_the_height_is_reported_with_the_true_one(perform, mission_for):
+    [hint] = _reviewed(perform, "open", _with(mission_for("lena"), 150.0, "adaptive", 60.0), geometric=False).hints
+    assert "height_mm = 150" in hint
+    assert "about 300 mm high" in hint
+
+
 @pytest.mark.parametrize(("brick_id", "hints"), [("", 0), ("001653010203", 0), ("0016530A1B2C", 1)])
 def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_for, tmp_path):
     path = tmp_path / "robot.toml"
