@@ -15,7 +15,7 @@ from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
 from behaviors.mission.robot import brick_id
-from behaviors.mission.targets import PictureTarget
+from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
 from behaviors.profile_names import THESIS
 from firmware_protocol.errors import NXTError
@@ -35,6 +35,8 @@ ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 STOPPED = (Reason.BLOCKED_SHORT, Reason.BLOCKED_LONG)
 STOPPED_TWICE = 2
 """A target in front of which the robot was stopped this often may be nearer than its size says."""
+
+FLAT_TARGETS = (PictureTarget, MarkerTarget, QrTarget)
 
 SCALE_TOLERANCE = 0.25
 """A hint says so if driving or the truth shows that distances by size are wrong by more: a field of view from a data
@@ -116,10 +118,8 @@ class RunReview:
             arrival = self._arrive(record.time_s, target, sighting.get("distance_mm"))
             if not data["evidence"].get("passes_over") and (sizes := self._contradiction()):
                 self._wrong_size(target, *sizes)
-            factor = data["evidence"].get("scale", 1.0)
-            if arrival.get("there") and arrival["believed_mm"] and not sighting.get("bound"):
-                factor *= arrival["true_mm"] / arrival["believed_mm"]
-            self._scaled(target, factor)
+            left_over = 1.0 if sighting.get("bound") else self._true_share(arrival)
+            self._scaled(target, left_over * data["evidence"].get("scale", 1.0))
         elif data["event"] == Event.SEARCH_FAILED and data["reason"] in ROUND:
             if target not in self._seen and self._truth is not None:
                 self._missing(target, self._truth)
@@ -216,6 +216,16 @@ class RunReview:
             f"left wheel's motor on port {left} and the right one's on port {right}? `nxtdrive motor turn {left} 360 "
             "--nxt ADDRESS` turns the left wheel forwards if it is; other ports are left and right in [robot].",
         )
+
+    def _true_share(self, arrival: Mapping[str, Any]) -> float:
+        """Return the true distance over the believed one; 1 without the truth, and in front of what is not flat.
+
+        A camera sees the top of a box as well, so the box looks higher than it is.
+        """
+        flat = isinstance(self._mission.target[arrival["target"]], FLAT_TARGETS)
+        if not flat or not arrival.get("there") or not arrival["believed_mm"]:
+            return 1.0
+        return float(arrival["true_mm"] / arrival["believed_mm"])
 
     def _scaled(self, target: str, factor: float) -> None:
         """Say so if driving or the truth shows that distances by size are wrong by more than a data sheet may be."""

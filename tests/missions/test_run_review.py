@@ -149,6 +149,19 @@ def test_in_the_simulator_half_the_height_is_reported_with_the_true_one(perform,
     assert "about 300 mm high" in hint
 
 
+@pytest.mark.parametrize(("target", "hints"), [({"detector": "color", "color": "green"}, 0), (None, 1)])
+def test_a_box_seen_from_above_may_look_nearer_than_it_is(target, hints, mission_for):
+    mission = mission_for("lena")
+    described = mission.model_dump() | {"target": {"green": target or mission.model_dump()["target"]["lena"]}}
+    described["mission"]["targets"] = ["green"]
+    said: list[str] = []
+    review = RunReview(Mission.model_validate(described), Simulation("colors").truth, said.append, by_name=True)
+    evidence = {"sighting": {"distance_mm": 500.0, "bearing_deg": 0.0}}
+    arrived = {"source": "arrive", "to": "reached", "event": Event.ARRIVED, "reason": Reason.WITHIN_REACH}
+    review(Record(2.0, Kind.TRANSITION, "reached", "green", {**arrived, "evidence": evidence}))
+    assert (review.arrivals[0]["there"], len(said)) == (True, hints)
+
+
 @pytest.mark.parametrize(("brick_id", "hints"), [("", 0), ("001653010203", 0), ("0016530A1B2C", 1)])
 def test_the_robot_file_of_another_brick_is_reported(brick_id, hints, mission_for, tmp_path):
     path = tmp_path / "robot.toml"
