@@ -83,8 +83,6 @@ def make_home(folder: Path) -> None:
     shutil.copy(EXAMPLES / "careful-explorer" / "careful_explorer.py", folder)
     for example in INSTALLED:
         _install(EXAMPLES / example, folder)
-    lamp = folder / "lamp.toml"  # no room has a lamp, so its mission would search for ten minutes
-    lamp.write_text(lamp.read_text(encoding="utf-8").replace("[mission]", "[mission]\ntime_limit_s = 20"), "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         new = ["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]
@@ -93,7 +91,7 @@ def make_home(folder: Path) -> None:
 
 def _install(example: Path, folder: Path) -> None:
     """Copy an example to a folder of the path, with what pip would write beside it."""
-    for file in (*example.glob("*.py"), *example.glob("*.toml")):
+    for file in (path for suffix in ("py", "toml", "png") for path in example.glob(f"*.{suffix}")):
         shutil.copy(file, folder)
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     info = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
+import nxtdrive
 from behaviors.mission import MissionError, load_mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
@@ -73,6 +74,12 @@ def test_an_installed_detector_is_used_as_the_others_are(installed, capsys):
     words = ["--mission", mission, "--target", "lamp", "--out", str(installed / "out.png")]
     assert main(["detect", "try", str(installed / "frame.png"), *words]) == DONE
     assert "lamp at +" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_mission_with_an_installed_detector_succeeds_in_its_room(installed):
+    report = nxtdrive.run_mission(EXAMPLE / "lamp.toml", nxt=f"sim://{EXAMPLE}/lamp-world.toml?seed=0")
+    assert report.achieved
 
 
 def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path, capsys):
