@@ -206,6 +206,9 @@ def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None
 
     if args.mission and args.target is None:
         raise ConfigError("--mission needs --target.", remedy="Name the target of the mission to look for.")
+    for option, value in (("--label", args.label), ("--labels", args.labels)):
+        if value is not None and args.onnx is None:
+            raise ConfigError(f"{option} needs --onnx.", remedy="Name the file of the neural network.")
     hfov_deg = None
     spec: dict[str, object]
     if args.target is not None:

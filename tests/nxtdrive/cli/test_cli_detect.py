@@ -144,6 +144,12 @@ def test_a_sheet_with_another_marker_is_said_to_have_it(tmp_path, monkeypatch, c
     assert "read instead: marker 7" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("option", ["--label", "--labels"])
+def test_an_option_of_networks_is_not_ignored_without_one(option, picture, capsys):
+    assert main(["detect", "try", str(picture), "--color", "red", option, "cup"]) == USAGE
+    assert f"{option} needs --onnx" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("kind", "height_mm"), [("--marker", 150), ("--qr", 160)])
 def test_a_sheet_has_the_height_at_which_nxtdrive_prints_it(kind, height_mm, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
