@@ -34,6 +34,8 @@ ENCODER_MARGIN = 2
 """White modules that OpenCV's encoder adds."""
 QR_RANGE = 5.0
 """Heights from which a code of a short text is read in frames of 320x240. Source: docs/vision.md."""
+LONGEST_NAME = 30
+"""Characters of a code's text that name its target and its files."""
 MODULE_PX = 40
 MM_PER_INCH = 25.4
 
@@ -129,8 +131,10 @@ def qr_target(text: str, height_mm: float, folder: Path) -> TemplateTarget:
 
     inner = slice(ENCODER_MARGIN, -ENCODER_MARGIN)
     modules = cv2.QRCodeEncoder.create().encode(text)[inner, inner]
-    name, options = f"qr-{plain_name(text, 'code')[:20].strip('-')}", {"detector": "qr", "text": text}
-    return replace(_printed(name, modules, QR_MARGIN, height_mm, options, folder), range_heights=QR_RANGE)
+    name, options = plain_name(text, "code"), {"detector": "qr", "text": text}
+    if len(name) > LONGEST_NAME:  # both ends, as texts of several sheets often differ in the last word only
+        name = f"{name[: LONGEST_NAME // 2].strip('-')}-{name[-LONGEST_NAME // 2 :].strip('-')}"
+    return replace(_printed(f"qr-{name}", modules, QR_MARGIN, height_mm, options, folder), range_heights=QR_RANGE)
 
 
 def plain_name(text: str, otherwise: str) -> str:

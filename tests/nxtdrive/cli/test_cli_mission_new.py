@@ -163,6 +163,13 @@ def test_a_sheet_to_print_becomes_a_mission_that_succeeds_in_its_room(options, n
     assert report.duration_s < 20.0  # it looks round where it was put
 
 
+@pytest.mark.parametrize("text", ["the sheet that says {}", "https://school.example/rooms/second-floor/{}"])
+def test_sheets_with_long_texts_have_different_names(text):
+    assert main(["mission", "new", "--qr", text.format(7)]) == DONE
+    assert main(["mission", "new", "--qr", text.format(8)]) == DONE
+    assert len(list(Path().glob("*.png"))) == 2
+
+
 @pytest.mark.parametrize(("options", "modules", "around"), [(["--marker", "7"], 6, 1), (["--qr", "7"], 21, 3)])
 def test_a_sheet_prints_at_its_true_size(options, modules, around):
     assert main(["mission", "new", "m.toml", *options, "--height-mm", "120"]) == DONE
