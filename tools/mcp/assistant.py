@@ -79,7 +79,7 @@ class Assistant:
         return self._begin(None)
 
     def wait(self, motion: ShortMotion) -> dict[str, Any]:
-        """Wait for the end of a motion; returns why it ended, how far it came, and the sensors."""
+        """Wait for the end of a motion; returns why it ended, how far it went, and the sensors."""
         while not motion.wait(MOTION_S):
             if not self.robot.alive:
                 raise ValueError("The robot's thread has ended. Start `nxtdrive mcp` again.")
@@ -118,7 +118,7 @@ class Assistant:
         }
         if lost:
             status["link_lost"] = lost
-        return status if running else {**status, "robot": dict(self.robot.state)}
+        return status if running else {**status, "robot": _with_named_pose(self.robot.state)}
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open question."""
@@ -165,6 +165,14 @@ class Assistant:
 def _check_limit(name: str, value: float, limit: float) -> None:
     if not -limit <= value <= limit:
         raise ValueError(f"{name} must be from {-limit:g} to {limit:g} in one call, not {value:g}.")
+
+
+def _with_named_pose(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the page's state, empty before the robot is open, with the pose as the motions give it."""
+    if not state:
+        return {}
+    x_mm, y_mm, heading_deg = state["pose"]
+    return {**state, "pose": {"x_mm": x_mm, "y_mm": y_mm, "heading_deg": heading_deg}}
 
 
 def _rounded(values: dict[str, Any]) -> dict[str, Any]:

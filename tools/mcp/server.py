@@ -68,11 +68,11 @@ class Tools:
         return Image(data=await run_sync(self._assistant.look), format="jpeg")
 
     async def drive_mm(self, distance_mm: float) -> dict[str, Any]:
-        """Drive straight by a distance, negative: back. Returns why it ended, how far it came, and the sensors."""
+        """Drive straight by a distance, negative: back. Returns why it ended, how far it went, and the sensors."""
         return await self._finish(self._assistant.drive(distance_mm))
 
     async def turn(self, angle_deg: float) -> dict[str, Any]:
-        """Turn on the spot by an angle in degrees, positive to the right. Returns how far it came, and the sensors."""
+        """Turn on the spot by an angle in degrees, positive to the right. Returns the angle turned, and the sensors."""
         return await self._finish(self._assistant.turn(angle_deg))
 
     async def range(self) -> dict[str, Any]:

@@ -104,6 +104,7 @@ def test_it_looks_drives_and_reads_the_sensors(fast, mode):
         assert turned["pose"]["x_mm"] == pytest.approx(300, abs=10), "the pose goes on from motion to motion"
         read = await call("range")
         assert read["range_mm"] > 100
+        assert (await call("mission_status"))["robot"]["pose"].keys() == read["pose"].keys()
         assert not read["touching"]
         assert 6 < (await call("battery"))["battery_v"] < 9
 
