@@ -17,7 +17,7 @@ from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.pairing import paired_bricks
 from nxtdrive.transports.usb_port import UsbTransport
 
-from .finding import Finding, Verdict, ok, problem, trouble, warning
+from .finding import Finding, Verdict, ok, trouble, warning
 from .udev import udev
 from .usb_devices import other_devices
 
@@ -63,7 +63,7 @@ def usb(*, needed: bool) -> Iterator[Finding]:
         yield trouble("USB", "no brick on USB.", _no_brick(), needed=needed)
     for address in addresses:
         if address == "usb://":
-            yield problem("permissions", "this user may not open the brick on USB.", usb_remedy())
+            yield trouble("permissions", "this user may not open the brick on USB.", usb_remedy(), needed=needed)
         else:
             yield ok("USB", f"{address}, and this user may open it")
 
@@ -125,7 +125,9 @@ def webcam(source: str) -> Finding:
 
 def opencv() -> Iterator[Finding]:
     """Check whether several distributions of OpenCV have overwritten each other's files."""
-    installed = {found.name.lower().replace("_", "-") for found in distributions()}
+    # an interrupted installation leaves folders without a name
+    named = (found.name for found in distributions() if "Name" in found.metadata)
+    installed = {name.lower().replace("_", "-") for name in named}
     names = sorted(filter(OPENCV.fullmatch, installed))
     if len(names) > 1:
         wanted = "opencv-python-headless>=4.11,<5"

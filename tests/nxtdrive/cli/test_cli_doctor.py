@@ -132,6 +132,7 @@ def test_a_brick_this_user_may_not_open(monkeypatch, rules):
     findings = {finding.topic: finding for finding in computer.usb(needed=True)}
     assert findings["permissions"].verdict == "problem"
     assert "--fix-udev" in findings["permissions"].remedy
+    assert [each.verdict for each in computer.usb(needed=False) if each.topic == "permissions"] == ["warning"]
 
 
 def test_without_a_rule_it_is_a_problem_for_those_who_need_it(rules):
@@ -302,6 +303,12 @@ def test_two_opencvs_in_one_environment_are_a_conflict(tmp_path, monkeypatch):
     (found,) = computer.opencv()
     assert "opencv-contrib-python-headless and opencv-python and opencv-python-headless are" in found.text
     assert "uninstall opencv-contrib-python-headless opencv-python opencv-python-headless" in found.remedy
+
+
+def test_what_an_interrupted_installation_has_left_is_no_opencv(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "~umpy-2.0.0.dist-info").mkdir()
+    assert not list(computer.opencv())
 
 
 @pytest.mark.parametrize(
