@@ -93,11 +93,13 @@ class WebOperator:
         Raises:
             ValueError: There is no such candidate, or no open decision.
         """
-        waiting = self._answers.open
-        if waiting is not None and number >= (known := len(waiting[1].candidates)):
-            raise ValueError(f"The candidates are numbered from 0 to {known - 1}.")
-        if waiting is None or not self._answers.answer(waiting[0], number):
-            raise ValueError("No decision is open.")
+        if (waiting := self._answers.open) is not None:
+            asked_number, question = waiting
+            if not 0 <= number < len(question.candidates):
+                raise ValueError(f"The candidates are numbered from 0 to {len(question.candidates) - 1}.")
+            if self._answers.answer(asked_number, number):
+                return
+        raise ValueError("No decision is open.")
 
     def wake(self) -> None:
         """Check now whether the mission is to end; any thread."""
