@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import check_not_read, number, writing
 from nxtdrive.cli.output import write_line
@@ -108,7 +109,7 @@ def _write_mcap(past: PastRun, pictures: CameraPictures | None, file: Path) -> N
     path = _file(past, file, MESSAGES)
     with writing(path):
         count = write_mcap(past, pictures, path)
-    _say(path, f"{count} messages")
+    _say(path, number_of(count, "message"))
 
 
 def _write_csv(past: PastRun, file: Path) -> None:
@@ -118,7 +119,7 @@ def _write_csv(past: PastRun, file: Path) -> None:
     path = _file(past, file, TABLE)
     with writing(path):
         write_file(path, journal_csv(past.records).encode(errors="replace"))
-    _say(path, f"{len(past.records)} rows")
+    _say(path, number_of(len(past.records), "row"))
 
 
 def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:

@@ -75,6 +75,12 @@ def test_no_text_is_a_formula_to_a_spreadsheet():
     assert (row["target"], row["why"], row["choice"]) == ('\'=HYPERLINK("x")', "'+1", "'-")
 
 
+def test_one_row_is_said_to_be_one(tmp_path, capsys):
+    (tmp_path / "journal.jsonl").write_text(f"{RECORDS[0].to_json()}\n", encoding="utf-8")
+    assert main(["export", str(tmp_path), "--csv"]) == DONE
+    assert capsys.readouterr().out.endswith(" 1 row\n")
+
+
 @pytest.mark.slow
 def test_the_documented_lines_read_all_runs_by_pandas(tmp_path, monkeypatch, capsys):
     for number in (1, 2):
