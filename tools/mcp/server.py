@@ -80,13 +80,14 @@ class Tools:
         return await self._finish(self._assistant.read())
 
     async def battery(self) -> dict[str, Any]:
-        """Read the battery; below 6.5 V it should be charged soon."""
+        """Read the battery; below 7.1 V it should be charged soon."""
         read = await self._finish(self._assistant.read())
         return {"battery_v": read["battery_mv"] / 1000}
 
     async def missions(self) -> dict[str, Any]:
-        """List the missions that can be started; the built-in one has the empty name."""
-        return {"missions": ["", *await run_sync(self._assistant.missions.names)]}
+        """List the missions that can be started, and the proposed one; the built-in one has the empty name."""
+        missions = self._assistant.missions
+        return {"missions": ["", *await run_sync(missions.names)], "proposed": missions.proposed}
 
     async def mission_run(self, mission: str = "", profile: str = "", decide: bool = False) -> dict[str, Any]:
         """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""

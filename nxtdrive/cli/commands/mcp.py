@@ -63,7 +63,8 @@ def run(args: argparse.Namespace) -> int:
     status_hub, address, folder = MissionStatusHub(), in_real_time(mission_brick(args)), missions_folder(args)
     usual = robot_file_of(folder)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), status_hub, args.out)
-    assistant = Assistant(robot, status_hub, Missions(folder, args.robot, usual), args.out, args.max_mm)
+    missions = Missions(folder, args.robot, usual, args.mission)
+    assistant = Assistant(robot, status_hub, missions, args.out, args.max_mm)
     with ExitStack() as stack:
         listener = stack.enter_context(closing(listen(args.port))) if args.web else None
         stack.enter_context(closing(robot))  # also where Ctrl-C comes while it is opened

@@ -16,6 +16,7 @@ from mcp import StdioServerParameters
 from mcp.client.client import Client
 
 from nxtdrive.cli.main import USAGE, main
+from tests.small_mission import MISSION
 
 COMMAND = ("-m", "nxtdrive", "mcp", "--nxt", "sim://open")
 HELLO = {
@@ -48,6 +49,19 @@ def test_a_client_that_starts_the_command_drives_the_robot(tmp_path):
             assert len((await client.list_tools()).tools) == 11
             result = await client.call_tool("drive_mm", {"distance_mm": 100})
             assert json.loads(result.content[0].text)["ended"] == "done"
+
+    anyio.run(converse)
+
+
+@pytest.mark.slow
+def test_the_mission_of_the_command_is_proposed(tmp_path):
+    (tmp_path / "mine.toml").write_text(MISSION, encoding="utf-8")
+
+    async def converse() -> None:
+        words = [*COMMAND, "--mission", "mine.toml"]
+        async with Client(StdioServerParameters(command=sys.executable, args=words, cwd=str(tmp_path))) as client:
+            result = await client.call_tool("missions", {})
+            assert json.loads(result.content[0].text) == {"missions": ["", "mine.toml"], "proposed": "mine.toml"}
 
     anyio.run(converse)
 
