@@ -190,7 +190,8 @@ def _new(args: argparse.Namespace) -> int:
         if args.picture is not None and path.resolve() == args.picture.resolve():
             raise ConfigError(f"{path} is the photograph, which would be overwritten.", remedy="Choose another name.")
         if os.path.lexists(path) and not args.force:
-            raise ConfigError(f"{path} exists already.", remedy="Choose another name, or --force to overwrite it.")
+            other = "It is named after the text or number: move it" if path == target.picture else "Choose another name"
+            raise ConfigError(f"{path} exists already.", remedy=f"{other}, or --force to overwrite it.")
     hint = _tried_out(target, text, world)
     for path, content in contents.items():
         with writing(path):

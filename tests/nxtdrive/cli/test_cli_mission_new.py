@@ -170,6 +170,12 @@ def test_sheets_with_long_texts_have_different_names(text):
     assert len(list(Path().glob("*.png"))) == 2
 
 
+def test_a_sheet_that_is_there_already_is_not_said_to_need_another_file_name(capsys):
+    assert main(["mission", "new", "--qr", "кухня", "kitchen.toml"]) == DONE
+    assert main(["mission", "new", "--qr", "ванная", "bathroom.toml"]) == USAGE
+    assert "qr-code.png exists already. It is named after the text" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("options", "modules", "around"), [(["--marker", "7"], 6, 1), (["--qr", "7"], 21, 3)])
 def test_a_sheet_prints_at_its_true_size(options, modules, around):
     assert main(["mission", "new", "m.toml", *options, "--height-mm", "120"]) == DONE
