@@ -44,6 +44,7 @@ def value_warnings(mission: Mission) -> Iterator[str]:
         )
     for name in dict.fromkeys(table.targets):
         yield from _odd_height(name, mission.target[name].height_mm)
+    yield from _same_targets(mission)
     yield from _odd_robot(mission)
 
 
@@ -68,6 +69,16 @@ def _odd_height(name: str, height_mm: float) -> Iterator[str]:
     elif height_mm > GREATEST_HEIGHT_MM:
         most_m = GREATEST_HEIGHT_MM / 1000
         yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are computed from it."
+
+
+def _same_targets(mission: Mission) -> Iterator[str]:
+    """Yield warnings of targets that no detector tells apart; `mission check` compares pictures by what they show."""
+    first: dict[str, str] = {}
+    for name in dict.fromkeys(mission.mission.targets):
+        target = mission.target[name]
+        same = first.setdefault(target.model_dump_json(exclude={"height_mm"}), name)
+        if same != name and target.detector != "picture":
+            yield f"target.{name}: target.{same} has the same detector and keys, so one will be taken for the other."
 
 
 def _odd_robot(mission: Mission) -> Iterator[str]:

@@ -310,6 +310,26 @@ def test_valid_values_that_are_probably_not_intended_are_warned_of(tmp_path, cha
     assert expected is None or expected in told[0]
 
 
+@pytest.mark.parametrize(
+    "target",
+    [
+        'detector = "marker"\nid = 7',
+        'detector = "qr"\ntext = "7"',
+        'detector = "color"\ncolor = "red"',
+        'detector = "haar"',
+        'detector = "onnx"\nmodel = "any.onnx"\nlabel = "cup"',
+    ],
+)
+def test_targets_that_no_detector_tells_apart_are_warned_of(tmp_path, target):
+    (tmp_path / "any.onnx").touch()
+    two = f'[mission]\ntargets = ["a", "b"]\n[target.a]\n{target}\n[target.b]\n{target}\nheight_mm = 100\n'
+    (told,) = value_warnings(load_mission(_write(tmp_path, two)))
+    assert told.startswith("target.b: target.a has the same detector and keys")
+    other = two.replace("7", "8", 1).replace("red", "blue", 1).replace("cup", "cat", 1)
+    other = other.replace('"haar"', '"haar"\ncascade = "haarcascade_eye"', 1)
+    assert not list(value_warnings(load_mission(_write(tmp_path, other))))
+
+
 def test_the_built_in_mission_is_not_odd(tmp_path):
     for name in ("lena", "rilakkuma"):
         (tmp_path / f"{name}.png").touch()
