@@ -56,6 +56,8 @@ def open_camera(
         CameraError: The camera cannot be opened; the message says why and what to do.
     """
     configure()
+    if not source:
+        raise CameraError("no camera is named.", remedy="Give a webcam's number (0), a file, a folder or a URL.")
     if source == "sim":
         return _open_simulated(clock)
     clock = clock or WallClock()

@@ -39,6 +39,11 @@ def clip(tmp_path):
     return path, pictures
 
 
+def test_an_empty_name_is_not_the_current_folder(clock):
+    with pytest.raises(CameraError, match="no camera is named"):
+        open_camera("", clock=clock)
+
+
 def test_a_video_is_shown_at_its_own_pace(clip, clock):
     path, pictures = clip
     camera = open_camera(str(path), clock=clock)
