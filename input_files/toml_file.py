@@ -1,7 +1,8 @@
-"""Read TOML files: missions, worlds, faults."""
+"""Read TOML files: missions, worlds, faults; and write strings of TOML."""
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -57,6 +58,11 @@ def _line_of(error: ValueError, text: str) -> str:
     line = text.split("\n")[int(number[1]) - 1].strip()
     hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)
     return f": `{line[:SHOWN]}`. {hint}"
+
+
+def toml_string(text: str) -> str:
+    """Return a text as a string of TOML: as in JSON, whose escapes of characters beyond U+FFFF TOML does not have."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def parse_toml(text: str) -> dict[str, Any]:

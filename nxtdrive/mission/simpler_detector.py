@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import cv2
 import numpy as np
 
+from input_files.toml_file import toml_string
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.color import HUES, MIN_SATURATION, MIN_VALUE, ColorDetector
 from nxtdrive.vision.detectors.marker import FAMILIES
@@ -37,7 +36,7 @@ def _qr(image: cv2.typing.MatLike, least_px: float) -> str:
     text, corners, _ = cv2.QRCodeDetectorAruco().detectAndDecode(image)
     if not 1 <= len(text) <= LONGEST or cv2.contourArea(corners) < least_px:
         return ""
-    keys = f'detector = "qr" and text = {json.dumps(text)}'
+    keys = f'detector = "qr" and text = {toml_string(text)}'
     return f"the picture shows a QR code: a target with {keys} reads it, and takes nothing else for it"
 
 

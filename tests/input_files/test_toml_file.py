@@ -3,7 +3,7 @@
 import pytest
 
 from input_files.plain import InputFileError
-from input_files.toml_file import read_toml
+from input_files.toml_file import parse_toml, read_toml, toml_string
 
 
 def _refusal(path, content):
@@ -11,6 +11,11 @@ def _refusal(path, content):
     with pytest.raises(InputFileError) as refusal:
         read_toml(path)
     return str(refusal.value)
+
+
+@pytest.mark.parametrize("text", ["", 'a "quote" \\ tab\t', "\N{GRINNING FACE} кухня", "\x00\x1f\x7f\x80"])
+def test_a_text_is_written_as_it_is_read(text):
+    assert parse_toml(f"key = {toml_string(text)}") == {"key": text}
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import threading
 from itertools import count
@@ -15,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from behaviors.mission.targets import Height
 from firmware_protocol.errors import ConfigError
-from input_files.toml_file import parse_toml
+from input_files.toml_file import parse_toml, toml_string
 from nxtdrive.vision.detection import Box, Image, overlap
 from nxtdrive.vision.detectors.picture import PictureDetector
 
@@ -140,9 +139,9 @@ def text_for(target: NewTarget, file: str) -> str:
     Raises:
         ValueError: The text is not a mission to which a target can be added.
     """
-    key = target.name if BARE_KEY.fullmatch(target.name) else json.dumps(target.name, ensure_ascii=False)
+    quoted = toml_string(target.name)
+    key = target.name if BARE_KEY.fullmatch(target.name) else quoted
     table = f'[target.{key}]\ndetector = "picture"\npictures = ["{file}"]\nheight_mm = {target.height_mm:g}\n'
-    quoted = json.dumps(target.name, ensure_ascii=False)
     if not target.text.strip():
         return f'[mission]\nname = "find {target.name}"\ntargets = [{quoted}]\n\n{table}'
     try:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import ConfigError
+from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import writing
 from nxtdrive.cli.output import make_console, write_line
@@ -77,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None:
         with writing(args.out, "Choose another file with --out."):
             write_file(args.out, _text(sources, numbers).encode())
-        total, name = sum(map(sum, numbers.values())), json.dumps(args.out.name)
+        total, name = sum(map(sum, numbers.values())), toml_string(args.out.name)
         write_line(f"{args.out}: {total} choices; use them with chances = {name} in [adaptive]")
     return DONE
 

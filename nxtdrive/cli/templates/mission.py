@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
+from input_files.toml_file import toml_string
 from nxtdrive.cli.templates.target import RED_BOX, USUAL_STOP_MM, TemplateTarget
 from nxtdrive.cli.templates.world import toml_path
 
@@ -99,13 +100,13 @@ def template(target: TemplateTarget = RED_BOX, folder: Path = Path()) -> str:
     from behaviors.mission import AdaptiveParameters, ThesisParameters
     from behaviors.mission.robot import CameraTable, ColorName, RobotTable
 
-    options = {"colors": ", ".join(get_args(ColorName))}
-    options |= {key: json.dumps(value) for key, value in target.options.items()}
+    options: dict[str, object] = {"colors": ", ".join(get_args(ColorName))}
+    options |= {key: toml_string(value) if isinstance(value, str) else value for key, value in target.options.items()}
     options |= {"file": toml_path(target.picture, folder)} if target.picture is not None else {}
     table = _TABLES[str(target.options["detector"])].format(name=target.name, height_mm=target.height_mm, **options)
-    name = json.dumps(target.name)
+    name = toml_string(target.name)
     pad = " " * max(1, 15 - len(name))
-    parts = [_HEAD.format(title=json.dumps(f"find {target.name}"), name=name, pad=pad, target=table)]
+    parts = [_HEAD.format(title=toml_string(f"find {target.name}"), name=name, pad=pad, target=table)]
     tables: dict[str, type[BaseModel]] = {
         "adaptive": AdaptiveParameters,
         "thesis": ThesisParameters,

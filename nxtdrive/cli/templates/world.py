@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
+from input_files.toml_file import toml_string
 from nxtdrive.cli.templates.target import FARTHEST_STOP_MM, TemplateTarget
 
 if TYPE_CHECKING:
@@ -90,14 +90,14 @@ def world_text(target: TemplateTarget, folder: Path) -> str:
     width_mm, height_mm = target.size_mm
     row_mm = math.ceil(max(1200.0, width_mm / 2 + 400.0) / 100) * 100.0
     x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
-    place = {"name": json.dumps(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": height_mm}
+    place = {"name": toml_string(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": height_mm}
     if target.picture is None:
         thing = BOX.format(**place, color=target.options["color"])
     else:
         file = toml_path(target.picture, folder)
         thing = PICTURE.format(**place, file=file, width_mm=width_mm, centre_mm=target.centre_mm)
     return WORLD.format(
-        title=json.dumps(f"A room with {target.name}", ensure_ascii=False),
+        title=toml_string(f"A room with {target.name}"),
         width_mm=math.ceil((x_mm + 600.0) / 100) * 100,
         depth_mm=2 * row_mm,
         wall_mm=max(600.0, math.ceil(target.top_mm / 100) * 100 + 100.0),
@@ -116,7 +116,7 @@ def toml_path(path: Path, folder: Path) -> str:
     """
     path, folder = path.resolve(), folder.resolve()
     shown = path.relative_to(folder) if path.is_relative_to(folder) else path
-    text = json.dumps(shown.as_posix(), ensure_ascii=False).replace("\x7f", "\\u007f")
+    text = toml_string(shown.as_posix())
     try:
         text.encode()
     except UnicodeEncodeError:

@@ -170,6 +170,13 @@ def test_sheets_with_long_texts_have_different_names(text):
     assert len(list(Path().glob("*.png"))) == 2
 
 
+@pytest.mark.parametrize("text", ["go to \N{GRINNING FACE}", "кухня", 'a "quote" \\', "a\x7fb"])
+def test_every_text_of_a_code_can_be_read_again(text):
+    assert main(["mission", "new", "--qr", text, "m.toml"]) == DONE
+    (target,) = read_mission_file(Path("m.toml")).target.values()
+    assert target.text == text
+
+
 def test_a_sheet_that_is_there_already_is_not_said_to_need_another_file_name(capsys):
     assert main(["mission", "new", "--qr", "кухня", "kitchen.toml"]) == DONE
     assert main(["mission", "new", "--qr", "ванная", "bathroom.toml"]) == USAGE
