@@ -58,7 +58,8 @@ def write_json(value: object, *, indent: int | None = None, flush: bool = False)
 
 def complain(message: object, *, sender: str = "nxtdrive: ") -> None:
     """Print a message to standard error; of its line feeds only those that begin an indented line are kept."""
-    print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
+    if sys.stderr is not None:  # closed when the program began; `print` would use standard output
+        print(sender + CONTINUED.join(map(printable, str(message).split(CONTINUED))), file=sys.stderr)
 
 
 def report_file(file: str, mistakes: list[str]) -> None:

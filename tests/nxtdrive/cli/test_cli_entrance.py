@@ -265,3 +265,9 @@ def test_what_the_system_refuses_gives_a_sentence(tmp_path, error, hint):
 def test_a_fault_of_ours_says_how_to_report_it(tmp_path):
     (tmp_path / "pydantic.py").write_text("raise KeyError('broken')\n")
     assert "Please report it" in _run_with(tmp_path, "mission", "show").stderr.splitlines()[-1]
+
+
+def test_without_standard_error_messages_do_not_go_to_standard_output(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stderr", None)
+    assert main(["world", "show", "nowhere"]) == USAGE
+    assert capsys.readouterr().out == ""
