@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, number
+from nxtdrive.cli.options import add_brick_arguments, add_robot_argument, mission_brick, number
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.host.environment import require
 from nxtdrive.signals import until_signal
@@ -36,6 +36,7 @@ EXAMPLES = """\
   nxtdrive teleop --nxt usb:// --speed 150
   nxtdrive teleop --gamepad
   nxtdrive teleop --target lena
+  nxtdrive teleop --mission my-mission.toml     # in its own simulated room
   nxtdrive teleop --mission my-mission.toml --camera 0 --nxt usb://"""
 
 
@@ -44,7 +45,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_brick_arguments(parser)
     add_robot_argument(parser)
     parser.add_argument(
-        "--mission", metavar="FILE", type=Path, help="how the robot is built and what to look for (default: built-in)"
+        "--mission",
+        metavar="FILE",
+        type=Path,
+        help="how the robot is built, its simulated room, and what to look for (default: built-in)",
     )
     parser.add_argument(
         "--target", metavar="NAME", help="look for this target of the mission (default: with --mission, its first)"
@@ -83,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
     target = _target(args, mission)
     with ExitStack() as stack:
         gamepad = _gamepad(args.gamepad, stack)
-        brick = stack.enter_context(open_brick(in_real_time(args.nxt)))
+        brick = stack.enter_context(open_brick(in_real_time(mission_brick(args))))
         rover = build_rover(brick, mission.robot)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         camera, why_none = _open_camera(args, brick, target, stack)

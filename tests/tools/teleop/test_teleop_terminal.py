@@ -16,6 +16,7 @@ from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.teleop.spotter import TurnSpotter
 from nxtdrive.tools.teleop.terminal import LastingStream
+from tests.small_mission import MISSION
 from tests.tools.teleop.on_screen import app_of, play, text, until
 
 
@@ -185,6 +186,15 @@ def test_a_detector_that_breaks_while_it_drives_stops_the_robot(room):
     play(app, act)
     assert driven[0] > 0
     assert brick.request(GetOutputState(OutputPort.B)).power == 0
+
+
+def test_a_mission_brings_its_own_room(tmp_path, monkeypatch, capsys):
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        monkeypatch.setattr(stream, "isatty", lambda: True, raising=False)
+    (tmp_path / "small.toml").write_text(MISSION, encoding="utf-8")
+    (tmp_path / "small-world.toml").write_text("[flor]\n", encoding="utf-8")  # so that it ends when it opens that
+    assert main(["teleop", "--no-gamepad", "--mission", str(tmp_path / "small.toml")]) == USAGE
+    assert "small-world.toml has 3 mistakes" in capsys.readouterr().err
 
 
 def test_without_a_terminal_it_says_so(capsys):
