@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,11 +115,17 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         write_json({"runs": results, **figures}, indent=2)
     elif figures:
-        shapes = {1: "{:.2f}", 3: "{:.2f} [{:.2f}, {:.2f}]"}
-        words = {key: shapes[len(value)].format(*value) for key, value in figures.items()}
+        regret = _with_interval(figures["regret_s"], 1, "s")
+        share = _with_interval([100 * each for each in figures["nearly_best"]], 0, "%")
         made = number_of(sum(len(each["decisions"]) for each in results), "decision")
-        write_line(f"{made}: mean regret {words['regret_s']} s; {words['nearly_best']} of them {NEARLY}")
+        write_line(f"{made}: mean regret {regret}; {share} of them {NEARLY}")
     return DONE
+
+
+def _with_interval(figure: Sequence[float], digits: int, unit: str) -> str:
+    """Return a figure with its interval, if it has one: [value] or [value, low, high]."""
+    value, *ends = (f"{each:.{digits}f}" for each in figure)
+    return f"{value} {unit}" + (f" [{', '.join(ends)}]" if ends else "")
 
 
 def _played(

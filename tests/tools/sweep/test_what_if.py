@@ -106,6 +106,15 @@ def test_a_sample_of_a_missions_decisions_is_added_to_a_file(tmp_path, capsys):
         assert "1 decision: mean regret" in capsys.readouterr().out
 
 
+def test_the_command_ends_with_mean_regret_and_the_share_of_good_choices(tmp_path, capsys):
+    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
+    decisions = [{**DECISION, "regret_s": seconds, "nearly_best": seconds < 3.0} for seconds in (0.0, 0.0, 6.0)]
+    with ResultFile(out) as file:
+        file.append({"run": "open:100", **asked, "decisions": decisions})
+    assert main(["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
+    assert "3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best" in capsys.readouterr().out
+
+
 def test_a_line_that_was_cut_short_is_written_again(tmp_path):
     out, mission = tmp_path / "regret.jsonl", {"run": "open:100", "decisions": [DECISION]}
     with ResultFile(out) as file:
