@@ -147,10 +147,11 @@ class CommandModule:
             if self._state == InterpreterState.PAUSED:
                 self._machine.now_ms = self._clock.now_ms
             self._state = state
+            self.enable_pause()
             self.wake()
 
     def enable_pause(self) -> None:
-        """Set the last byte of `pause`, as the firmware does when a breakpoint is stored."""
+        """Set the last byte of `pause`, as the firmware does when a state is set or a breakpoint is stored."""
         self.pause = self.pause[:-1] + b"\1"
 
     @property

@@ -153,6 +153,7 @@ _V1_29 = Version(
     dialect=Dialect(
         Timing(instructions=54, turns=2_000),
         copies_arrays=True,
+        builds_at_once=True,
         system_calls=48,
         missing=ENHANCED,
     ),
@@ -185,6 +186,7 @@ _V1_05 = replace(
     dialect=Dialect(
         Timing(instructions=1 << 30, turns=49),
         copies_arrays=False,
+        builds_at_once=False,
         system_calls=34,
         missing=ENHANCED | {0x34, 0x36, 0x37},
         crops_files=False,
@@ -230,6 +232,7 @@ _V1_32 = replace(
     pool=_V1_29.pool._replace(clump=48, called=29),
     dialect=_V1_29.dialect._replace(
         port_groups=_PORT_GROUPS,
+        copies_arrays=False,
         missing=frozenset(),
         records=WITH_POINTS,
         tells_faults=True,

@@ -119,6 +119,8 @@ def _unary(machine: Machine, instruction: Instruction) -> Translation:
     data, operands, operation = machine.data, machine.operands, scalars.unary(instruction.opcode)
     copies = aggregates.same_integers if machine.dialect.copies_arrays else aggregates.never
     target, source = (Place(argument) for argument in instruction.arguments)
+    if instruction.opcode == scalars.NOT and operands.scalars(*instruction.arguments):
+        operation = scalars.rounded_not
     symbol = {scalars.NEG: "-", scalars.NOT: "not "}.get(instruction.opcode)
     if symbol and all(kind in INTEGERS for kind in _kinds(machine, instruction)):
         statement = operands.assignment(target.entry, f"{symbol}{operands.value(source.entry)}")

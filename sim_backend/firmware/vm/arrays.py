@@ -264,7 +264,7 @@ def translator(function: Callable[[Data, tuple[int, ...]], None]) -> Translate:
 
 
 def _construction(machine: Machine, instruction: Instruction) -> Translation:
-    data, copies = machine.data, machine.dialect.copies_arrays
+    data, copies = machine.data, machine.dialect.builds_at_once
     arguments = sized_arguments(machine.program.code, instruction)
     return lambda: _build(data, arguments, copies=copies)
 
@@ -281,7 +281,7 @@ def _part_of_array(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _filling(machine: Machine, instruction: Instruction) -> Translation:
-    data, offsets = machine.data, not machine.dialect.copies_arrays
+    data, offsets = machine.data, not machine.dialect.builds_at_once
     return _of_arrays(machine, instruction, lambda: _initialise(data, instruction.arguments, offsets=offsets), 1)
 
 

@@ -31,7 +31,8 @@ class Dialect(NamedTuple):
 
     Attributes:
         timing: See `Timing`.
-        copies_arrays: Whether an operation of one array copies it unchanged if the target has the same type.
+        copies_arrays: Whether an operation of one array copies it unchanged if the target has the same integer type.
+        builds_at_once: Whether BUILD copies arrays of integers at once, and ARRINIT leaves out offsets of elements.
         forgives_comparisons: Whether a jump that holds for equal values is made, too, if an array or cluster is
             compared with something else, which otherwise is an error.
         system_calls: Number of system calls.
@@ -63,6 +64,7 @@ class Dialect(NamedTuple):
 
     timing: Timing
     copies_arrays: bool
+    builds_at_once: bool
     system_calls: int
     missing: frozenset[int]
     has_fields: bool = False

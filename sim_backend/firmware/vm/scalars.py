@@ -101,6 +101,11 @@ def unary(opcode: int) -> Unary:
     return run
 
 
+def rounded_not(_: int, value: Number, __: int) -> float:
+    """Return whether a number that is no part of an array or cluster is rounded to 0."""
+    return float(not rounded(value))
+
+
 _INTEGER_UNARY: Mapping[int, Callable[[int], int]] = {
     NEG: int.__neg__,
     NOT: lambda value: int(not value),
@@ -111,5 +116,5 @@ _FLOAT_UNARY: Mapping[int, Callable[[float], float]] = {
     NEG: float.__neg__,
     SQRT: lambda value: -math.nan if value < 0 else math.sqrt(value),
     ABS: abs,
-    NOT: lambda value: float(not rounded(value)),
+    NOT: lambda value: float(not value),
 }

@@ -58,9 +58,9 @@ def _call(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _play_file(call: Call) -> None:
-    """Play a sound file: status, name, loop, volume; the last byte of the map's name stays as it is."""
+    """Play a sound file at its own rate: status, name, loop, volume; the last byte of the map's name stays as it is."""
     sound = call.devices.sound
-    sound.volume, before = _volume(call, 3), sound.name
+    sound.volume, sound.sample_rate, before = _volume(call, 3), 0, sound.name
     sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=bool(call.number(2)))
     sound.name = sound.name[:NAME_LIMIT] + before[NAME_LIMIT:]
     call.put(0, Status.OK)

@@ -73,7 +73,7 @@ def compares_aggregates(task: Task, decode: Callable[[int], Instruction], data: 
         target, *compared = instruction.arguments[:3] or (0,)
         if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
             return True
-        if instruction.opcode == _COMPARE and any(map(data.is_aggregate, (target, *compared))):
+        if instruction.opcode == _COMPARE and any(map(data.is_aggregate, compared)):
             texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
             if data.is_aggregate(target) or not texts:
                 return True
