@@ -168,8 +168,8 @@ class CommandModule:
     def tick(self, tick: int) -> None:
         if tick != self.tick:
             self._tick_lag, self._written_tick = 1, tick if self._dialect.abort_stops_tick else None
-            if self._executes and self._machine and self._written_tick is not None:
-                self._machine.lag = self._clock.now_ms - 1 - tick
+            if self._executes and self._machine:
+                self._machine.lag = 1 if self._written_tick is None else self._clock.now_ms - 1 - tick
             self.wake()
 
     @property
@@ -257,6 +257,7 @@ class CommandModule:
         elif self.activate == 1:
             self.activate = 0
             self._activate(now_ms)
+        self._written_tick = None  # it counted for this pass only
 
     def run_ahead(self, now_ms: int, until_ms: int) -> int:
         """Run the passes after the present one in which the program only calculates; return the last one.
@@ -367,7 +368,7 @@ class CommandModule:
         """Let the Tick count the pass that it left out, once clumps have run for a whole one."""
         if runs_on and self._dialect.abort_stops_tick:
             self._tick_lag = 0
-        machine.lag, self._written_tick = self._tick_lag, None
+        machine.lag = self._tick_lag
 
     def _end(self, status: int) -> None:
         self.status, self._phase = int(status), _Phase.ENDED

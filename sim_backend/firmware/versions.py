@@ -196,6 +196,7 @@ _V1_05 = replace(
         checks_short_forms=True,
         runs_past_end=True,
         records=WORDS,
+        late_tick_ends_pass=True,
         abort_stops_tick=False,
         searches_calibrations=False,
         scans_integers=True,

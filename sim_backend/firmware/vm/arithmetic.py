@@ -99,8 +99,10 @@ def _calculation(machine: Machine, instruction: Instruction) -> str | None:
         function = operands.function(*(("divide", divide) if opcode == scalars.DIV else ("rest", scalars.remainder)))
         return f"{function}({', '.join(_comparable(machine, left, right))})"
     if kinds[0] == Type.FLOAT and kinds[1] in EXACT and kinds[2] in EXACT:
-        if symbol in ("+", "-", "*"):
+        if symbol in ("+", "-"):
             return f"{operands.value(left)} {symbol} {operands.value(right)}"
+        if symbol == "*":  # 0 times a negative number is -0.0
+            return f"float({operands.value(left)}) * {operands.value(right)}"
         if opcode == scalars.DIV:
             function = operands.function("quotient", scalars.float_divide)
             return f"{function}({operands.value(left)}, {operands.value(right)})"

@@ -57,6 +57,7 @@ class Dialect(NamedTuple):
         misses_jumps: Whether a conditional jump that compares, in a clump that compares arrays or clusters, leads to a
             wrong place if it is not made.
         records: How the records of clumps are laid out.
+        late_tick_ends_pass: Whether a pass ends with its first turn while the Tick of the Command map is behind.
         abort_stops_tick: Whether the Tick of the Command map leaves out the pass in which a program is aborted.
         searches_calibrations: Whether the start of a program looks for files of calibrations.
         port_groups: The motors that are set by a number, not one in an array, that is not one port's.
@@ -86,6 +87,7 @@ class Dialect(NamedTuple):
     map_limit: int = 64
     misses_jumps: bool = False
     records: RecordFormat = ADDRESSES
+    late_tick_ends_pass: bool = False
     abort_stops_tick: bool = True
     searches_calibrations: bool = True
     port_groups: Mapping[int, Sequence[int]] = MappingProxyType({})

@@ -186,7 +186,7 @@ class Machine:
         return not (waits or self.task.misses or self.task.turn != TURN)
 
     def _run_turns(self, instructions: int) -> None:
-        turns, queue, ends, tasks, memory = self._timing.turns, self.queue, self.queue.ends, self.tasks, self.memory
+        turns, queue, ends, tasks, memory = self._turns, self.queue, self.queue.ends, self.tasks, self.memory
         while instructions > 0 and turns > 0 and not self._stopped and memory.work_left > 0:
             number = ends[0]
             if number >= len(tasks):
@@ -202,6 +202,8 @@ class Machine:
             done, ended = self._turn(most if most < instructions else instructions, several=several)
             instructions -= done
             turns -= (-(-done // TURN) or 1) + self.asked_time
+            if self.lag:
+                turns = min(turns, self._turns - 1)
             if not ended and ends[0] != ends[1]:
                 queue.rotate()
 
@@ -289,8 +291,13 @@ class Machine:
         )
 
     @property
+    def _turns(self) -> int:
+        """The most turns of a pass."""
+        return 1 if self.lag and self.dialect.late_tick_ends_pass else self._timing.turns
+
+    @property
     def _turns_per_pass(self) -> int:
-        return min(self._timing.turns, -(-self._timing.instructions // TURN))
+        return min(self._turns, -(-self._timing.instructions // TURN))
 
     def _translate(self, instruction: Instruction) -> Translation:
         translate = self._opcodes.get((instruction.opcode, instruction.form))
