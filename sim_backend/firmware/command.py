@@ -281,7 +281,7 @@ class CommandModule:
                 self._end(ProgramStatus.ABORTED)
             case InterpreterState.RUNNING:
                 self._execute(now_ms)
-            case InterpreterState.STEP if self._execute(now_ms, most=1):
+            case InterpreterState.STEP if self._execute(now_ms, step=True):
                 self._state, self.due_ms = InterpreterState.PAUSED, NEVER
             case InterpreterState.STOPPING:
                 self._end(ProgramStatus.ABORTED)
@@ -344,8 +344,8 @@ class CommandModule:
     def _refuse(self, fault: Fault) -> None:
         self._end(fault if self._dialect.tells_faults else ProgramStatus.ERROR)
 
-    def _execute(self, now_ms: int, most: int | None = None) -> bool:
-        """Run one pass of the program, or at most some instructions; return whether it continues."""
+    def _execute(self, now_ms: int, *, step: bool = False) -> bool:
+        """Run one pass of the program, or one instruction; return whether it continues."""
         machine = self._machine
         if machine is None:
             return False
@@ -353,7 +353,7 @@ class CommandModule:
             written = self._written_tick
             machine.lag = self._tick_lag if written is None else now_ms - 1 - written
         self._executes = True
-        outcome = machine.run(now_ms, most)
+        outcome = machine.run(now_ms, step=step)
         self._executes = False
         if self._tick_lag:
             self._catch_up(machine, runs_on=outcome is None and machine.runs)

@@ -29,7 +29,7 @@ _RADIO_PATIENCE = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
 _WRITE_FORM = 0xFE
 """Mask of an I2C address without the bit that says that a device sends."""
-MOST = 100_000
+MOST = 1_000_000
 """Most passes, bytes or files of a control line: some seconds of work."""
 
 

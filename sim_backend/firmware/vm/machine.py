@@ -132,8 +132,8 @@ class Machine:
         for handle in sorted(self.handles):
             (loader.crop if self.dialect.crops_files else loader.close)(handle)
 
-    def run(self, now_ms: int, most: int | None = None) -> Outcome | None:
-        """Run one pass, or at most some instructions; return the outcome, or None while the program runs."""
+    def run(self, now_ms: int, *, step: bool = False) -> Outcome | None:
+        """Run one pass, or one instruction; return the outcome, or None while the program runs."""
         if self.spins:
             self._skip_spinning(now_ms)
         self.now_ms = now_ms
@@ -141,7 +141,7 @@ class Machine:
         if self._sleeping.ends[0] != NO_CLUMP:
             self._wake()
         try:
-            self._run_turns(self._timing.instructions if most is None else most)
+            self._run_turns(step=step)
         except FAILURES as failure:
             self.error = error_code(failure)
             if self.dialect.runs_past_end and self._compiler.failed_at is not None:
@@ -185,7 +185,8 @@ class Machine:
         waits = self._sleeping.ends[0] != NO_CLUMP or self.memory.work_left < 0
         return not (waits or self.task.misses or self.task.turn != TURN)
 
-    def _run_turns(self, instructions: int) -> None:
+    def _run_turns(self, *, step: bool) -> None:
+        instructions = 1 if step else self._timing.instructions
         turns, queue, ends, tasks, memory = self._turns, self.queue, self.queue.ends, self.tasks, self.memory
         while instructions > 0 and turns > 0 and not self._stopped and memory.work_left > 0:
             number = ends[0]
@@ -206,6 +207,8 @@ class Machine:
                 turns = min(turns, self._turns - 1)
             if not ended and ends[0] != ends[1]:
                 queue.rotate()
+            if step:  # one that suspends its clump counts, too
+                return
 
     def _turn(self, most: int, *, several: bool) -> tuple[int, bool]:
         """Run a turn of the current clump, or `several`; the last one is that in which it does more than calculate.

@@ -146,7 +146,7 @@ def test_every_command_that_writes_or_erases_counts():
         ("!bt 0200000b\n", "a real brick lacks"),
         ("!tick\n", "not a valid wait"),
         ("!tick 0\n", "not a valid wait"),
-        ("!tick 1000000\n", "not a valid wait"),
+        ("!tick 1000001\n", "not a valid wait"),
         ("!tick x\n", "not a valid wait"),
         ('GetBatteryLevel "\n', "line 1"),
     ],
