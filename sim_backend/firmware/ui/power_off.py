@@ -31,7 +31,7 @@ class PowerOff:
         self._clock, self._registers, self._screen, self._programs = clock, registers, screen, programs
         self._radio, self._io_control, self._sleep_timer = radio, io_control, sleep_timer
         self._down_ms = NEVER
-        self._leaves_radio = False
+        self._leaves_radio = self._deaf = False
 
     @property
     def takes_keys(self) -> bool:
@@ -43,6 +43,11 @@ class PowerOff:
     def _was_down(self) -> bool:
         """Whether the last power-down is over, also after a restart."""
         return self._clock.now_ms >= self._down_ms + times.DEAF_MS
+
+    @property
+    def count(self) -> int:
+        """Passes since the power was switched off, up to those in which keys do not count."""
+        return min(max(self._clock.now_ms - self._down_ms + 1, 0), times.DEAF_MS)
 
     @property
     def due_ms(self) -> int:
@@ -60,7 +65,7 @@ class PowerOff:
         if self._sleep_timer.expired:
             registers.force_off = 1
         if registers.force_off:
-            if self._was_down:
+            if self._was_down and not self._deaf:
                 self._io_control.take_back()
             registers.off_ms, self._down_ms = now_ms, NEVER
             registers.state, registers.next_step_ms, registers.from_menu = int(UiState.DRAWING), NEVER, False
@@ -86,9 +91,11 @@ class PowerOff:
         elif passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
             self._down_ms = now_ms
         down_ms = now_ms - self._down_ms
-        if down_ms == times.DEAF_MS and not self._registers.from_menu and self._registers.state not in states.STARTED:
+        if down_ms == times.DEAF_MS and not self._registers.from_menu and self._registers.state not in states.COUNTING:
             self._io_control.take_back()
+            self._deaf = False
         elif down_ms == 0:
             self._io_control.announce_power_down()
+            self._deaf = True
         elif 0 < down_ms < times.DEAF_MS:
             self._io_control.send()

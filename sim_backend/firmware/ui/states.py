@@ -39,6 +39,9 @@ MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KE
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
 
+COUNTING = (UiState.LOGO, UiState.MELODY, *STARTED)
+"""States in which the passes since the power was switched off are not counted up to those in which keys count."""
+
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 
 GONE_ON_FROM = (UiState.START, UiState.LOGO, *MENU_STATES, UiState.OPENING, UiState.RUNNING)

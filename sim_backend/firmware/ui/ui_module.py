@@ -30,6 +30,7 @@ from sim_backend.firmware.ui.log_menu import LogMenu
 from sim_backend.firmware.ui.menu import Menu
 from sim_backend.firmware.ui.menu_keys import MenuKeys
 from sim_backend.firmware.ui.menu_settings import MenuSettings
+from sim_backend.firmware.ui.off_states import OffStates
 from sim_backend.firmware.ui.power_off import PowerOff
 from sim_backend.firmware.ui.program_steps import ProgramSteps
 from sim_backend.firmware.ui.program_watch import ProgramWatch
@@ -96,6 +97,7 @@ class UiModule:
         self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar, sound)
         self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
         self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
+        self._off_states = OffStates(clock, registers, screen, self._power_off, self._dialog, self._go_on_from)
         self._menu_keys = MenuKeys(clock, registers, keys, menu, self._files, screen)
         self._watch = ProgramWatch(registers, programs, sound, screen, restores=version.end_restores_screen)
         self.due_ms, self._event_ms = 0, NEVER
@@ -128,7 +130,7 @@ class UiModule:
         if before == state:
             return
         if not registers.is_on:
-            self._enter_while_off(state)
+            self._off_states.enter(state, ran=ran)
             return
         if state not in states.MENU_STATES:
             self._menu.drop()
@@ -147,20 +149,6 @@ class UiModule:
             self._dialog.begin(state)
         elif ran:
             registers.next_step_ms = NEVER
-
-    def _enter_while_off(self, state: int) -> None:
-        """Follow a state that was written after the brick has switched itself off."""
-        registers = self.registers
-        if registers.runs_file and state != UiState.OPENING:
-            return
-        if state in (UiState.MENU, *states.KEY_STATES.values()):
-            registers.next_step_ms = self._clock.now_ms
-        elif state in (UiState.START, UiState.ENTRY, UiState.OPENING):
-            if state != UiState.OPENING:
-                registers.off_ms = NEVER
-            self._go_on_from(state)
-        elif state in states.RADIO_SHOWN:
-            self._dialog.begin(state)
 
     def _go_on_from(self, state: int) -> None:
         """Continue from a state that was written to the map."""
@@ -325,14 +313,12 @@ class UiModule:
             registers.next_step_ms = self._menu.logs.log.go_on()
         elif state == UiState.OPENING:
             self._files.enter()
+        elif not registers.is_on and self._off_states.go_on():
+            pass
         elif registers.runs_file:
             self._files.go_on()
         elif state == UiState.LOGO:
             self._leave_logo(now_ms)
-        elif state in states.KEY_STATES.values():  # of a brick that is off
-            registers.state, registers.next_step_ms = int(UiState.MENU), now_ms + 1
-        elif state == UiState.MENU:  # likewise: it switches itself off again
-            registers.force_off = 1
         elif state == UiState.DRAWING:
             registers.state = int(UiState.WAITING)
         elif state == UiState.QUESTION:
