@@ -198,8 +198,11 @@ def _range(kind: int) -> tuple[int, int] | tuple[()]:
 
 def _set(machine: Machine, instruction: Instruction) -> Translation:
     target, value = instruction.arguments
-    if machine.dialect.signed_constants and machine.data.kind(target) in SIGNED:
-        value = s16(value)
+    if machine.dialect.signed_constants:
+        kind = machine.data.kind(target)
+        if kind == Type.FLOAT:
+            return lambda: None
+        value = s16(value) if kind in SIGNED else value
     statement = machine.operands.assignment(target, str(value), value, value)
     return statement or (lambda: machine.data.put(target, value))
 

@@ -49,7 +49,7 @@ class Dialect(NamedTuple):
         cuts_exponents: Whether the zeros at the end of a text with an exponent are cut off as if they were decimals.
         float_remainder: Whether the remainder of floats is a float, not an integer.
         wide: Types in which a float from 2^31 to 2^32 is stored as an unsigned number.
-        signed_constants: Whether the constant of SET has a sign if its target has one.
+        signed_constants: Whether the constant of SET has a sign if its target has one, and a float does not take it.
         enhanced_calls: Whether it has the community's system calls, and texts are drawn at every height.
         scans_integers: Whether a text is read as an integer, without 0x and exponent, if the target is not a float.
         replaces_arrays: Whether an array can replace an element that is an array.

@@ -150,6 +150,18 @@ def decode(code: Sequence[int], at: int, *, checks_short_forms: bool) -> Instruc
     return Instruction(opcode, flags, arguments, at, following, form)
 
 
+def scanned(code: Sequence[int], at: int) -> tuple[int, Sequence[int], int]:
+    """Return the opcode of an instruction, its arguments, and the next word, by its size alone, also if it has no form.
+
+    A short form has the opcode -1. The next word is the same one if there is no size.
+    """
+    word, size = code[at], code[at] >> 12
+    if size == _VARIABLE_SIZE:
+        size = code[at + 1] if at + 1 < len(code) else 0
+    following = at + size // _WORD
+    return -1 if word >> 8 & _SHORT else word & 0xFF, code[at + 1 : following], following
+
+
 def sized_arguments(code: Sequence[int], instruction: Instruction, more: int = 0) -> tuple[int, ...]:
     """Return the arguments of an instruction that has any number of them; its first word is its size in bytes.
 

@@ -90,7 +90,7 @@ class Machine:
         ]
         self.queue, self._sleeping = self.queue_at(), self.queue_at()
         for task in self.tasks:
-            task.compares = dialect.records.compares is not None and compares_aggregates(task, self._decode, self.data)
+            task.compares = dialect.records.compares is not None and compares_aggregates(task, program.code, self.data)
             task.misses = dialect.misses_jumps and task.compares
             self.reset(task)
             if not program.clumps[task.number].fire_count:
@@ -102,7 +102,6 @@ class Machine:
 
     def _set_code(self, code: tuple[int, ...]) -> None:
         decoder = partial(decode, checks_short_forms=self.dialect.checks_short_forms)
-        self._decode = partial(decoder, code)
         self._compiler = Compiler(code, decoder, self._translate, self.operands)
         self.spins = frozenset(at for at in range(len(code)) if code[at : at + 2] == _JUMP_TO_ITSELF)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 from sim_backend.firmware.module import NEVER
 from sim_backend.firmware.vm.blocks import Block
-from sim_backend.firmware.vm.data import Data, ProgramError
-from sim_backend.firmware.vm.instructions import Instruction
+from sim_backend.firmware.vm.data import Data
+from sim_backend.firmware.vm.instructions import scanned
 from sim_backend.firmware.vm.rxe import Clump, Program, Type
 
 TURN = 20
@@ -54,28 +54,25 @@ def end_of(clump: Clump, program: Program, *, past_end: bool) -> int:
     return clump.end + 1 if clump.end >= clump.start else len(program.code)
 
 
-def compares_aggregates(task: Task, decode: Callable[[int], Instruction], data: Data) -> bool:
+def compares_aggregates(task: Task, code: Sequence[int], data: Data) -> bool:
     """Return whether a clump compares arrays or clusters, other than by comparing texts and storing a number.
 
     Args:
         task: The clump.
-        decode: Decodes the instruction at a word.
+        code: The program's code, which is read by the sizes of instructions alone.
         data: The program's variables.
     """
-    at = task.pc
-    while at < task.end:
-        try:
-            instruction = decode(at)
-        except (ProgramError, LookupError):
+    at, end = task.pc, min(task.end, len(code))
+    while at < end:
+        opcode, arguments, following = scanned(code, at)
+        if following == at:  # an instruction without a size, at which the firmware hangs
             return False
-        if instruction.following == at:  # an instruction without a size, at which the firmware hangs
-            return False
-        target, *compared = instruction.arguments[:3] or (0,)
-        if instruction.opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
+        target, *compared = arguments[:3] or (0,)
+        if opcode == _BRANCH_IF and any(map(data.is_aggregate, compared)):
             return True
-        if instruction.opcode == _COMPARE and any(map(data.is_aggregate, compared)):
+        if opcode == _COMPARE and any(map(data.is_aggregate, compared)):
             texts = all(data.kind(it) == Type.ARRAY and data.kind(it + 1) == Type.UBYTE for it in compared)
             if data.is_aggregate(target) or not texts:
                 return True
-        at = instruction.following
+        at = following
     return False
