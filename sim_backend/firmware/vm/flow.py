@@ -87,7 +87,8 @@ def _stop(machine: Machine, instruction: Instruction) -> Next:
 
     def run() -> int:
         if confirm == NONE or machine.data.integer(confirm):
-            machine.task.pc = following
+            if machine.dialect.runs_past_end:
+                machine.task.pc = following  # others show where the turn began
             machine.stop()
             return END_TURN
         return following
