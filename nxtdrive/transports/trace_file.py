@@ -207,7 +207,7 @@ class TraceWriter:
 
 
 def read_trace(path: Path) -> Trace:
-    """Read a trace; a last line that a crash has truncated is skipped.
+    """Read a trace; a last line that a crash has cut off is left out, with a warning.
 
     Raises:
         ConfigError: There is no such file, or it is not a trace; the message names the line.
@@ -254,6 +254,7 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
             yield _entry(parse_object(line))
         except ValueError as error:
             if number == len(lines) + 1:
+                log.warning("the trace %s was cut off in its last line, which is left out.", path)
                 return
             raise ConfigError(
                 f"{path}, line {number} is not an entry of a trace: {line[:60]!r}.",

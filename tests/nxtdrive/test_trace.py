@@ -51,11 +51,12 @@ def test_anything_that_is_not_a_trace_is_refused(tmp_path, text):
         read_trace(path)
 
 
-def test_a_bad_line_is_named_and_a_cut_last_line_left_out(tmp_path):
+def test_a_bad_line_is_named_and_a_cut_last_line_left_out_with_a_warning(tmp_path, caplog):
     path = tmp_path / "talk.nxttrace"
     good = Trace("sim://", 64).header() + '\n{"t": 0, "to": "000b"}\n'
     path.write_text(good + '{"t": 0.1, "fr')
     assert len(read_trace(path).entries) == 1
+    assert f"the trace {path} was cut off in its last line" in caplog.text
     for bad in ('{"t": 0.1, "fr', '{"t": 0.1, "to": ""}'):
         path.write_text(good + bad + '\n{"t": 0.2, "to": "000b"}\n')
         with pytest.raises(ConfigError, match="line 3"):
