@@ -36,6 +36,8 @@ P = TypeVar("P")
 
 STOPPING_S = 0.15
 """How long motors brake before they are switched off when the program ends."""
+LOW_BATTERY_MV = 7100
+"""Voltage below which the brick itself warns if a rechargeable pack is in it. Source: docs/firmware.md section 8."""
 TIMEOUT_RANGE_S = (0.001, 3600.0)
 """Longer ones mean to wait forever, which no transport can."""
 

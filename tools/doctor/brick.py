@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.direct import GetInputValues, KeepAlive
 from firmware_protocol.enums import InputPort
 from firmware_protocol.errors import NXTError
-from nxtdrive.brick import Brick
+from nxtdrive.brick import LOW_BATTERY_MV, Brick
 from nxtdrive.ports import MOTOR_PORTS, SENSOR_PORTS, MotorPort, SensorPort
 from nxtdrive.sensors import identify
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 KNOWN_FIRMWARE = ("1.05", "1.29", "1.32")
 """All were compared with the firmware's own code. Source: docs/firmware.md."""
-FLAT_MV, LOW_MV = 6100, 7100
-"""Voltages at which the brick itself warns: alkaline cells, rechargeable pack. Source: docs/firmware.md section 8."""
+FLAT_MV = 6100
+"""Voltage below which the brick itself warns of flat alkaline cells. Source: docs/firmware.md section 8."""
 FIRST_SAMPLE_S = 0.2
 """Time in which a brick that was just switched on measures its battery. Source: docs/firmware.md section 10."""
 SLOW_LINK_MS = 120.0
@@ -67,7 +67,7 @@ def battery(voltage_mv: int) -> Finding:
     text = f"{voltage_mv / 1000:.2f} V"
     if voltage_mv < FLAT_MV:
         return problem("battery", f"{text}: flat.", "Charge it, or put fresh cells in.")
-    if voltage_mv < LOW_MV:
+    if voltage_mv < LOW_BATTERY_MV:
         return warning("battery", f"{text}: low, motors are slow.", "Charge a rechargeable pack now.")
     return ok("battery", text)
 

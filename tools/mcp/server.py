@@ -15,6 +15,7 @@ from mcp.server.mcpserver.exceptions import ToolError
 from mcp.types import ToolAnnotations
 
 import nxtdrive
+from nxtdrive.brick import LOW_BATTERY_MV
 
 from ..web.motions import ShortMotion
 from ..web.robot import Robot
@@ -80,9 +81,9 @@ class Tools:
         return await self._finish(self._assistant.read())
 
     async def battery(self) -> dict[str, Any]:
-        """Read the battery; below 7.1 V it should be charged soon."""
-        read = await self._finish(self._assistant.read())
-        return {"battery_v": read["battery_mv"] / 1000}
+        """Read the battery's voltage, and whether the battery is low and should be charged soon."""
+        battery_mv = (await self._finish(self._assistant.read()))["battery_mv"]
+        return {"battery_v": battery_mv / 1000, "low": battery_mv < LOW_BATTERY_MV}
 
     async def missions(self) -> dict[str, Any]:
         """List the missions that can be started, and the proposed one; the built-in one has the empty name."""

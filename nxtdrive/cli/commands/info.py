@@ -16,9 +16,6 @@ EXAMPLES = """\
   nxtdrive info --nxt usb://
   nxtdrive info --nxt serial:///dev/rfcomm0 --json"""
 
-LOW_BATTERY_MV = 7100
-"""The brick itself warns below this when a rechargeable pack is in it (docs/firmware.md section 8)."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -31,7 +28,7 @@ def run(args: argparse.Namespace) -> int:
     from dataclasses import asdict
 
     from firmware_protocol.direct import KeepAlive
-    from nxtdrive.brick import open_brick
+    from nxtdrive.brick import LOW_BATTERY_MV, open_brick
 
     with open_brick(args.nxt) as brick:
         info = brick.info()

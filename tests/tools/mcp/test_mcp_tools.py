@@ -106,7 +106,9 @@ def test_it_looks_drives_and_reads_the_sensors(fast, mode):
         assert read["range_mm"] > 100
         assert (await call("mission_status"))["robot"]["pose"].keys() == read["pose"].keys()
         assert not read["touching"]
-        assert 6 < (await call("battery"))["battery_v"] < 9
+        battery = await call("battery")
+        assert 7.1 <= battery["battery_v"] < 9
+        assert not battery["low"]
 
     _converse(fast, talk, mode)
 
