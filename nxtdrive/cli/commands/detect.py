@@ -6,7 +6,9 @@ import argparse
 import math
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, closing, suppress
 from dataclasses import asdict, dataclass
+from itertools import count
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, get_args
@@ -114,7 +116,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
     try_.add_argument("--label", metavar="NAME", help="which of the network's labels to look for")
     try_.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
-    try_.add_argument("--mission", metavar="FILE", type=Path, help="where --target is described")
+    try_.add_argument(
+        "--mission", metavar="FILE", type=Path, help="where --target and the simulated room are described"
+    )
     add_robot_argument(try_)
     try_.add_argument(
         "--height-mm",
@@ -161,7 +165,7 @@ def _try(args: argparse.Namespace) -> int:
         for title, text in about.items():
             write_line(f"{title}: {text}")
     try:
-        for frame in _frames(args.source, 1 if still else args.frames):
+        for frame in _frames(args.source, args.mission, 1 if still else args.frames):
             pinhole = Pinhole.from_hfov(frame.image.shape[1], hfov_deg)
             look, detections = _look(frame, detector, pinhole)
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
@@ -261,8 +265,11 @@ def _is_image(source: str | Path) -> bool:
     return path.suffix.lower() in IMAGE_SUFFIXES and os.path.isfile(path)
 
 
-def _frames(source: str, limit: int | None) -> Iterator[Frame]:
-    """Yield the source's frames until its end or the limit."""
+def _frames(source: str, mission: Path | None, limit: int | None) -> Iterator[Frame]:
+    """Yield the source's frames until its end or the limit; a simulated robot is in the mission's own room."""
+    from nxtdrive.brick import open_brick
+    from nxtdrive.mission.files import in_own_room
+    from nxtdrive.transports.address import Address
     from nxtdrive.transports.base import WallClock
     from nxtdrive.vision.camera import EndOfFrames
     from nxtdrive.vision.sources import open_camera
@@ -270,16 +277,13 @@ def _frames(source: str, limit: int | None) -> Iterator[Frame]:
     simulated = source == "sim"
     if limit is None and (simulated or source.isdecimal() or "://" in source or source.startswith("/dev/")):
         limit = CAMERA_FRAMES
-    camera = open_camera(source, clock=None if simulated else WallClock(), paced=False)
-    try:
-        taken = 0
-        while limit is None or taken < limit:
+    with ExitStack() as stack:
+        brick = stack.enter_context(open_brick(in_own_room(Address.parse("sim://"), mission))) if simulated else None
+        clock = brick or WallClock()
+        camera = stack.enter_context(closing(open_camera(source, clock=clock, paced=False)))
+        stack.enter_context(suppress(EndOfFrames))
+        for _ in count() if limit is None else range(limit):
             yield camera.read(READ_TIMEOUT_S)
-            taken += 1
-    except EndOfFrames:
-        return
-    finally:
-        camera.close()
 
 
 def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[Look, list[Detection]]:

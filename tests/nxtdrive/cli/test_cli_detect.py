@@ -14,6 +14,7 @@ from nxtdrive.cli.commands.detect import Found, _place
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.dev.onnx_models import constant_model, outputs_of, red_model
 from nxtdrive.vision.detectors.onnx_runtimes import load
+from tests.small_mission import MISSION
 
 HEIGHT_PX, SIZE = 60, (320, 240)
 RED = (0, 0, 220)
@@ -47,6 +48,18 @@ def folder(tmp_path):
 def _try(capsys, *words):
     assert main(["detect", "try", *map(str, words), "--json"]) == DONE
     return json.loads(capsys.readouterr().out)
+
+
+def test_the_simulated_robot_is_in_the_missions_own_room(tmp_path, capsys):
+    mission = tmp_path / "small.toml"
+    mission.write_text(MISSION, encoding="utf-8")
+    room = "[floor]\nsize_mm = [2000, 2000]\n[robot]\nstart_mm = [500, 1000]\n"
+    room += '[[pictures]]\nname = "lena"\nat_mm = [1500, 1000]\nfacing_deg = 180\n'
+    (tmp_path / "small-world.toml").write_text(room, encoding="utf-8")
+    result = _try(
+        capsys, "sim", "--mission", mission, "--target", "lena", "--frames", 1, "--out", tmp_path / "seen.png"
+    )
+    assert result["looks"][0]["found"][0]["distance_mm"] == pytest.approx(940, rel=0.05)  # the lens is 60 mm ahead
 
 
 def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsys):
