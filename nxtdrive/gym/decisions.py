@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import index
 from typing import Any
 
 import gymnasium
@@ -135,7 +136,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         """Take a candidate and run the mission to its next decision or its end.
 
         Raises:
-            InvalidAction: The action is not a number.
+            InvalidAction: The action is not a whole number.
             ResetNeeded: No episode has begun, or it has ended.
         """
         if (ongoing := self._ongoing) is None or ongoing.stepped.report is not None:
@@ -160,11 +161,11 @@ def candidate_number(action: np.int64, count: int) -> int:
     """Return the number of the candidate that an action takes; 0 for a number that none of `count` has.
 
     Raises:
-        InvalidAction: It is not a number.
+        InvalidAction: It is not a whole number.
     """
     try:
-        number = int(action)
-    except (ValueError, TypeError, OverflowError):
+        number = index(action)
+    except TypeError:
         raise gymnasium.error.InvalidAction(f"an action is the number of a candidate, not {action!r}.") from None
     return number if 0 <= number < count else 0
 

@@ -186,7 +186,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 def _wheels(action: NDArray[np.float32]) -> tuple[float, float]:
     """Return the speeds of an action, within its limits."""
     try:
-        speeds = np.asarray(action, np.float64)
+        speeds = np.asarray(action).astype(np.float64, casting="same_kind")
     except (ValueError, TypeError):
         speeds = np.empty(0)
     if speeds.shape != (2,) or not np.isfinite(speeds).all():

@@ -86,7 +86,7 @@ def test_an_action_without_a_candidate_is_what_the_profile_proposes():
 
 def test_an_action_takes_the_candidate_of_its_number_or_the_first():
     assert [candidate_number(number, 3) for number in (-100, -1, 0, 2, 3, np.int64(2**62))] == [0, 0, 0, 2, 0, 0]
-    for action in (np.nan, np.inf, None, "x", [1, 2]):
+    for action in (np.nan, np.inf, None, "x", "1", 1.5, [1, 2]):
         with pytest.raises(gymnasium.error.InvalidAction):
             candidate_number(action, 3)
 
@@ -121,7 +121,21 @@ def test_the_wheels_turn_as_they_are_told():
 
 
 @pytest.mark.parametrize(
-    "action", [[np.nan, 0.0], [0.5, np.inf], [0.5], [0.1, 0.2, 0.3], 0.5, None, "ab", [[0.1], [0.2]]]
+    "action",
+    [
+        [np.nan, 0.0],
+        [0.5, np.inf],
+        [10**400, 0],
+        [0.5j, 0.5],
+        np.array([0.5j, 0.5]),
+        ["0.5", "0.5"],
+        [0.5],
+        [0.1, 0.2, 0.3],
+        0.5,
+        None,
+        "ab",
+        [[0.1], [0.2]],
+    ],
 )
 def test_an_action_that_is_not_two_finite_numbers_is_refused_and_the_robot_stops(action):
     env = WheelEnv()
