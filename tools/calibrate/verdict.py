@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-import json
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from behaviors.mission.mistakes import mistakes
 from behaviors.mission.robot import CameraTable, MeasuredTable, RobotFile, RobotTable
+from input_files.toml_file import toml_string
 
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
 from .course import REMEDY, CalibrationRefused
@@ -112,6 +113,11 @@ def _keys(table: BaseModel) -> Iterator[str]:
             yield f"{key} = {_value(getattr(table, key))}"
 
 
+def _key(key: str) -> str:
+    """Return a key as TOML writes it: one that a person wrote may need quotes."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else toml_string(key)
+
+
 def _value(value: object) -> str:
     match value:
         case bool():
@@ -119,9 +125,10 @@ def _value(value: object) -> str:
         case datetime.date():
             return value.isoformat()
         case dict():
-            return "{ " + ", ".join(f"{key} = {_value(each)}" for key, each in value.items()) + " }" if value else "{}"
+            pairs = (f"{_key(key)} = {_value(each)}" for key, each in value.items())
+            return f"{{ {', '.join(pairs)} }}"
         case str():
-            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+            return toml_string(value)
     return repr(value)
 
 

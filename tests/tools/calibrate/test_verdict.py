@@ -62,12 +62,12 @@ def test_values_that_were_not_measured_are_kept():
 @settings(max_examples=25)
 @given(
     roll=finite, mismatch=finite, name=st.text(max_size=15), error=st.floats(0, 1e-3), reversed_=st.booleans(),
-    method=st.text(max_size=20),
+    method=st.text(max_size=20), key=st.text(max_size=5),
 )  # fmt: skip
-def test_a_robot_file_is_read_as_it_was_written(tmp_path_factory, roll, mismatch, name, error, reversed_, method):
+def test_a_robot_file_is_read_as_it_was_written(tmp_path_factory, roll, mismatch, name, error, reversed_, method, key):
     path = tmp_path_factory.getbasetemp() / "robot.toml"
     camera = MeasuredTable(
-        date=datetime.date(2026, 1, 2), method=method, standard_uncertainty={"roll_deg": error}, measured={}
+        date=datetime.date(2026, 1, 2), method=method, standard_uncertainty={"roll_deg": error, key: error}, measured={}
     )
     file = RobotFile(
         robot=RobotTable(left="A", left_reversed=reversed_, wheel_mismatch_percent=mismatch),
