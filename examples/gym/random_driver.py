@@ -4,7 +4,7 @@ import gymnasium
 
 import nxtdrive.gym  # registers them  # noqa: F401
 
-wheels = gymnasium.make("nxtdrive/Wheels-v0", kinds=["open"], second_costs=0.01)
+wheels = gymnasium.make("nxtdrive/Wheels-v0", kinds=["open"], cost_per_s=0.01)
 wheels.action_space.seed(1)
 observation, info = wheels.reset(seed=1)
 for _ in range(300):
@@ -13,7 +13,7 @@ for _ in range(300):
         break
 print("by wheels:", info["reached"], "in", round(info["seconds"]), "s; odometry", observation["odometry"])
 
-decisions = gymnasium.make("nxtdrive/Decisions-v0", kinds=["clutter"], second_costs=0.01)
+decisions = gymnasium.make("nxtdrive/Decisions-v0", kinds=["clutter"], cost_per_s=0.01)
 observation, info = decisions.reset(seed=2)
 total, over = 0.0, False
 while not over:

@@ -75,7 +75,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
     """Decides what a robot does after each failure of a mission.
 
     An action is the number of a candidate; 0 is the profile's proposal, which also replaces a number that no candidate
-    has. The reward is 1 for each target at which the robot stops where a stop counts, minus ``second_costs`` for each
+    has. The reward is 1 for each target at which the robot stops where a stop counts, minus ``cost_per_s`` for each
     second that passed since the first decision. An episode is terminated when the mission ends, and truncated when its
     time is up.
 
@@ -84,7 +84,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         seeds: Seeds, drawn from likewise.
         profile: The profile that drives and proposes.
         eyes: ``geometric`` or ``camera``.
-        second_costs: The cost of a second.
+        cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:
         ConfigError: An argument names nothing that exists.
@@ -98,10 +98,10 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         seeds: Sequence[int] = TUNING_SEEDS,
         profile: str = ADAPTIVE,
         eyes: str = GEOMETRIC,
-        second_costs: float = 1.0,
+        cost_per_s: float = 1.0,
     ) -> None:
         self._scenarios = ScenarioSampler(kinds, seeds, profile)
-        self._eyes, self._second_costs = check_eyes(eyes), second_costs
+        self._eyes, self._cost_per_s = check_eyes(eyes), cost_per_s
         self._ongoing: _OngoingMission | None = None
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
@@ -146,7 +146,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         number = candidate_number(action, len(question.candidates) if question else 0)
         ongoing.stepped.step(number)
         report = ongoing.stepped.report
-        reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
+        reward = len(episode.reached) - reached - self._cost_per_s * (episode.time_s - before_s)
         late = report is not None and report.ending is Ending.TIME_UP
         return ongoing.observe(), reward, report is not None and not late, late, ongoing.info() | {"taken": number}
 

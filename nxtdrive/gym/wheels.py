@@ -40,7 +40,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     An action is the speed of the left and of the right wheel, -1 to 1 of `FASTEST_MM_S` (values beyond count as the
     nearest of these), until the next frame of the camera; the safety stop of the mission's robot stays on. Each target
-    at which the robot stands where a stop counts is worth 1, once and in any order; each second costs ``second_costs``.
+    at which the robot stands where a stop counts is worth 1, once and in any order; each second costs ``cost_per_s``.
     An episode is terminated when all targets are reached, and truncated when the mission's time is up.
 
     The observation has ``sonar`` (mm, 2550 without an echo), ``bumper``, ``odometry`` (x and y in mm, heading in
@@ -52,7 +52,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
         eyes: ``geometric`` or ``camera``.
-        second_costs: The cost of a second.
+        cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:
         ConfigError: An argument names nothing that exists.
@@ -65,9 +65,9 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         kinds: Sequence[str] = ("open",),
         seeds: Sequence[int] = TUNING_SEEDS,
         eyes: str = GEOMETRIC,
-        second_costs: float = 1.0,
+        cost_per_s: float = 1.0,
     ) -> None:
-        self._scenarios, self._second_costs = ScenarioSampler(kinds, seeds, ADAPTIVE), second_costs
+        self._scenarios, self._cost_per_s = ScenarioSampler(kinds, seeds, ADAPTIVE), cost_per_s
         self._renders = check_eyes(eyes) != GEOMETRIC
         self._episode: Episode | None = None
         self._ended = False
@@ -125,7 +125,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         done = episode.reached.keys() >= set(self._targets(episode))
         late = not done and episode.time_s >= self._limit_s(episode)
         self._ended = done or late
-        reward = len(episode.reached) - reached - self._second_costs * (episode.time_s - before_s)
+        reward = len(episode.reached) - reached - self._cost_per_s * (episode.time_s - before_s)
         return observation, reward, done, late, episode_info(episode)
 
     def close(self) -> None:
