@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
 
 from behaviors.adaptive.chances import Counts
 from behaviors.events import Reason
@@ -24,14 +27,14 @@ class Prediction:
     Attributes:
         choice: What was chosen.
         reason: Name of the failure before it.
-        chance: As the policy estimated it.
+        chance: As the policy estimated it, 0..1.
         came_true: Whether it achieved its purpose.
         situation: The situation under which its outcome counts; empty if the policy does not learn from it.
     """
 
     choice: str
     reason: str
-    chance: float
+    chance: Annotated[float, Field(ge=0, le=1)]
     came_true: bool
     situation: str = ""
 

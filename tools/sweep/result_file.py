@@ -7,9 +7,9 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
@@ -19,7 +19,7 @@ from input_files.pydantic_words import first_mistake
 from nxtdrive.host.unbuffered import write_all
 from nxtdrive.recording.predictions import Prediction
 
-from .causes import Judgement
+from .causes import Cause
 from .metrics import TargetResult
 from .performance import Key, Line
 
@@ -28,10 +28,26 @@ BEGIN = b'{"episode_index": '
 ANOTHER = "Choose another file with --out."
 
 
-class _Checked(BaseModel):
-    """The keys of a line that figures are computed from."""
+def _timed(target: TargetResult) -> TargetResult:
+    """Refuse a target that was reached at no time."""
+    if target.success and target.time_s is None:
+        raise ValueError("a target that was reached has no time_s")
+    return target
 
+
+class _Model(BaseModel):
     model_config = ConfigDict(strict=True)
+
+
+class _Choice(_Model):
+    cause: Cause
+    choice: str
+    regret_s: float | None
+    fits: bool
+
+
+class _Checked(_Model):
+    """The keys of a line that figures are computed from."""
 
     episode_index: int
     kind: str = Field(alias="class")
@@ -44,9 +60,9 @@ class _Checked(BaseModel):
     max_reward: float
     ending: str
     error: str
-    targets: list[TargetResult]
+    targets: list[Annotated[TargetResult, AfterValidator(_timed)]]
     recognition_s: list[float] = []
-    choices: list[Judgement] = []
+    choices: list[_Choice] = []
     transitions: list[str] = []
     chances: list[Prediction] = []
     longest_run: int = 0

@@ -14,11 +14,12 @@ TARGET = {
     **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 0, "time_s": 5.0, "given_up_s": None},
     **{"pursuit_s": 5, "path_mm": 900.5, "shortest_mm": None, "spl": 1.0, "soft_spl": 1.0, "sct": 0.5},
 }
+CHOICE = {"cause": "missed", "choice": "rescan", "regret_s": None, "fits": True}
 LINE = {
     **{"episode_index": 0, "class": "open", "seed": 100, "policy": "oracle", "eyes": "geometric", "success": True},
     **{"sum_reward": 1.0, "max_reward": 1.0, "done": True, "ending": "achieved", "error": "", "duration_s": 9.5},
     **{"contacts": 0, "targets": [TARGET], "recognition_s": [0.5], "longest_run": 1},
-    "choices": [{"cause": "missed", "choice": "rescan", "regret_s": None, "fits": True}],
+    "choices": [CHOICE],
 }
 BROKEN = {
     **{name: LINE[name] for name in list(LINE)[:8]},
@@ -43,8 +44,11 @@ BAD_LINES = {
     "class is a list": _changed(**{"class": ["open"]}),
     "targets are texts": _changed(targets=["lena"]),
     "target without success": _changed(targets=[{"reachable": True}]),
+    "target reached at no time": _changed(targets=[{**TARGET, "time_s": None}]),
     "choice is a number": _changed(choices=[3]),
-    "choice of no cause": _changed(choices=[{"cause": "x", "choice": "wait", "regret_s": 0}]),
+    "choice of no cause": _changed(choices=[{**CHOICE, "cause": "x"}]),
+    "choice that fits in words": _changed(choices=[{**CHOICE, "fits": "yes"}]),
+    "chance below 0": _changed(chances=[{"choice": "wait", "reason": "blocked", "chance": -0.1, "came_true": True}]),
     "not finite": _changed(duration_s=float("inf")),
     "deep": '{"episode_index": ' + "[" * 5000 + "]" * 5000 + "}",
     "a list": "[]",
