@@ -16,8 +16,8 @@ _RING = 128
 """Size of the buffer of the receiver; it counts modulo this."""
 _LINE = 4096
 """Bytes that the line keeps at most."""
-_LOST = 256
-"""Bytes that the line loses at most at once."""
+_BUFFERED = 256
+"""Bytes that the receiver stores after it was opened, in two buffers; it counts later ones."""
 _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
@@ -58,7 +58,8 @@ class HighSpeed:
         self._next_ms = clock.now_ms
         self._opened_ms, self._fresh = NEVER, True
         self._line, self._line_ms = b"", clock.now_ms
-        self._ring, self._in, self.ring_out, self._received = bytearray(_RING), 0, 0, 0
+        self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
+        self._stored, self._count = bytearray(), 0
 
     @property
     def _now_ms(self) -> int:
@@ -132,20 +133,22 @@ class HighSpeed:
         self._take(until_ms)
 
     def _take(self, until_ms: int) -> None:
-        """Take bytes from the line in the passes since then: in each, up to the end of the receiver's own buffer.
+        """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
+        Beyond the bytes that the receiver stores, it gives these again.
         A place behind the ring is followed by its first one.
         """
         first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
         for _ in range(first_ms, until_ms + 1):
             if not self._line:
                 break
-            room = _RING - self._received
+            room = _RING - self._count % _RING
             data, self._line = self._line[:room], self._line[room:]
-            self._received = (self._received + len(data)) % _RING
-            for byte in data:
+            self._stored += data[: _BUFFERED - len(self._stored)]
+            for _ in data:
                 if self._in < _RING:
-                    self._ring[self._in] = byte
+                    self._ring[self._in] = self._stored[self._count % _BUFFERED]
+                self._count += 1
                 self._in = self._in + 1 if self._in + 1 < _RING else 0
         self._line_ms = max(self._line_ms, until_ms + 1)
 
@@ -181,4 +184,5 @@ class HighSpeed:
     def _clear(self) -> None:
         """Lose bytes that the receiver has not taken."""
         self._take(self._next_ms)
-        self._line, self._fresh, self._received = self._line[_LOST:], False, 0
+        self._line, self._fresh = self._line[_BUFFERED:], False
+        self._stored, self._count = bytearray(), 0
