@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import logging
+import math
 import os
 import subprocess
 import sys
@@ -22,6 +24,11 @@ from sim_backend.doors.door import CHUNK, PARTIAL_LIMIT_S, Client, completed, wa
 
 UNREAD_LIMIT = 3072
 """Limit of unread reply bytes; the terminal holds 4096, and a full one would split a frame."""
+
+REOPEN_S = 1.0
+"""Pause between attempts to make a new terminal."""
+
+log = logging.getLogger(__name__)
 
 
 class PtyDoor:
@@ -53,14 +60,15 @@ class PtyDoor:
         self._now = now
         self._terminal: Terminal | None = self._open()
         self._spoken = False
+        self._failed_s = -math.inf
 
     def arrivals(self) -> list[Client]:
         """Return the terminal, once a program has written to it."""
         if self._terminal is None:
             return []
         if self._terminal.closed:
-            self._terminal, self._spoken = self._open(), False
-        if self._spoken or not self._terminal.readable():
+            self._reopen()
+        if self._terminal.closed or self._spoken or not self._terminal.readable():
             return []
         self._spoken = True
         return [self._terminal]
@@ -78,6 +86,19 @@ class PtyDoor:
             if os.readlink(self.path) == terminal.device:
                 self.path.unlink()
         terminal.hang_up()
+
+    def _reopen(self) -> None:
+        """Make a new terminal; if that fails, say so once, and try again later."""
+        if self._now() - self._failed_s < REOPEN_S:
+            return
+        try:
+            self._terminal, self._spoken = self._open(), False
+        except ConfigError as error:
+            if self._failed_s == -math.inf:
+                log.warning("%s", error)
+            self._failed_s = self._now()
+        else:
+            self._failed_s = -math.inf
 
     def _open(self) -> Terminal:
         terminal = Terminal(str(self.path), now=self._now)

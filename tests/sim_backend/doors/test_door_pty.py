@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.framing import FrameReader, frame
 from sim_backend.doors.door import PARTIAL_LIMIT_S
-from sim_backend.doors.pty import PtyDoor, Terminal
+from sim_backend.doors.pty import REOPEN_S, PtyDoor, Terminal
 
 GET_BATTERY = bytes.fromhex("00 0b")
 KEEP_ALIVE = bytes.fromhex("00 0d")
@@ -194,6 +194,29 @@ def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door
         select.select([door], [], [], 10)
         (visitor,) = door.arrivals()
         assert visitor.receive() == [KEEP_ALIVE]
+
+
+def test_while_the_name_cannot_be_made_again_the_server_goes_on_and_tries_later(tmp_path, clock, caplog):
+    folder = tmp_path / "ports"
+    folder.mkdir()
+    door = PtyDoor(folder / "port", now=clock.now)
+    with _open(door.path) as port:
+        port.write(frame(GET_BATTERY))
+        select.select([door], [], [], 10)
+        (visitor,) = door.arrivals()
+        visitor.hang_up()
+    door.path.unlink()
+    folder.rmdir()
+    for _ in range(3):
+        assert door.arrivals() == []
+        assert door.fileno() is None
+        clock.now_s += 0.5
+    assert caplog.text.count("the port cannot be named") == 1
+    folder.mkdir()
+    clock.now_s += REOPEN_S
+    assert door.arrivals() == []
+    assert door.path.is_char_device()
+    door.close()
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux hands out controlling terminals unasked")
