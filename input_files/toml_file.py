@@ -1,4 +1,4 @@
-"""Read TOML files: missions, worlds, faults; and write strings of TOML."""
+"""Read TOML files: missions, worlds, faults; and write keys and strings of TOML."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ COMMON_MISTAKES = (
 )
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
 
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_DEPTH}}}")
 """A dotted key of more parts than tables may be deep: tomllib needs memory by the square of their number."""
@@ -63,6 +64,11 @@ def _line_of(error: ValueError, text: str) -> str:
 def toml_string(text: str) -> str:
     """Return a text as a string of TOML: as in JSON, whose escapes of characters beyond U+FFFF TOML does not have."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def toml_key(text: str) -> str:
+    """Return a text as a key of TOML, in quotes where it needs them."""
+    return text if _BARE_KEY.fullmatch(text) else toml_string(text)
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import pytest
 
 from input_files.plain import InputFileError
-from input_files.toml_file import parse_toml, read_toml, toml_string
+from input_files.toml_file import parse_toml, read_toml, toml_key, toml_string
 
 
 def _refusal(path, content):
@@ -16,6 +16,11 @@ def _refusal(path, content):
 @pytest.mark.parametrize("text", ["", 'a "quote" \\ tab\t', "\N{GRINNING FACE} кухня", "\x00\x1f\x7f\x80"])
 def test_a_text_is_written_as_it_is_read(text):
     assert parse_toml(f"key = {toml_string(text)}") == {"key": text}
+    assert parse_toml(f"{toml_key(text)} = 1") == {text: 1}
+
+
+def test_only_a_key_that_needs_quotes_gets_them():
+    assert [toml_key(key) for key in ("left_mm", "a-1", "a b", "naïve")] == ["left_mm", "a-1", '"a b"', '"naïve"']
 
 
 @pytest.mark.parametrize(

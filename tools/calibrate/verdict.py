@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from behaviors.mission.mistakes import mistakes
 from behaviors.mission.robot import CameraTable, MeasuredTable, RobotFile, RobotTable
-from input_files.toml_file import toml_string
+from input_files.toml_file import toml_key, toml_string
 
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
 from .course import REMEDY, CalibrationRefused
@@ -113,11 +112,6 @@ def _keys(table: BaseModel) -> Iterator[str]:
             yield f"{key} = {_value(getattr(table, key))}"
 
 
-def _key(key: str) -> str:
-    """Return a key as TOML writes it: one that a person wrote may need quotes."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else toml_string(key)
-
-
 def _value(value: object) -> str:
     match value:
         case bool():
@@ -125,7 +119,7 @@ def _value(value: object) -> str:
         case datetime.date():
             return value.isoformat()
         case dict():
-            pairs = (f"{_key(key)} = {_value(each)}" for key, each in value.items())
+            pairs = (f"{toml_key(key)} = {_value(each)}" for key, each in value.items())
             return f"{{ {', '.join(pairs)} }}"
         case str():
             return toml_string(value)

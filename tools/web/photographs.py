@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from itertools import count
 from pathlib import Path
@@ -14,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from behaviors.mission.targets import Height
 from firmware_protocol.errors import ConfigError
-from input_files.toml_file import parse_toml, toml_string
+from input_files.toml_file import parse_toml, toml_key, toml_string
 from nxtdrive.vision.detection import Box, Image, overlap
 from nxtdrive.vision.detectors.picture import PictureDetector
 
@@ -28,7 +27,6 @@ KEPT = 20
 LEAST_OVERLAP = 0.5
 """The detector must find the box again where it was drawn: intersection over union."""
 BOM = "\ufeff"
-BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class NewTarget(BaseModel):
@@ -139,8 +137,7 @@ def text_for(target: NewTarget, file: str) -> str:
     Raises:
         ValueError: The text is not a mission to which a target can be added.
     """
-    quoted = toml_string(target.name)
-    key = target.name if BARE_KEY.fullmatch(target.name) else quoted
+    key, quoted = toml_key(target.name), toml_string(target.name)
     table = f'[target.{key}]\ndetector = "picture"\npictures = ["{file}"]\nheight_mm = {target.height_mm:g}\n'
     if not target.text.strip():
         return f'[mission]\nname = "find {target.name}"\ntargets = [{quoted}]\n\n{table}'
