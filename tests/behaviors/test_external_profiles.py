@@ -180,7 +180,7 @@ def test_an_exception_in_a_profile_is_one_sentence_with_its_place(tmp_path, caps
 
 def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profile(tmp_path):
     (tmp_path / "odd.py").write_text(BROKEN, encoding="utf-8")
-    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric"))["error"]
+    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
     assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
 
 
@@ -189,7 +189,7 @@ def test_of_two_profiles_in_one_module_the_one_that_ran_is_named(tmp_path):
     for name in ("odd:Odd", "odd:Even"):
         find_profile(name)
     for name in ("odd:Odd", "odd:Even"):
-        assert f"profile '{name}' failed at" in evaluate(Task(0, "open", 100, name, "geometric"))["error"]
+        assert f"profile '{name}' failed at" in evaluate(Task(0, "open", 100, name, "geometric")).error
     with pytest.raises(AttributeError) as error:
         find_profile("odd:Odd").skill(None, "search", None)
     assert "profile 'odd:Even' or 'odd:Odd' failed at" in str(registry.raised_by_profile(error.value))

@@ -46,7 +46,7 @@ def _write(folder, body):
 
 
 def _error(seed=100):
-    return evaluate(Task(0, "block_permanent", seed, "mistaken:Mistaken", "geometric"))["error"]
+    return evaluate(Task(0, "block_permanent", seed, "mistaken:Mistaken", "geometric")).error
 
 
 @pytest.mark.parametrize(

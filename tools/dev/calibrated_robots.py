@@ -37,7 +37,7 @@ from sim_backend.scenarios.classes import CLASSES
 from sim_backend.world.world_file import Camera, Robot
 
 from ..calibrate.session import calibrate
-from ..sweep.performance import UNCHANGED, judge, perform
+from ..sweep.performance import UNCHANGED, Task, judge, perform
 from ..sweep.result_file import ResultFile
 
 GOALS = {
@@ -116,8 +116,8 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
     believed = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
     scenario = replace(scenario, world=world, mission=described_by(scenario.mission, believed))
     trace, _ = perform(scenario, "adaptive", "geometric")
-    judged = judge(trace)
-    kept = {key: judged[key] for key in ("success", "sum_reward", "duration_s", "contacts", "ending")}
+    judged = judge(Task(number, kind, scenario.seed, "adaptive", "geometric"), trace)
+    kept = judged.model_dump(mode="json", include={"success", "sum_reward", "duration_s", "contacts", "ending"})
     return {"mission": number, "robot": robot, "class": kind, "arm": arm, **kept}
 
 
@@ -176,7 +176,7 @@ def main() -> None:
     with ResultFile(args.out) as out:
         lines: list[Line] = [json.loads(line) for line in args.out.read_text(encoding="utf-8").splitlines()]
         for line in islice(_work(lines, args.robots, args.missions), args.most):
-            out.append(line)
+            out.append(json.dumps(line))
             lines.append(line)
     print("\n".join(report(lines)))
 

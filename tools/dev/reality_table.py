@@ -20,33 +20,33 @@ from sim_backend.scenarios.classes import REALITY_CLASSES
 from sim_backend.scenarios.effects import EFFECTS, PLAIN
 
 from ..sweep.headline import difference
-from ..sweep.performance import Line
-from ..sweep.result_file import read_lines
+from ..sweep.mission_result import MissionResult
+from ..sweep.result_file import read_results
 from ..sweep.summary import Estimate, by, figures
 
 
-def rows(lines: Sequence[Line]) -> Iterator[str]:
+def rows(results: Sequence[MissionResult]) -> Iterator[str]:
     """Yield the lines of the Markdown table, one for each class with missions."""
-    agents = by(lines, "policy")
+    agents = by(results, "agent")
     yield "| class | seeds | " + " | ".join(f"{agent} | wrong stops, contacts, seconds" for agent in agents) + " |"
     yield "|---|---|" + "---|---|" * len(agents)
-    plain = {agent: by(done, "class").get(PLAIN, []) for agent, done in agents.items()}
-    for kind, done in by(lines, "class").items():
-        cells = [_cells(kind, by(done, "policy").get(agent, []), plain[agent]) for agent in agents]
-        seeds = len({line["seed"] for line in done})
+    plain = {agent: by(done, "kind").get(PLAIN, []) for agent, done in agents.items()}
+    for kind, done in by(results, "kind").items():
+        cells = [_cells(kind, by(done, "agent").get(agent, []), plain[agent]) for agent in agents]
+        seeds = len({result.seed for result in done})
         yield f"| `{kind}` | {seeds} | " + " | ".join(cells) + " |"
 
 
-def _cells(kind: str, lines: Sequence[Line], plain: Sequence[Line]) -> str:
+def _cells(kind: str, results: Sequence[MissionResult], plain: Sequence[MissionResult]) -> str:
     """Return success with its cost, and the mishaps per mission, of one agent in one class."""
-    if not lines:
+    if not results:
         return " | "
-    found = figures(lines)
+    found = figures(results)
     success = f"{found['success'].mean:.2f} {_interval(found['success'])}"
     if kind in EFFECTS and kind != PLAIN:
-        cost = difference([{**line, "class": PLAIN} for line in lines], plain)
+        cost = difference([result.model_copy(update={"kind": PLAIN}) for result in results], plain)
         success = f"{found['success'].mean:.2f}, {cost.mean:+.2f} {_interval(cost, '+')}"
-    wrong = sum(target["wrong_stops"] for line in lines for target in line["targets"]) / len(lines)
+    wrong = sum(target.wrong_stops for result in results for target in result.targets) / len(results)
     return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}, {found['duration_s'].mean:.0f}"
 
 
@@ -57,11 +57,11 @@ def _interval(estimate: Estimate, sign: str = "") -> str:
 def main(path: Path) -> None:
     """Print the table of a sweep's file."""
     order = {kind: place for place, kind in enumerate(REALITY_CLASSES)}
-    lines = sorted(
-        (line for line in read_lines(path) if line["class"] in order),
-        key=lambda line: (order[line["class"]] if line["class"] != PLAIN else -1, line["seed"]),
+    results = sorted(
+        (result for result in read_results(path) if result.kind in order),
+        key=lambda result: (order[result.kind] if result.kind != PLAIN else -1, result.seed),
     )
-    for row in rows(lines):
+    for row in rows(results):
         write_line(row)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .performance import Line
+from .mission_result import MissionResult
 from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate, times_drawn
 
 BINS = 10
@@ -49,9 +49,9 @@ def reliability(values: NDArray[np.float64]) -> list[Bin]:
     ]
 
 
-def calibration_error(lines: Sequence[Line]) -> Estimate:
+def calibration_error(results: Sequence[MissionResult]) -> Estimate:
     """Return the expected calibration error with its bootstrap interval, whole missions resampled."""
-    sums = np.array([_sums(part) for line in lines if len(part := pairs([line]))])
+    sums = np.array([_sums(part) for result in results if len(part := pairs([result]))])
     if not len(sums):
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     mean, number = float(_errors(sums.sum(axis=0))), int(sums[:, BINS].sum())
@@ -62,9 +62,9 @@ def calibration_error(lines: Sequence[Line]) -> Estimate:
     return Estimate(mean, float(low), float(high), number)
 
 
-def error_of_true_chances(lines: Sequence[Line]) -> float:
+def error_of_true_chances(results: Sequence[MissionResult]) -> float:
     """Return the mean calibration error of chances that are true, of these numbers and sizes; NaN without any."""
-    chances = pairs(lines)[:, 0]
+    chances = pairs(results)[:, 0]
     if not len(chances):
         return float("nan")
     draws = np.random.default_rng(SEED).random((TRUE_DRAWS, len(chances)))
@@ -85,12 +85,12 @@ def _errors(sums: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.abs(sums[..., :BINS]).sum(axis=-1) / sums[..., BINS])
 
 
-def pairs(lines: Sequence[Line], choice: str = "") -> NDArray[np.float64]:
+def pairs(results: Sequence[MissionResult], choice: str = "") -> NDArray[np.float64]:
     """Return the chance, and whether it succeeded, of all predictions or those for one choice."""
     found = [
-        (each["chance"], float(each["came_true"]))
-        for line in lines
-        for each in line.get("chances", [])
-        if choice in ("", each["choice"])
+        (each.chance, float(each.came_true))
+        for result in results
+        for each in result.chances
+        if choice in ("", each.choice)
     ]
     return np.array(found, dtype=np.float64).reshape(-1, 2)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from behaviors.diagram import arrows
 from behaviors.events import Event
 from behaviors.journal import Kind, Record
 
-Line = Mapping[str, Any]
+from .mission_result import MissionResult
 
 
 def taken(records: Iterable[Record]) -> list[str]:
@@ -25,18 +24,18 @@ def transitions() -> list[str]:
     return list(dict.fromkeys(_name(each.source, each.event, each.target) for each in arrows()))
 
 
-def never(lines: Sequence[Line]) -> tuple[list[str], int]:
+def never(results: Sequence[MissionResult]) -> tuple[list[str], int]:
     """Return the transitions that no mission took, in the order of the chart, and the number of all."""
     names = transitions()
-    found = {name for line in lines for name in line.get("transitions", [])}
+    found = {name for result in results for name in result.transitions}
     return [name for name in names if name not in found], len(names)
 
 
-def coverage_words(lines: Sequence[Line]) -> str:
+def coverage_words(results: Sequence[MissionResult]) -> str:
     """Say how much of the chart the missions took; nothing if no mission ran on it."""
-    if not any(line.get("transitions") for line in lines):
+    if not any(result.transitions for result in results):
         return ""
-    missing, number = never(lines)
+    missing, number = never(results)
     rest = f"; never: {', '.join(missing)}" if missing else ""
     return f"chart: {number - len(missing)} of {number} transitions taken{rest}"
 

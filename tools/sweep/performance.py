@@ -1,9 +1,10 @@
-"""Perform one mission of a sweep; its result is one line of JSON."""
+"""Perform one mission of a sweep, and judge it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from hashlib import sha256
 from typing import Any
 
@@ -11,7 +12,7 @@ from behaviors.executive import Ending
 from behaviors.mission import described_by
 from behaviors.mission.robot import RobotFile
 from behaviors.profiles.registry import raised_by_profile
-from nxtdrive.recording.predictions import predictions
+from nxtdrive.recording.predictions import Prediction, predictions
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from sim_backend.world.sensing import VIEW_RANGE_MM
@@ -21,11 +22,9 @@ from .agents import drive, equipped
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
 from .chart_coverage import taken
 from .metrics import judge_target
+from .mission_result import Key, MissionResult
 from .referee import EpisodeTrace, Referee
 
-Line = dict[str, Any]
-Key = tuple[str, int, str, str, str]
-"""Class, seed, agent, eyes and the digest of the robot's description."""
 UNCHANGED = RobotFile()
 DIGEST_DIGITS = 12
 
@@ -110,72 +109,64 @@ def scenario_of(task: Task) -> Scenario:
     return replace(scenario, mission=described_by(scenario.mission, task.robot))
 
 
-def evaluate(task: Task) -> Line:
-    """Perform a task and return its line of JSON, even if the mission breaks."""
+def evaluate(task: Task) -> MissionResult:
+    """Perform a task and return its result, even if the mission breaks."""
     try:
         scenario = scenario_of(task)
         trace, referee = perform(scenario, task.agent, task.eyes)
-        chances = [asdict(each) for each in predictions(referee.records, task.agent, scenario.mission)]
-        return {**_head(task), **judge(trace), "chances": rounded(chances)}
-    except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its line says what happened
+        return judge(task, trace, predictions(referee.records, task.agent, scenario.mission))
+    except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its result says what happened
         return failed(task, raised_by_profile(error, task.agent) or error)
 
 
-def failed(task: Task, error: Exception) -> Line:
-    """Return the line of a task that broke: no target reached, and the error."""
-    return {
+def failed(task: Task, error: Exception) -> MissionResult:
+    """Return the result of a task that broke: no target reached, and the error."""
+    return MissionResult(
         **_head(task),
-        "success": False,
-        "sum_reward": 0.0,
-        "max_reward": 0.0,
-        "done": False,
-        "ending": Ending.BROKEN.value,
-        "error": f"{type(error).__name__}: {error}",
-        "targets": [],
-    }
+        success=False,
+        sum_reward=0.0,
+        max_reward=0.0,
+        done=False,
+        ending=Ending.BROKEN,
+        error=f"{type(error).__name__}: {error}",
+        targets=[],
+    )
 
 
-def judge(trace: EpisodeTrace) -> Line:
-    """Judge a mission and return plain values; the names up to ``done`` are LeRobot's."""
-    results = [judge_target(trace, target) for target in trace.targets]
-    reachable = [result for result in results if result.reachable]
-    rewards = [float(result.success) for result in results]
-    line: Line = {
-        "success": all(result.success for result in reachable),
-        "sum_reward": sum(rewards),
-        "max_reward": max(rewards),
-        "done": True,
-        "ending": trace.ending.value,
-        "error": trace.error,
-        "duration_s": trace.duration_s,
-        "contacts": trace.samples[-1].contacts,
-        "targets": [asdict(result) for result in results],
-        "recognition_s": recognition_s(trace),
-        "choices": [{**asdict(choice), "fits": choice.fits} for choice in judge_choices(trace)],
-        "transitions": taken(entry.record for entry in trace.judged),
-        "longest_run": longest_run(trace),
-        "soonest_s": soonest_s(trace),
-    }
-    return {key: rounded(value) for key, value in line.items()}
+def judge(task: Task, trace: EpisodeTrace, chances: Sequence[Prediction] = ()) -> MissionResult:
+    """Judge a mission by its trace; numbers are rounded to a thousandth, as further digits differ between machines."""
+    targets = [judge_target(trace, target) for target in trace.targets]
+    rewards = [float(target.success) for target in targets]
+    return MissionResult(
+        **_head(task),
+        success=all(target.success for target in targets if target.reachable),
+        sum_reward=sum(rewards),
+        max_reward=max(rewards),
+        done=True,
+        ending=trace.ending,
+        error=trace.error,
+        duration_s=_rounded(trace.duration_s),
+        contacts=trace.samples[-1].contacts,
+        targets=_rounded(targets),
+        recognition_s=_rounded(recognition_s(trace)),
+        choices=_rounded(judge_choices(trace)),
+        transitions=taken(entry.record for entry in trace.judged),
+        longest_run=longest_run(trace),
+        soonest_s=_rounded(soonest_s(trace)),
+        chances=_rounded(list(chances)),
+    )
 
 
-def rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value
-    """Round numbers to a thousandth: further digits differ between machines."""
+def _rounded(value: Any) -> Any:  # noqa: ANN401 - any plain value, or a dataclass of them
     if isinstance(value, float):
         return round(value, 3)
-    if isinstance(value, dict):
-        return {key: rounded(each) for key, each in value.items()}
     if isinstance(value, list):
-        return [rounded(each) for each in value]
+        return [_rounded(each) for each in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: _rounded(getattr(value, each.name)) for each in fields(value)})
     return value
 
 
-def _head(task: Task) -> Line:
-    head = {
-        "episode_index": task.index,
-        "class": task.kind,
-        "seed": task.seed,
-        "policy": task.agent,
-        "eyes": task.eyes,
-    }
+def _head(task: Task) -> dict[str, Any]:
+    head = {"episode_index": task.index, "kind": task.kind, "seed": task.seed, "agent": task.agent, "eyes": task.eyes}
     return {**head, "robot": task.described} if task.described else head

@@ -13,7 +13,7 @@ from firmware_protocol.wording import number_of
 from nxtdrive.host.environment import require
 from sim_backend.scenarios.extras import TIME_LIMIT_S
 
-from .performance import Line
+from .mission_result import MissionResult
 from .summary import CONFIDENCE, by, reached_by, success_rate, wilson
 
 if TYPE_CHECKING:
@@ -48,11 +48,11 @@ def check_plotting(path: Path) -> None:
         )
 
 
-def write_plot(lines: Sequence[Line], path: Path) -> None:
+def write_plot(results: Sequence[MissionResult], path: Path) -> None:
     """Draw success over mission time and success by class.
 
     Args:
-        lines: The sweep's lines.
+        results: The sweep's results.
         path: The image file; its extension selects the format (png, svg, pdf).
 
     Raises:
@@ -61,12 +61,12 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
     check_plotting(path)
     from matplotlib.figure import Figure
 
-    height = max(LEAST_INCHES, 1.6 + ROW_INCHES * len(by(lines, "class")))
+    height = max(LEAST_INCHES, 1.6 + ROW_INCHES * len(by(results, "kind")))
     figure = Figure(figsize=(12, height), layout="constrained")
-    figure.suptitle(title(lines))
+    figure.suptitle(title(results))
     over_time, by_class = figure.subplots(1, 2)
-    _plot_over_time(over_time, lines)
-    _plot_by_class(by_class, lines)
+    _plot_over_time(over_time, results)
+    _plot_by_class(by_class, results)
     figure.legend(*over_time.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     try:
         figure.savefig(path)
@@ -74,38 +74,38 @@ def write_plot(lines: Sequence[Line], path: Path) -> None:
         raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Choose another file with --plot.") from None
 
 
-def title(lines: Sequence[Line]) -> str:
+def title(results: Sequence[MissionResult]) -> str:
     """Return the title of a plot: how many missions of how many classes, on which seeds."""
-    seeds, classes = sorted({int(line["seed"]) for line in lines}), by(lines, "class")
+    seeds, classes = sorted({result.seed for result in results}), by(results, "kind")
     span = f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
     kinds = f"class {next(iter(classes))}" if len(classes) == 1 else f"{len(classes)} classes"
-    return f"{number_of(len(lines), 'simulated mission')}: {kinds}, {span}"
+    return f"{number_of(len(results), 'simulated mission')}: {kinds}, {span}"
 
 
-def counted(lines: Sequence[Line]) -> tuple[float, float]:
+def counted(results: Sequence[MissionResult]) -> tuple[float, float]:
     """Return how many targets were reached, and how many exist."""
-    reached, number = np.sum([success_rate(line) for line in lines], axis=0) if lines else (0.0, 0.0)
+    reached, number = np.sum([success_rate(result) for result in results], axis=0) if results else (0.0, 0.0)
     return float(reached), float(number)
 
 
-def _plot_over_time(axes: Axes, lines: Sequence[Line]) -> None:
+def _plot_over_time(axes: Axes, results: Sequence[MissionResult]) -> None:
     times = np.arange(0.0, TIME_LIMIT_S + 1.0, 1.0)
-    for i, (agent, group) in enumerate(by(lines, "policy").items()):
+    for i, (agent, group) in enumerate(by(results, "agent").items()):
         color, dashes, marker = STYLES[i % len(STYLES)]
         label = f"{agent} (n = {counted(group)[1]:.0f} targets)"
-        (line,) = axes.plot(times, 100 * reached_by(group, times), color=color, linestyle=dashes, label=label)
-        line.set(marker=marker, markersize=5, markevery=(4 * i, MARK_EVERY_S))
+        (curve,) = axes.plot(times, 100 * reached_by(group, times), color=color, linestyle=dashes, label=label)
+        curve.set(marker=marker, markersize=5, markevery=(4 * i, MARK_EVERY_S))
     axes.set(xlabel="mission time (s)", ylabel="targets reached so far (%)", ylim=(0, 102), xlim=(0, TIME_LIMIT_S))
     axes.set_title("Success over time")
     axes.grid(color="0.88")
 
 
-def _plot_by_class(axes: Axes, lines: Sequence[Line]) -> None:
-    agents, kinds = by(lines, "policy"), list(by(lines, "class"))
+def _plot_by_class(axes: Axes, results: Sequence[MissionResult]) -> None:
+    agents, kinds = by(results, "agent"), list(by(results, "kind"))
     step = 0.8 / len(agents)
     for i, group in enumerate(agents.values()):
         color, _, marker = STYLES[i % len(STYLES)]
-        cells = by(group, "class")
+        cells = by(group, "kind")
         rows = [(row, *counted(cells.get(kind, []))) for row, kind in enumerate(kinds)]
         for row, reached, number in rows:
             if number:
@@ -115,14 +115,14 @@ def _plot_by_class(axes: Axes, lines: Sequence[Line]) -> None:
                 axes.errorbar(100 * share, y, xerr=bars, color=color, marker=marker, markersize=4, capsize=1.5, lw=1)
     for row in range(len(kinds) - 1):
         axes.axhline(row + 0.5, color="0.88", lw=0.8)
-    axes.set(yticks=range(len(kinds)), yticklabels=[_class_label(lines, kind) for kind in kinds], xlim=(-2, 102))
+    axes.set(yticks=range(len(kinds)), yticklabels=[_class_label(results, kind) for kind in kinds], xlim=(-2, 102))
     axes.set(xlabel=f"targets reached (%), with {CONFIDENCE:.0%} Wilson intervals", ylim=(len(kinds) - 0.5, -0.5))
     axes.set_title("Success by class")
     axes.grid(axis="x", color="0.88")
 
 
-def _class_label(lines: Sequence[Line], kind: str) -> str:
+def _class_label(results: Sequence[MissionResult], kind: str) -> str:
     """Return a class's name with the number of its targets for each agent."""
-    numbers = {counted(group)[1] for group in by(by(lines, "class")[kind], "policy").values()}
+    numbers = {counted(group)[1] for group in by(by(results, "kind")[kind], "agent").values()}
     low, high = min(numbers), max(numbers)
     return f"{kind}\nn = {low:.0f}" if low == high else f"{kind}\nn = {low:.0f} to {high:.0f}"

@@ -2,88 +2,35 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Annotated, Self
+from typing import Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ValidationError
 
-from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import InputFileError, read_bytes
 from input_files.pydantic_words import first_mistake
 from nxtdrive.host.unbuffered import write_all
-from nxtdrive.recording.predictions import Prediction
 
-from .causes import Cause
-from .metrics import TargetResult
-from .performance import Key, Line
+from .mission_result import MissionResult
 
 BEGIN = b'{"episode_index": '
 """How each line begins, even one that an interruption cut short."""
 ANOTHER = "Choose another file with --out."
 
 
-def _timed(target: TargetResult) -> TargetResult:
-    """Refuse a target that was reached at no time."""
-    if target.success and target.time_s is None:
-        raise ValueError("a target that was reached has no time_s")
-    return target
-
-
-class _Model(BaseModel):
-    model_config = ConfigDict(strict=True)
-
-
-class _Choice(_Model):
-    cause: Cause
-    choice: str
-    regret_s: float | None
-    fits: bool
-
-
-class _Checked(_Model):
-    """The keys of a line that figures are computed from."""
-
-    episode_index: int
-    kind: str = Field(alias="class")
-    seed: int
-    policy: str
-    eyes: str
-    robot: str = ""
-    success: bool
-    sum_reward: float
-    max_reward: float
-    ending: str
-    error: str
-    targets: list[Annotated[TargetResult, AfterValidator(_timed)]]
-    recognition_s: list[float] = []
-    choices: list[_Choice] = []
-    transitions: list[str] = []
-    chances: list[Prediction] = []
-    longest_run: int = 0
-    soonest_s: float | None = None
-
-
-class _CheckedMission(_Checked):
-    """The same of a mission that did not break."""
-
-    duration_s: float
-    contacts: int
-
-
-def read_lines(path: Path) -> list[Line]:
-    """Return the lines of a sweep's file, except a last line that an interruption cut short.
+def read_results(path: Path) -> list[MissionResult]:
+    """Return the results in a sweep's file, except a last line that an interruption cut short.
 
     Raises:
         ConfigError: The file cannot be read, or is not a sweep's.
     """
     lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
-    return [_line(path, number, text) for number, text in enumerate(lines, start=1)]
+    return [_result(path, number, text) for number, text in enumerate(lines, start=1)]
 
 
 def whole_lines(path: Path, begin: bytes, foreign: Callable[[int], ConfigError]) -> list[bytes]:
@@ -108,25 +55,18 @@ def whole_lines(path: Path, begin: bytes, foreign: Callable[[int], ConfigError])
     return whole
 
 
-def _line(path: Path, number: int, text: bytes) -> Line:
+def _result(path: Path, number: int, text: bytes) -> MissionResult:
     try:
-        line = parse_object(text.decode())
-        model = _Checked if line.get("ending") == Ending.BROKEN else _CheckedMission
-        model.model_validate_json(text)
+        parse_object(text.decode())
+        return MissionResult.model_validate_json(text)
     except ValidationError as error:
         raise _foreign(path, number, f": {first_mistake(error.errors())}") from None
     except ValueError:
         raise _foreign(path, number) from None
-    return line
 
 
 def _foreign(path: Path, number: int, reason: str = "") -> ConfigError:
     return ConfigError(f"{path} is not the file of a sweep (line {number}{reason}).", remedy=ANOTHER)
-
-
-def key_of(line: Line) -> Key:
-    """Return the identity of the mission that a line describes."""
-    return line["class"], line["seed"], line["policy"], line["eyes"], line.get("robot", "")
 
 
 class ResultFile:
@@ -149,14 +89,14 @@ class ResultFile:
         except OSError as error:
             raise ConfigError(f"{path} cannot be written: {error.strerror}.", remedy=ANOTHER) from error
 
-    def append(self, line: Line) -> None:
-        """Write a line at once.
+    def append(self, line: str) -> None:
+        """Write a line of JSON at once.
 
         Raises:
             ConfigError: It cannot be written; the lines before it are in the file.
         """
         try:
-            write_all(self._file, json.dumps(line, ensure_ascii=False).encode() + b"\n")
+            write_all(self._file, line.encode() + b"\n")
         except OSError as error:
             raise ConfigError(
                 f"{self._path} cannot be written ({error.strerror}); the results before are in it.",

@@ -1,6 +1,6 @@
-"""Run a sweep: tasks on any executor, one line of JSON for each, in order, resumable.
+"""Run a sweep: tasks on any executor, one result for each, in order, resumable.
 
-The lines depend only on the tasks, not on the number of workers or on how often the sweep was interrupted.
+The results depend only on the tasks, not on the number of workers or on how often the sweep was interrupted.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from typing import Any, TypeVar
 
 from behaviors.mission.robot import RobotFile
 
-from .performance import UNCHANGED, Line, Task, evaluate, failed
-from .result_file import ResultFile, key_of, read_lines
+from .mission_result import MissionResult
+from .performance import UNCHANGED, Task, evaluate, failed
+from .result_file import ResultFile, read_results
 
 AHEAD = 4
 """Calls queued per worker: the next ones are there when one ends out of order."""
@@ -93,11 +94,11 @@ class Swept:
     """The result of a sweep.
 
     Attributes:
-        lines: The lines of all its tasks, in order.
+        results: Those of all its tasks, in order.
         eval_s: Wall time of this run, without earlier runs that it resumed.
     """
 
-    lines: list[Line]
+    results: list[MissionResult]
     eval_s: float
 
 
@@ -148,8 +149,8 @@ def _end_with(parent: Connection) -> None:
     os._exit(1)
 
 
-def run_tasks(tasks: Iterable[Task], workers: Workers) -> Iterator[Line]:
-    """Perform tasks; yield their lines in the order of the tasks as they become available.
+def run_tasks(tasks: Iterable[Task], workers: Workers) -> Iterator[MissionResult]:
+    """Perform tasks; yield their results in the order of the tasks as they become available.
 
     A mission that killed its workers is reported as failed.
     """
@@ -163,25 +164,25 @@ def sweep(
     out: Path,
     workers: Workers,
     *,
-    progress: Callable[[Line], None] = lambda _: None,
+    progress: Callable[[MissionResult], None] = lambda _: None,
 ) -> Swept:
-    """Perform the tasks that have no line in the file yet, and append their lines.
+    """Perform the tasks that have no result in the file yet, and append theirs.
 
     Args:
         tasks: All tasks of the sweep.
         out: The file, with one line of JSON per mission.
         workers: Perform the missions.
-        progress: Called with each new line, once it is in the file.
+        progress: Called with each new result, once it is in the file.
 
     Raises:
         ConfigError: The file cannot be read or written, or is not a sweep's.
     """
     begun_s = time.perf_counter()
-    known = {key_of(line): line for line in read_lines(out)}
+    known = {result.key: result for result in read_results(out)}
     missing = [task for task in tasks if task.key not in known]
     with ResultFile(out) as file:
-        for line in run_tasks(missing, workers):
-            file.append(line)
-            known[key_of(line)] = line
-            progress(line)
+        for result in run_tasks(missing, workers):
+            file.append(result.to_json())
+            known[result.key] = result
+            progress(result)
     return Swept([known[task.key] for task in tasks], time.perf_counter() - begun_s)

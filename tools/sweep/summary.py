@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.executive import Ending
-
-from .performance import Line
+from .metrics import TargetResult
+from .mission_result import MissionResult
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 2017
-"""Seed of the resampling: the same lines give the same intervals."""
+"""Seed of the resampling: the same results give the same intervals."""
 
 LEAST_MISSIONS = 2
 """Fewer missions have no interval: resamples of one mission are all the same."""
@@ -105,62 +104,56 @@ def times_drawn(number: int) -> NDArray[np.uint16]:
     return np.array([np.bincount(each, minlength=number) for each in draws], dtype=np.uint16)
 
 
-def over_targets(key: str) -> Callable[[Line], Pair]:
+def over_targets(value: Callable[[TargetResult], float]) -> Callable[[MissionResult], Pair]:
     """Return a function that collects a figure of each existing target."""
-    return lambda line: _pair([float(target[key]) for target in line["targets"] if target["reachable"]])
+    return lambda result: _pair([float(value(target)) for target in result.existing])
 
 
-def over_missions(value: Callable[[Line], float]) -> Callable[[Line], Pair]:
+def over_missions(value: Callable[[MissionResult], float]) -> Callable[[MissionResult], Pair]:
     """Return a function that collects a figure of each mission that did not break."""
-    return lambda line: _pair([] if line["ending"] == Ending.BROKEN else [float(value(line))])
+    return lambda result: _pair([] if result.broke else [float(value(result))])
 
 
-def success_rate(line: Line) -> Pair:
+def success_rate(result: MissionResult) -> Pair:
     """Count the existing targets, and those reached; a mission that broke counts as two targets not reached."""
-    return (0.0, 2.0) if line["ending"] == Ending.BROKEN else over_targets("success")(line)
+    return (0.0, 2.0) if result.broke else over_targets(lambda target: target.success)(result)
 
 
-FIGURES: dict[str, Callable[[Line], Pair]] = {
+FIGURES: dict[str, Callable[[MissionResult], Pair]] = {
     "success": success_rate,
-    "spl": over_targets("spl"),
-    "soft_spl": over_targets("soft_spl"),
-    "sct": over_targets("sct"),
-    "all_targets": lambda line: (float(line["success"]), 1.0),
-    "contacts": over_missions(lambda line: line["contacts"]),
-    "contact_free": over_missions(lambda line: line["contacts"] == 0),
-    "wrong_stops": lambda line: _pair(
-        [float(i >= target["success"]) for target in line["targets"] for i in range(_stops(target))]
+    "spl": over_targets(lambda target: target.spl),
+    "soft_spl": over_targets(lambda target: target.soft_spl),
+    "sct": over_targets(lambda target: target.sct),
+    "all_targets": lambda result: (float(result.success), 1.0),
+    "contacts": over_missions(lambda result: result.contacts),
+    "contact_free": over_missions(lambda result: result.contacts == 0),
+    "wrong_stops": lambda result: _pair(
+        [float(i >= target.success) for target in result.targets for i in range(target.success + target.wrong_stops)]
     ),
-    "duration_s": over_missions(lambda line: line["duration_s"]),
-    "fitting_choices": lambda line: _pair([float(choice["fits"]) for choice in line.get("choices", [])]),
-    "regret_s": lambda line: _pair(
-        [choice["regret_s"] for choice in line.get("choices", []) if choice["regret_s"] is not None]
-    ),
+    "duration_s": over_missions(lambda result: result.duration_s),
+    "fitting_choices": lambda result: _pair([float(choice.fits) for choice in result.choices]),
+    "regret_s": lambda result: _pair([choice.regret_s for choice in result.choices if choice.regret_s is not None]),
 }
 """The figures that a sweep reports for each agent; see docs/evaluation.md."""
 SHARES = ("success", "all_targets", "contact_free", "wrong_stops", "fitting_choices")
 """Those that are shares of targets, missions, stops or choices."""
 
 
-def _stops(target: dict[str, Any]) -> int:
-    return int(target["success"]) + int(target["wrong_stops"])
-
-
 def _pair(values: Sequence[float]) -> Pair:
     return float(sum(values)), float(len(values))
 
 
-def figures(lines: Sequence[Line]) -> dict[str, Estimate]:
-    """Estimate all figures of some lines."""
-    return estimates(lines, FIGURES, SHARES)
+def figures(results: Sequence[MissionResult]) -> dict[str, Estimate]:
+    """Estimate all figures of some results."""
+    return estimates(results, FIGURES, SHARES)
 
 
 def estimates(
-    lines: Sequence[Line], pairs: Mapping[str, Callable[[Line], Pair]], shares: Collection[str]
+    results: Sequence[MissionResult], pairs: Mapping[str, Callable[[MissionResult], Pair]], shares: Collection[str]
 ) -> dict[str, Estimate]:
-    """Estimate some figures of some lines; those that are named in `shares` are shares."""
+    """Estimate some figures of some results; those that are named in `shares` are shares."""
     return {
-        name: (estimate_share if name in shares else estimate)([pair(line) for line in lines])
+        name: (estimate_share if name in shares else estimate)([pair(result) for result in results])
         for name, pair in pairs.items()
     }
 
@@ -170,78 +163,78 @@ def percentiles(values: Sequence[float], shares: Sequence[float] = (50, 90)) -> 
     return [float(np.percentile(values, share)) if values else None for share in shares]
 
 
-def times_to_goal_s(lines: Sequence[Line]) -> list[float]:
+def times_to_goal_s(results: Sequence[MissionResult]) -> list[float]:
     """Return the time spent on each target that was reached."""
-    return [target["pursuit_s"] for line in lines for target in line["targets"] if target["success"]]
+    return [target.pursuit_s for result in results for target in result.targets if target.success]
 
 
-def reached_by(lines: Sequence[Line], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+def reached_by(results: Sequence[MissionResult], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the share of the existing targets that had been reached by each of some mission times."""
-    targets = [target for line in lines for target in line["targets"] if target["reachable"]]
-    reached = np.sort([target["time_s"] for target in targets if target["success"]])
+    targets = [target for result in results for target in result.existing]
+    reached = np.sort([target.time_s for target in targets if target.time_s is not None])
     return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))
 
 
-def recognition_s(lines: Sequence[Line]) -> list[float]:
+def recognition_s(results: Sequence[MissionResult]) -> list[float]:
     """Return the seconds from each disturbance to the choice that followed."""
-    return [delay for line in lines for delay in line.get("recognition_s", [])]
+    return [delay for result in results for delay in result.recognition_s]
 
 
-def given_up_s(lines: Sequence[Line]) -> list[float]:
+def given_up_s(results: Sequence[MissionResult]) -> list[float]:
     """Return the mission times at which absent targets were given up."""
     return [
-        target["given_up_s"]
-        for line in lines
-        for target in line["targets"]
-        if not target["reachable"] and target["given_up_s"] is not None
+        target.given_up_s
+        for result in results
+        for target in result.targets
+        if not target.reachable and target.given_up_s is not None
     ]
 
 
-def longest_run(lines: Sequence[Line]) -> int:
+def longest_run(results: Sequence[MissionResult]) -> int:
     """Return the longest run of recoveries for one target at one place after the same kind of failure."""
-    return max((line.get("longest_run", 0) for line in lines), default=0)
+    return max((result.longest_run for result in results), default=0)
 
 
-def soonest_s(lines: Sequence[Line]) -> float | None:
+def soonest_s(results: Sequence[MissionResult]) -> float | None:
     """Return the shortest time between two decisions at one place."""
-    return min((each for line in lines if (each := line.get("soonest_s")) is not None), default=None)
+    return min((each for result in results if (each := result.soonest_s) is not None), default=None)
 
 
-def by(lines: Sequence[Line], key: str) -> dict[str, list[Line]]:
-    """Group lines by the value of a key, in the order of first appearance."""
-    groups: dict[str, list[Line]] = {}
-    for line in lines:
-        groups.setdefault(line[key], []).append(line)
+def by(results: Sequence[MissionResult], field: str) -> dict[str, list[MissionResult]]:
+    """Group results by a field that is a text, in the order of first appearance."""
+    groups: dict[str, list[MissionResult]] = {}
+    for result in results:
+        groups.setdefault(getattr(result, field), []).append(result)
     return groups
 
 
-def aggregate(lines: Sequence[Line], eval_s: float) -> dict[str, Any]:
+def aggregate(results: Sequence[MissionResult], eval_s: float) -> dict[str, Any]:
     """Summarise an agent in the format of LeRobot's evaluation, with our figures added.
 
     Args:
-        lines: The agent's lines.
+        results: The agent's results.
         eval_s: Wall time of the whole sweep.
 
     Returns:
         Values for JSON; a figure without values is None.
     """
-    number = max(1, len(lines))
+    number = max(1, len(results))
     return {
-        "avg_sum_reward": sum(line["sum_reward"] for line in lines) / number,
-        "avg_max_reward": sum(line["max_reward"] for line in lines) / number,
-        "pc_success": 100.0 * sum(line["success"] for line in lines) / number,
+        "avg_sum_reward": sum(result.sum_reward for result in results) / number,
+        "avg_max_reward": sum(result.max_reward for result in results) / number,
+        "pc_success": 100.0 * sum(result.success for result in results) / number,
         "eval_s": eval_s,
         "eval_ep_s": eval_s / number,
-        "n_episodes": len(lines),
-        "n_broken": sum(line["ending"] == Ending.BROKEN for line in lines),
+        "n_episodes": len(results),
+        "n_broken": sum(result.broke for result in results),
         "figures": {
-            name: finite([each.mean, each.low, each.high, each.number]) for name, each in figures(lines).items()
+            name: finite([each.mean, each.low, each.high, each.number]) for name, each in figures(results).items()
         },
-        "time_to_goal_s": percentiles(times_to_goal_s(lines)),
-        "recognition_s": percentiles(recognition_s(lines)),
-        "given_up_s": percentiles(given_up_s(lines)),
-        "longest_run": longest_run(lines),
-        "soonest_s": soonest_s(lines),
+        "time_to_goal_s": percentiles(times_to_goal_s(results)),
+        "recognition_s": percentiles(recognition_s(results)),
+        "given_up_s": percentiles(given_up_s(results)),
+        "longest_run": longest_run(results),
+        "soonest_s": soonest_s(results),
     }
 
 

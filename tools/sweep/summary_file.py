@@ -36,11 +36,11 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
     """Summarise a sweep.
 
     Args:
-        swept: Its lines.
+        swept: Its results.
         command: The command that was given.
     """
-    lines, nxtdrive = swept.lines, installed()
-    agents = by(lines, "policy")
+    results, nxtdrive = swept.results, installed()
+    agents = by(results, "agent")
     return {
         "format": FORMAT,
         "versions": {
@@ -53,8 +53,8 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
             "system": platform.platform(),
         },
         "command": list(command),
-        "eyes": sorted(by(lines, "eyes")),
-        "seeds": {kind: sorted({line["seed"] for line in group}) for kind, group in by(lines, "class").items()},
+        "eyes": sorted(by(results, "eyes")),
+        "seeds": {kind: sorted({result.seed for result in group}) for kind, group in by(results, "kind").items()},
         "intervals": {"confidence": CONFIDENCE, "bootstrap": RESAMPLES, "seed": SEED, "resampled": "missions"},
         "policies": {
             agent: {
@@ -63,7 +63,7 @@ def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
                 "calibration_error": asdict(calibration_error(group)),
                 "calibration_error_of_true_chances": error_of_true_chances(group),
                 "reliability": [asdict(each) for each in reliability(pairs(group))],
-                "classes": {kind: _plain(headline(each)) for kind, each in by(group, "class").items()},
+                "classes": {kind: _plain(headline(each)) for kind, each in by(group, "kind").items()},
             }
             for agent, group in agents.items()
         },

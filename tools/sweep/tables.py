@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from behaviors.executive import Ending
 from behaviors.recoveries import RECOVERIES
 from firmware_protocol.printable import printable
 
@@ -21,7 +20,7 @@ from .calibration import calibration_error, error_of_true_chances, pairs, reliab
 from .causes import FITTING, Cause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
-from .performance import Line
+from .mission_result import MissionResult
 from .summary import (
     Estimate,
     by,
@@ -79,13 +78,13 @@ RECOVERY_COLUMNS = [
 ]
 
 
-def agent_rows(lines: Sequence[Line]) -> Rows:
+def agent_rows(results: Sequence[MissionResult]) -> Rows:
     """Return a row for each agent."""
-    return [_agent_row(agent, group) for agent, group in _by_agent(lines).items()]
+    return [_agent_row(agent, group) for agent, group in _by_agent(results).items()]
 
 
-def _agent_row(agent: str, lines: Sequence[Line]) -> list[str]:
-    all_of_it = figures(lines)
+def _agent_row(agent: str, results: Sequence[MissionResult]) -> list[str]:
+    all_of_it = figures(results)
     return [
         agent,
         interval(all_of_it["success"]),
@@ -97,14 +96,14 @@ def _agent_row(agent: str, lines: Sequence[Line]) -> list[str]:
         _number(all_of_it["contact_free"].mean, 2),
         _number(100 * all_of_it["wrong_stops"].mean, 1, " %"),
         _number(all_of_it["duration_s"].mean, 0),
-        _pair(percentiles(times_to_goal_s(lines)), 0),
+        _pair(percentiles(times_to_goal_s(results)), 0),
     ]
 
 
-def recovery_rows(lines: Sequence[Line]) -> Rows:
+def recovery_rows(results: Sequence[MissionResult]) -> Rows:
     """Return a row on each agent's recoveries."""
     rows = []
-    for agent, group in _by_agent(lines).items():
+    for agent, group in _by_agent(results).items():
         all_of_it = figures(group)
         rows.append(
             [
@@ -120,34 +119,34 @@ def recovery_rows(lines: Sequence[Line]) -> Rows:
     return rows
 
 
-def class_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+def class_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     """Return success by class and agent: the column names, and a row for each class."""
-    agents = list(_by_agent(lines))
+    agents = list(_by_agent(results))
     rows = []
-    for kind, group in by(lines, "class").items():
+    for kind, group in by(results, "kind").items():
         cells = _by_agent(group)
         rows.append([kind, *(_success(cells.get(agent, [])) for agent in agents)])
     return ["class", *agents], rows
 
 
-def cause_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+def cause_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     """Return how often the choice fitted, by cause: the column names, and a row for each agent."""
-    causes = sorted({choice["cause"] for line in lines for choice in line.get("choices", [])})
+    causes = sorted({choice.cause for result in results for choice in result.choices})
     rows = []
-    for agent, group in _by_agent(lines).items():
-        choices = [choice for line in group for choice in line.get("choices", [])]
-        cells = [[choice["fits"] for choice in choices if choice["cause"] == cause] for cause in causes]
+    for agent, group in _by_agent(results).items():
+        choices = [choice for result in group for choice in result.choices]
+        cells = [[choice.fits for choice in choices if choice.cause == cause] for cause in causes]
         rows.append([agent, *(f"{sum(cell)} of {len(cell)}" for cell in cells)])
     return ["agent", *causes], rows
 
 
-def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
+def choice_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     """Return the choices by agent and cause: the column names, and a row for each agent and cause."""
     rows = []
-    for agent, group in _by_agent(lines).items():
-        choices = [choice for line in group for choice in line.get("choices", [])]
+    for agent, group in _by_agent(results).items():
+        choices = [choice for result in group for choice in result.choices]
         for cause in Cause:
-            chosen = Counter(choice["choice"] for choice in choices if choice["cause"] == cause)
+            chosen = Counter(choice.choice for choice in choices if choice.cause == cause)
             others = chosen.total() - sum(chosen[kind] for kind in FITTING.values())
             if chosen:
                 counts = [str(chosen[kind]) for kind in FITTING.values()]
@@ -155,26 +154,29 @@ def choice_rows(lines: Sequence[Line]) -> tuple[list[str], Rows]:
     return ["agent", "cause", "fitting", *FITTING.values(), "other"], rows
 
 
-def reached_rows(lines: Sequence[Line]) -> Rows:
+def reached_rows(results: Sequence[MissionResult]) -> Rows:
     """Return the share of the targets that each agent had reached by each of `REACHED_BY_S`."""
     return [
-        [agent, *(interval(estimate_share([success_by(time_s)(line) for line in group])) for time_s in REACHED_BY_S)]
-        for agent, group in _by_agent(lines).items()
+        [
+            agent,
+            *(interval(estimate_share([success_by(time_s)(result) for result in group])) for time_s in REACHED_BY_S),
+        ]
+        for agent, group in _by_agent(results).items()
     ]
 
 
-def headline_rows(lines: Sequence[Line]) -> Rows:
+def headline_rows(results: Sequence[MissionResult]) -> Rows:
     """Return the headline figures of each agent that "targets reached by" does not have, with intervals."""
     rows = []
-    for agent, group in _by_agent(lines).items():
+    for agent, group in _by_agent(results).items():
         known = headline(group)
         rows.append([agent, *(interval(known[name]) for name in MORE_COLUMNS)])
     return rows
 
 
-def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
+def difference_rows(results: Sequence[MissionResult], reference: str) -> Rows:
     """Return by how much each agent's headline figures exceed the reference's on the same scenarios."""
-    groups = _by_agent(lines)
+    groups = _by_agent(results)
     others = [agent for agent in groups if agent != reference and reference in groups]
     rows = []
     for agent in others:
@@ -183,10 +185,10 @@ def difference_rows(lines: Sequence[Line], reference: str) -> Rows:
     return rows
 
 
-def chance_rows(lines: Sequence[Line]) -> Rows:
+def chance_rows(results: Sequence[MissionResult]) -> Rows:
     """Return the reliability diagram: for each agent and range of chances their mean, and the share that succeeded."""
     rows = []
-    for agent, group in _by_agent(lines).items():
+    for agent, group in _by_agent(results).items():
         for each in reliability(pairs(group)):
             said, true = round(each.predicted * BAR), round(each.came_true * BAR)
             bar = "".join("|" if i == said else "#" if i < true else "." for i in range(BAR + 1))
@@ -195,10 +197,10 @@ def chance_rows(lines: Sequence[Line]) -> Rows:
     return rows
 
 
-def calibration_rows(lines: Sequence[Line]) -> Rows:
+def calibration_rows(results: Sequence[MissionResult]) -> Rows:
     """Return each agent's calibration error, that of true chances, and by choice the mean chance and the successes."""
     rows = []
-    for agent, group in _by_agent(lines).items():
+    for agent, group in _by_agent(results).items():
         if not (error := calibration_error(group)).number:
             continue
         parts = [(name, pairs(group, name)) for name in RECOVERIES]
@@ -211,55 +213,55 @@ def _predicted(part: NDArray[np.float64]) -> str:
     return f"{part[:, 0].mean():.2f} / {part[:, 1].mean():.2f} ({len(part)})" if len(part) else "-"
 
 
-def print_overview(lines: Sequence[Line], console: Console) -> None:
+def print_overview(results: Sequence[MissionResult], console: Console) -> None:
     """Print how the agents did, in all missions and by class."""
     kept = [AGENT_COLUMNS.index(name) for name in OVERVIEW]
-    rows = [[row[index] for index in kept] for row in agent_rows(lines)]
-    _print(console, "agents", *_with_broken(list(OVERVIEW.values()), rows, lines))
-    _print(console, "targets reached by class", *class_rows(lines))
-    _print_failures(lines, console)
+    rows = [[row[index] for index in kept] for row in agent_rows(results)]
+    _print(console, "agents", *_with_broken(list(OVERVIEW.values()), rows, results))
+    _print(console, "targets reached by class", *class_rows(results))
+    _print_failures(results, console)
 
 
-def print_tables(lines: Sequence[Line], console: Console) -> None:
+def print_tables(results: Sequence[MissionResult], console: Console) -> None:
     """Print all tables."""
-    _print(console, "agents", *_with_broken(AGENT_COLUMNS, agent_rows(lines), lines))
+    _print(console, "agents", *_with_broken(AGENT_COLUMNS, agent_rows(results), results))
     _print(
         console,
         "targets reached by [95 %]",
         ["agent", *(f"{time_s:.0f} s" for time_s in REACHED_BY_S)],
-        reached_rows(lines),
+        reached_rows(results),
     )
-    _print(console, "headline figures [95 %]", ["agent", *MORE_COLUMNS], headline_rows(lines))
-    _print(console, "success by class", *class_rows(lines))
-    if any(line.get("choices") for line in lines):
-        _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(lines))
-        _print(console, "choices that fitted, by cause", *cause_rows(lines))
-        _print(console, "what was chosen, by cause", *choice_rows(lines), keys=2)
-    if chances := calibration_rows(lines):
+    _print(console, "headline figures [95 %]", ["agent", *MORE_COLUMNS], headline_rows(results))
+    _print(console, "success by class", *class_rows(results))
+    if any(result.choices for result in results):
+        _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(results))
+        _print(console, "choices that fitted, by cause", *cause_rows(results))
+        _print(console, "what was chosen, by cause", *choice_rows(results), keys=2)
+    if chances := calibration_rows(results):
         columns = ["agent", "ECE [95 %]", "true chances' ECE", *RECOVERIES]
         _print(console, "chances: mean predicted / succeeded", columns, chances)
-        _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(lines), keys=2)
-    if differences := difference_rows(lines, "thesis"):
+        _print(console, "reliability: | predicted, # succeeded", CHANCE_COLUMNS, chance_rows(results), keys=2)
+    if differences := difference_rows(results, "thesis"):
         _print(console, "beyond the thesis, paired [95 %]", ["agent", *HEADLINE], differences)
-    if covered := coverage_words(lines):
+    if covered := coverage_words(results):
         console.print(covered, markup=False)
-    _print_failures(lines, console)
+    _print_failures(results, console)
 
 
-def _with_broken(columns: Sequence[str], rows: Rows, lines: Sequence[Line]) -> tuple[list[str], Rows]:
+def _with_broken(columns: Sequence[str], rows: Rows, results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     """Return columns and rows of a table of agents, with how many missions of each broke if any did."""
-    if not (number := Counter(line["policy"] for line in lines if line["ending"] == Ending.BROKEN)):
+    if not (number := Counter(result.agent for result in results if result.broke)):
         return list(columns), rows
-    groups = _by_agent(lines)
+    groups = _by_agent(results)
     broken = [f"{number[agent]} of {len(groups[agent])}" for agent, *_ in rows]
     name, *others = columns
     return [name, "broken", *others], [[row[0], cell, *row[1:]] for row, cell in zip(rows, broken, strict=True)]
 
 
-def _print_failures(lines: Sequence[Line], console: Console) -> None:
-    for line in lines:
-        if line["ending"] == Ending.BROKEN:
-            failure = f"{line['class']}:{line['seed']}:{line['policy']} failed: {line['error']}"
+def _print_failures(results: Sequence[MissionResult], console: Console) -> None:
+    for result in results:
+        if result.broke:
+            failure = f"{result.kind}:{result.seed}:{result.agent} failed: {result.error}"
             console.print(printable(failure), markup=False)
 
 
@@ -283,9 +285,9 @@ def _print(console: Console, title: str, columns: Sequence[str], rows: Rows, key
         console.print(table)
 
 
-def _groups(lines: Sequence[Sequence[str]], keys: int, width: int) -> list[list[int]]:
+def _groups(table: Sequence[Sequence[str]], keys: int, width: int) -> list[list[int]]:
     """Return the columns of each table: the first `keys`, and as many others as fit into `width`, at least one."""
-    widths = [max(map(len, column)) + FRAME for column in zip(*lines, strict=True)]
+    widths = [max(map(len, column)) + FRAME for column in zip(*table, strict=True)]
     groups: list[list[int]] = []
     room = 0
     for index in range(keys, len(widths)):
@@ -297,15 +299,15 @@ def _groups(lines: Sequence[Sequence[str]], keys: int, width: int) -> list[list[
     return groups
 
 
-def _by_agent(lines: Sequence[Line]) -> dict[str, list[Line]]:
-    """Return the lines of each agent, in the order in which the agents are declared."""
-    groups = by(lines, "policy")
+def _by_agent(results: Sequence[MissionResult]) -> dict[str, list[MissionResult]]:
+    """Return the results of each agent, in the order in which the agents are declared."""
+    groups = by(results, "agent")
     known = [name for name in ALL_NAMES if name in groups]
     return {agent: groups[agent] for agent in [*known, *(name for name in groups if name not in known)]}
 
 
-def _success(lines: Sequence[Line]) -> str:
-    return _number(estimate([success_rate(line) for line in lines]).mean, 2) if lines else "-"
+def _success(results: Sequence[MissionResult]) -> str:
+    return _number(estimate([success_rate(result) for result in results]).mean, 2) if results else "-"
 
 
 def _number(value: float | None, digits: int = 3, unit: str = "") -> str:

@@ -119,24 +119,21 @@ def _read_run(path: Path) -> tuple[str, list[Prediction]]:
 
 
 def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
-    """Read the lines of the adaptive profile, and how they were made."""
-    from pydantic import TypeAdapter
-
+    """Read the predictions of the adaptive profile, and how they were made."""
     from input_files.json_text import MAX_BYTES, parse_object
     from input_files.plain import read_text
-    from nxtdrive.recording.predictions import Prediction
-    from nxtdrive.tools.sweep.result_file import read_lines
+    from nxtdrive.tools.sweep.result_file import read_results
     from nxtdrive.tools.sweep.summary_file import summary_path
 
     try:
-        lines = [line for line in read_lines(path) if line["policy"] == "adaptive"]
+        results = [result for result in read_results(path) if result.agent == "adaptive"]
     except ConfigError as error:
         raise ConfigError(error.args[0], remedy=REMEDY) from None
     try:
         made = parse_object(read_text(summary_path(path), MAX_BYTES))
     except ValueError:
         made = {}
-    found = TypeAdapter(list[Prediction]).validate_python([each for line in lines for each in line.get("chances", [])])
+    found = [each for result in results for each in result.chances]
     return found, {key: made[key] for key in ("command", "versions", "seeds") if key in made}
 
 

@@ -19,7 +19,8 @@ from nxtdrive.cli.workers import add_worker_arguments, open_workers
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from nxtdrive.tools.sweep.performance import Line, Task
+    from nxtdrive.tools.sweep.mission_result import MissionResult
+    from nxtdrive.tools.sweep.performance import Task
     from nxtdrive.tools.sweep.runner import Swept
 
 DESCRIPTION = """\
@@ -128,20 +129,19 @@ def run(args: argparse.Namespace) -> int:
     swept = _sweep(tasks, out, args)
     content = summary(swept, _command(tasks, args))
     write_summary(summary_path(out), content)
-    _tell(swept.lines, swept.eval_s, args)
+    _tell(swept.results, swept.eval_s, args)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
 
-        write_plot(swept.lines, args.plot)
-    return USAGE if _own_broke(swept.lines) else DONE
+        write_plot(swept.results, args.plot)
+    return USAGE if _own_broke(swept.results) else DONE
 
 
-def _own_broke(lines: Sequence[Line]) -> bool:
+def _own_broke(results: Sequence[MissionResult]) -> bool:
     """Return whether missions of profiles that are not ours broke; the tables say which, and why."""
-    from behaviors.executive import Ending
     from nxtdrive.tools.sweep.agents import ALL_NAMES
 
-    return any(line["ending"] == Ending.BROKEN and line["policy"] not in ALL_NAMES for line in lines)
+    return any(result.broke and result.agent not in ALL_NAMES for result in results)
 
 
 def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
@@ -157,10 +157,10 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     """Run the missing missions, with a progress bar."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.result_file import key_of, read_lines
+    from nxtdrive.tools.sweep.result_file import read_results
     from nxtdrive.tools.sweep.runner import sweep
 
-    known = {key_of(line) for line in read_lines(out)}
+    known = {result.key for result in read_results(out)}
     done = sum(task.key in known for task in tasks)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
@@ -170,8 +170,8 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
     ):
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
-        def show(line: Line) -> None:
-            progress.update(bar, advance=1, description=f"last {line['class']}:{line['seed']}:{line['policy']}")
+        def show(result: MissionResult) -> None:
+            progress.update(bar, advance=1, description=f"last {result.kind}:{result.seed}:{result.agent}")
 
         try:
             return sweep(tasks, out, workers, progress=show)
@@ -181,22 +181,22 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
             raise
 
 
-def _tell(lines: Sequence[Line], eval_s: float, args: argparse.Namespace) -> None:
+def _tell(results: Sequence[MissionResult], eval_s: float, args: argparse.Namespace) -> None:
     if args.json:
         from nxtdrive.tools.sweep.chart_coverage import never
         from nxtdrive.tools.sweep.summary import aggregate, by
 
-        agents = {agent: aggregate(group, eval_s) for agent, group in by(lines, "policy").items()}
-        missing, number = never(lines)
+        agents = {agent: aggregate(group, eval_s) for agent, group in by(results, "agent").items()}
+        missing, number = never(results)
         chart = {"transitions": number, "never": missing}
-        write_json({"n_episodes": len(lines), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)
+        write_json({"n_episodes": len(results), "eval_s": eval_s, "policies": agents, "chart": chart}, indent=2)
         return
     from nxtdrive.tools.sweep.tables import print_overview, print_tables
 
     # a table that is read by a program or kept in a file must not be cut to a terminal's width
     print_them = print_tables if args.tables else print_overview
-    print_them(lines, make_console() if sys.stdout.isatty() else make_console(width=180))
-    write_line(f"{number_of(len(lines), 'mission')}; this run took {eval_s:.0f} s")
+    print_them(results, make_console() if sys.stdout.isatty() else make_console(width=180))
+    write_line(f"{number_of(len(results), 'mission')}; this run took {eval_s:.0f} s")
     if not args.tables:
         write_line("For all tables add --resume --tables; docs/evaluation.md explains their figures.")
 

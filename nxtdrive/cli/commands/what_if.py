@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -104,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
             if result is None:
                 result = {**request.head(name), "decisions": list(_played(name, source, request, workers, show))}
                 if file:
-                    file.append(result)
+                    file.append(json.dumps(result, ensure_ascii=False))
             elif show:
                 for each in result["decisions"]:
                     show(name, each)

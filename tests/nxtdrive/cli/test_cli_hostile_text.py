@@ -180,10 +180,11 @@ def test_names_of_files_in_error_messages(run, words):
 
 @pytest.mark.slow
 def test_tables_of_a_sweep(capsys):
-    line = evaluate(plan(["open"], range(100, 101), ["oracle"], "geometric")[0])
-    hostile = {**line, "class": HOSTILE, "policy": HOSTILE}
+    result = evaluate(plan(["open"], range(100, 101), ["oracle"], "geometric")[0])
+    hostile = result.model_copy(update={"kind": HOSTILE, "agent": HOSTILE})
+    broken = hostile.model_copy(update={"ending": Ending.BROKEN, "error": UNICODE})
     with guarded_output():
-        print_tables([hostile, {**hostile, "ending": Ending.BROKEN, "error": UNICODE}], make_console(width=200))
+        print_tables([hostile, broken], make_console(width=200))
     text = capsys.readouterr().out
     assert not FORBIDDEN.search(text)
     assert f"failed: {SHOWN}" in text

@@ -59,7 +59,7 @@ def test_a_seed_gives_the_same_episode_again(name, steps):
 def test_taking_what_is_proposed_is_the_profiles_own_mission():
     kind, seed = "wall_start", 102
     (task,) = plan([kind], [seed], ["adaptive"], "geometric")
-    line = evaluate(task)
+    result = evaluate(task)
     env = DecisionEnv(kinds=[kind])
     _, info = env.reset(options={"kind": kind, "seed": seed})
     total, over = 0.0, False
@@ -69,8 +69,8 @@ def test_taking_what_is_proposed_is_the_profiles_own_mission():
         over = terminated or truncated
         total += reward + info["seconds"] - begun_s
     env.close()
-    assert sorted(target["target"] for target in line["targets"] if target["success"]) == info["reached"]
-    assert info["seconds"] == pytest.approx(line["duration_s"], abs=0.1)
+    assert sorted(target.target for target in result.targets if target.success) == info["reached"]
+    assert info["seconds"] == pytest.approx(result.duration_s, abs=0.1)
     assert 1 <= round(total, 6) <= len(info["reached"])
 
 

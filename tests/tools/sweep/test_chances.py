@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from sweep_results import mission_result
 
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
-from nxtdrive.recording.predictions import predictions
+from nxtdrive.recording.predictions import Prediction, predictions
 from nxtdrive.tools.sweep.calibration import calibration_error, error_of_true_chances, pairs, reliability
 from nxtdrive.tools.sweep.tables import calibration_rows, chance_rows
 
@@ -48,39 +49,39 @@ def test_a_look_comes_true_when_it_shows_the_target_and_the_same_failure_does_no
     assert predictions(_journal(*after), "random-walk", MISSION) == []
 
 
-def _lines(chance, share, number=50):
+def _results(chance, share, number=50):
     return [
-        {"policy": "adaptive", "chances": [{"choice": "wait", "chance": chance, "came_true": i < share * number}]}
+        mission_result(chances=[Prediction("wait", "obstacle_ahead", chance, came_true=i < share * number)])
         for i in range(number)
     ]
 
 
 def test_chances_that_are_true_have_no_error_and_others_what_they_are_wrong_by():
-    assert calibration_error(_lines(0.5, 0.5)).mean == pytest.approx(0.0, abs=1e-9)
-    mixed = calibration_error([*_lines(0.1, 0.4), *_lines(0.9, 0.8)])
+    assert calibration_error(_results(0.5, 0.5)).mean == pytest.approx(0.0, abs=1e-9)
+    mixed = calibration_error([*_results(0.1, 0.4), *_results(0.9, 0.8)])
     assert mixed.mean == pytest.approx(0.2)
     assert mixed.low < 0.2 < mixed.high
-    assert calibration_error([{"policy": "thesis"}]).number == 0
+    assert calibration_error([mission_result(agent="thesis")]).number == 0
 
 
 @pytest.mark.parametrize("number", [50, 200, 800])
 def test_even_true_chances_show_an_error_and_the_smaller_the_more_choices_there_are(number):
     # of one bin: the mean distance of a share from its chance
     expected = math.sqrt(2 / math.pi * 0.5 * 0.5 / number)
-    assert error_of_true_chances(_lines(0.5, 1.0, number)) == pytest.approx(expected, rel=0.1)
-    assert math.isnan(error_of_true_chances([{"policy": "thesis"}]))
+    assert error_of_true_chances(_results(0.5, 1.0, number)) == pytest.approx(expected, rel=0.1)
+    assert math.isnan(error_of_true_chances([mission_result(agent="thesis")]))
 
 
 def test_bins_hold_every_chance_from_none_to_certainty():
     bins = reliability(np.array([[0.0, 0.0], [0.05, 1.0], [0.1, 1.0], [1.0, 1.0]]))
     assert [(each.number, each.came_true) for each in bins] == [(2, 0.5), (1, 1.0), (1, 1.0)]
-    assert len(pairs(_lines(0.5, 0.5), "detour")) == 0
+    assert len(pairs(_results(0.5, 0.5), "detour")) == 0
 
 
 def test_tables_show_the_error_and_a_bar_for_each_bin():
-    lines = _lines(0.25, 0.5)
-    ((agent, error, true, wait, *_),) = calibration_rows(lines)
+    results = _results(0.25, 0.5)
+    ((agent, error, true, wait, *_),) = calibration_rows(results)
     assert (agent, error[:5], wait) == ("adaptive", "0.250", "0.25 / 0.50 (50)")
     assert 0.03 < float(true) < 0.07
-    ((*_, bar),) = chance_rows(lines)
+    ((*_, bar),) = chance_rows(results)
     assert bar == "#####|####..........."

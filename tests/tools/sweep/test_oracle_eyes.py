@@ -2,7 +2,7 @@
 
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import LookoutPlaces
-from nxtdrive.tools.sweep.performance import judge, perform
+from nxtdrive.tools.sweep.performance import Task, judge, perform
 from sim_backend.scenarios.floor_plan import FloorPlan, Obstacle
 
 WALL = Obstacle("wall", (2000.0, 600.0), (10.0, 1200.0))
@@ -45,4 +45,4 @@ def test_a_target_is_found_by_sight_through_the_only_door():
     states = [entry.record.data["to"] for entry in trace.judged if "to" in entry.record.data]
     assert trace.ending == "achieved"
     assert states.index("search") < states.index("arrive")
-    assert all(each["success"] for each in judge(trace)["targets"])
+    assert judge(Task(0, "doorway", 100, "oracle-eyes", "geometric"), trace).success

@@ -8,7 +8,8 @@ import pytest
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import USAGE, main
-from nxtdrive.tools.sweep.result_file import ResultFile, read_lines
+from nxtdrive.tools.sweep.mission_result import MissionResult
+from nxtdrive.tools.sweep.result_file import ResultFile, read_results
 
 TARGET = {
     **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 0, "time_s": 5.0, "given_up_s": None},
@@ -23,10 +24,13 @@ LINE = {
 }
 BROKEN = {
     **{name: LINE[name] for name in list(LINE)[:8]},
+    "done": False,
     "ending": Ending.BROKEN,
     "error": "RuntimeError",
     "targets": [],
 }
+
+RESULT = MissionResult.model_validate_json(json.dumps(LINE))
 
 
 def _changed(**values):
@@ -45,9 +49,10 @@ BAD_LINES = {
     "targets are texts": _changed(targets=["lena"]),
     "target without success": _changed(targets=[{"reachable": True}]),
     "target reached at no time": _changed(targets=[{**TARGET, "time_s": None}]),
+    "target not reached at a time": _changed(targets=[{**TARGET, "success": False}]),
+    "unknown ending": _changed(ending="well"),
     "choice is a number": _changed(choices=[3]),
     "choice of no cause": _changed(choices=[{**CHOICE, "cause": "x"}]),
-    "choice that fits in words": _changed(choices=[{**CHOICE, "fits": "yes"}]),
     "chance below 0": _changed(chances=[{"choice": "wait", "reason": "blocked", "chance": -0.1, "came_true": True}]),
     "not finite": _changed(duration_s=float("inf")),
     "deep": '{"episode_index": ' + "[" * 5000 + "]" * 5000 + "}",
@@ -62,16 +67,16 @@ def test_a_line_with_missing_or_mistyped_values_is_refused(tmp_path, capsys, tex
     path = tmp_path / "x.jsonl"
     path.write_text(json.dumps(LINE) + "\n" + text + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"not the file of a sweep \(line 2"):
-        read_lines(path)
+        read_results(path)
     command = ["sweep", "--classes", "open", "--seeds", "100", "--profiles", "oracle", "--resume", "--out", str(path)]
     assert main(command) == USAGE
     assert "line 2" in capsys.readouterr().err
 
 
-def test_good_lines_are_read_as_they_are(tmp_path):
+def test_good_lines_are_written_as_they_were_read(tmp_path):
     path = tmp_path / "x.jsonl"
     path.write_text("".join(json.dumps(line) + "\n" for line in (LINE, BROKEN)), encoding="utf-8")
-    assert read_lines(path) == [LINE, BROKEN]
+    assert [json.loads(result.to_json()) for result in read_results(path)] == [LINE, BROKEN]
 
 
 @pytest.mark.parametrize("foreign", ["my only notes", '{"kind": "start"}', "\0", '{"episode'[:3] + "notes"])
@@ -89,10 +94,10 @@ def test_a_foreign_file_without_a_line_end_is_refused_and_kept(tmp_path, capsys,
 def test_a_line_that_was_cut_short_is_left_out_and_overwritten(tmp_path, length):
     path, whole = tmp_path / "x.jsonl", json.dumps(LINE) + "\n"
     path.write_text(whole + whole[:length], encoding="utf-8")
-    assert read_lines(path) == [LINE]
+    assert read_results(path) == [RESULT]
     with ResultFile(path) as file:
-        file.append(BROKEN)
-    assert read_lines(path) == [LINE, BROKEN]
+        file.append(json.dumps(BROKEN))
+    assert read_results(path) == [RESULT, MissionResult.model_validate_json(json.dumps(BROKEN))]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the operating system")
@@ -102,12 +107,12 @@ def test_results_that_cannot_be_written_say_how_to_go_on(tmp_path):
     path, whole = tmp_path / "x.jsonl", json.dumps(LINE) + "\n"
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     with ResultFile(path) as file:
-        file.append(LINE)
+        file.append(json.dumps(LINE))
         resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 100, limits[1]))
         try:
             with pytest.raises(ConfigError, match=r"cannot be written .*--resume"):
-                file.append(LINE)
+                file.append(json.dumps(LINE))
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert path.read_text(encoding="utf-8") == whole + whole[:100], "a line cut short"
-    assert read_lines(path) == [LINE]
+    assert read_results(path) == [RESULT]

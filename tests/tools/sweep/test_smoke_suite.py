@@ -5,7 +5,6 @@ The missions of some classes; those of all classes every night.
 
 import pytest
 
-from behaviors.executive import Ending
 from nxtdrive.cli.commands.sweep import SUITES
 from nxtdrive.tools.sweep.chart_coverage import transitions
 from nxtdrive.tools.sweep.performance import evaluate
@@ -24,16 +23,16 @@ REPEATED = {("link", "adaptive"), ("moved", "thesis")}
 SAMPLE = {kind for kind, _ in REPEATED}
 
 
-@pytest.fixture(scope="module", name="lines", params=["some", pytest.param("all", marks=pytest.mark.nightly)])
-def _lines(request, tmp_path_factory):
+@pytest.fixture(scope="module", name="results", params=["some", pytest.param("all", marks=pytest.mark.nightly)])
+def _results(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("smoke") / "smoke.jsonl"
     tasks = TASKS if request.param == "all" else [task for task in TASKS if task.kind in SAMPLE]
     with local_workers(WORKERS) as workers:
-        return sweep(tasks, out, workers).lines
+        return sweep(tasks, out, workers).results
 
 
-def _targets(lines, agent):
-    return [target for line in lines if line["policy"] == agent for target in line["targets"]]
+def _targets(results, agent):
+    return [target for result in results if result.agent == agent for target in result.targets]
 
 
 def test_the_tasks_are_those_of_the_smoke_suite():
@@ -42,26 +41,26 @@ def test_the_tasks_are_those_of_the_smoke_suite():
     assert {task.kind for task in TASKS} > SAMPLE
 
 
-def test_no_mission_broke(lines):
-    assert [(line["class"], line["policy"], line["error"]) for line in lines if line["ending"] == Ending.BROKEN] == []
+def test_no_mission_broke(results):
+    assert [(result.kind, result.agent, result.error) for result in results if result.broke] == []
 
 
-def test_the_missions_take_only_transitions_of_the_chart(lines):
+def test_the_missions_take_only_transitions_of_the_chart(results):
     names = set(transitions())
-    assert [line["class"] for line in lines if not {"idle: start"} <= {*line["transitions"]} <= names] == []
+    assert [result.kind for result in results if not {"idle: start"} <= {*result.transitions} <= names] == []
 
 
-def test_the_adaptive_profile_reaches_at_least_as_many_targets_as_the_thesis(lines):
-    thesis, adaptive = (sum(target["success"] for target in _targets(lines, agent)) for agent in PROFILES)
+def test_the_adaptive_profile_reaches_at_least_as_many_targets_as_the_thesis(results):
+    thesis, adaptive = (sum(target.success for target in _targets(results, agent)) for agent in PROFILES)
     assert adaptive >= thesis > 0
 
 
-def test_the_adaptive_profile_never_stops_at_something_else(lines):
-    assert [target for target in _targets(lines, "adaptive") if target["wrong_stops"]] == []
+def test_the_adaptive_profile_never_stops_at_something_else(results):
+    assert [target for target in _targets(results, "adaptive") if target.wrong_stops] == []
 
 
 @pytest.mark.parametrize(("kind", "agent"), sorted(REPEATED))
-def test_the_same_mission_gives_the_same_line_in_another_process(kind, agent, lines):
+def test_the_same_mission_gives_the_same_line_in_another_process(kind, agent, results):
     (task,) = (task for task in TASKS if (task.kind, task.agent) == (kind, agent))
-    (line,) = (line for line in lines if (line["class"], line["policy"]) == (kind, agent))
-    assert evaluate(task) == line
+    (result,) = (result for result in results if (result.kind, result.agent) == (kind, agent))
+    assert evaluate(task) == result

@@ -19,7 +19,7 @@ from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
 from nxtdrive.tools.sweep.cluster import Cluster
 from nxtdrive.tools.sweep.performance import evaluate
-from nxtdrive.tools.sweep.result_file import read_lines
+from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import plan, sweep
 
 pytestmark = [
@@ -107,8 +107,8 @@ def _older(folder):
     return str(metadata.parents[1])
 
 
-@pytest.fixture(scope="module", name="lines")
-def _lines():
+@pytest.fixture(scope="module", name="results")
+def _results():
     return [evaluate(task) for task in TASKS]
 
 
@@ -132,19 +132,19 @@ def impatient_dask(tmp_path):
         yield DaskCluster(stack, tmp_path, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
 
 
-def test_the_file_is_that_of_one_process_also_after_an_interruption(dask, lines, tmp_path, capsys):
+def test_the_file_is_that_of_one_process_also_after_an_interruption(dask, results, tmp_path, capsys):
     out = tmp_path / "out.jsonl"
-    out.write_text(json.dumps(lines[0]) + "\n", encoding="utf-8")
+    out.write_text(results[0].to_json() + "\n", encoding="utf-8")
     dask.add_workers(2)
     dask.wait_for(2)
     words = ["--classes", "open,absent", "--seeds", "101", "--policies", "thesis,oracle", "--out", str(out)]
     assert main(["sweep", *words, "--resume", "--dask", dask.address]) == DONE
-    assert out.read_text(encoding="utf-8") == "".join(json.dumps(line) + "\n" for line in lines)
+    assert out.read_text(encoding="utf-8") == "".join(result.to_json() + "\n" for result in results)
     assert "4/4" in capsys.readouterr().err
 
 
 @pytest.mark.nightly
-def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp_path):
+def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, results, tmp_path):
     first, _ = dask.add_workers(2)
     dead = []
 
@@ -153,16 +153,16 @@ def test_the_missions_of_a_worker_that_dies_are_done_by_another(dask, lines, tmp
             dead.append(first.kill())
 
     with dask.join(2) as cluster:
-        assert sweep(TASKS, tmp_path / "x", cluster.workers, progress=kill).lines == lines
+        assert sweep(TASKS, tmp_path / "x", cluster.workers, progress=kill).results == results
 
 
 @pytest.mark.nightly
-def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impatient_dask, lines, tmp_path):
+def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impatient_dask, results, tmp_path):
     (tmp_path / "killer.py").write_text(KILLER, encoding="utf-8")
     impatient_dask.add_workers(3, "--preload", "killer.py")
     with impatient_dask.join(3) as cluster:
-        found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster.workers).lines
-    assert found[1] == lines[1]
+        found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster.workers).results
+    assert found[1] == results[1]
     assert found[0]["ending"] == Ending.BROKEN
     assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
 
@@ -174,7 +174,7 @@ def test_without_a_worker_the_sweep_ends(dask, tmp_path):
     (worker,) = dask.add_workers(1)
     with dask.join(1, workers_timeout_s=0.1) as cluster, pytest.raises(ConfigError, match="has had no worker"):
         sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=lambda _: worker.kill())
-    assert 0 < len(read_lines(tmp_path / "x")) < len(TASKS)
+    assert 0 < len(read_results(tmp_path / "x")) < len(TASKS)
 
 
 @pytest.mark.nightly
@@ -197,7 +197,7 @@ def test_ctrl_c_cancels_what_is_outstanding(dask, tmp_path):
         with pytest.raises(KeyboardInterrupt):
             sweep(TASKS * 2, tmp_path / "x", cluster.workers, progress=interrupt)
         assert _eventually(lambda: not any(client.processing().values()))
-    assert len(read_lines(tmp_path / "x")) == 1
+    assert len(read_results(tmp_path / "x")) == 1
 
 
 def test_workers_with_another_version_are_named(dask, tmp_path, capsys):
@@ -227,7 +227,7 @@ def test_a_worker_with_another_version_that_joins_later_ends_the_sweep(dask, tmp
             _eventually(lambda: len(client.nthreads()) == 1)
         with pytest.raises(ConfigError, match=r"not every worker .* has 0\.0\.9\. Install the same there"):
             sweep(TASKS[:1], tmp_path / "x", cluster.workers)
-    assert read_lines(tmp_path / "x") == []
+    assert read_results(tmp_path / "x") == []
 
 
 @pytest.mark.parametrize("address", ["tcp://host", "here", "usb://1:2", "tcp://127.0.0.1:70000"])

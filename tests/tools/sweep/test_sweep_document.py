@@ -25,7 +25,7 @@ def _folder(tmp_path_factory):
     command = ["sweep", "--classes", "clutter", "--seeds", "100", "--profiles", "adaptive,oracle"]
     assert main([*command, "--out", str(folder / "full.jsonl")]) == DONE
     with (folder / "full.jsonl").open("a", encoding="utf-8") as file:
-        file.write(json.dumps(failed(Task(2, "clutter", 101, "oracle", "geometric"), RuntimeError("lost"))) + "\n")
+        file.write(failed(Task(2, "clutter", 101, "oracle", "geometric"), RuntimeError("lost")).to_json() + "\n")
     return folder
 
 

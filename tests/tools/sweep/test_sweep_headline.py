@@ -7,27 +7,20 @@ import shlex
 import cv2
 import numpy as np
 import pytest
+from sweep_results import broken_result, mission_result, target_result
 
 import nxtdrive
-from behaviors.executive import Ending
 from nxtdrive.cli.main import main
 from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
 
 
-def _line(seed, times_s, *, contacts=0, wrong=0):
-    targets = [
-        {"reachable": True, "success": time_s is not None, "time_s": time_s, "wrong_stops": wrong}
-        | {"spl": 0.5 * (time_s is not None), "sct": 0.25 * (time_s is not None)}
-        for time_s in times_s
-    ]
-    return {"class": "open", "seed": seed, "ending": "", "targets": targets, "contacts": contacts, "longest_run": 1}
-
-
-BROKEN = {"class": "open", "seed": 2, "ending": Ending.BROKEN, "targets": []}
+def _result(seed, times_s, *, contacts=0):
+    targets = [target_result(time_s, spl=0.5, sct=0.25) for time_s in times_s]
+    return mission_result(*targets, seed=seed, contacts=contacts, longest_run=1)
 
 
 def test_headline_figures_count_by_the_missions_time():
-    known = headline([_line(1, [59.0, 61.0]), _line(2, [121.0, None], contacts=3)])
+    known = headline([_result(1, [59.0, 61.0]), _result(2, [121.0, None], contacts=3)])
     means = {name: value.mean for name, value in known.items()}
     assert [means[name] for name in ("by 60 s", "by 120 s", "by 300 s", "success")] == [0.25, 0.5, 0.75, 0.75]
     assert (means["SPL"], means["SCT"], means["contacts"], means["longest run"]) == (0.375, 0.1875, 1.5, 1.0)
@@ -35,15 +28,16 @@ def test_headline_figures_count_by_the_missions_time():
 
 def test_what_both_do_alike_cancels_out_of_a_difference():
     """A difference that is the same in all scenarios has no width, however much scenarios differ."""
-    hard, easy = _line(1, [None, 100.0], contacts=5), _line(2, [10.0, 20.0], contacts=1)
-    more = beyond([hard | {"contacts": 7}, easy | {"contacts": 3}], [hard, easy])
+    hard, easy = _result(1, [None, 100.0], contacts=5), _result(2, [10.0, 20.0], contacts=1)
+    ours = [each.model_copy(update={"contacts": each.contacts + 2}) for each in (hard, easy)]
+    more = beyond(ours, [hard, easy])
     assert (more["contacts"].low, more["contacts"].mean, more["contacts"].high) == (2.0, 2.0, 2.0)
     assert all(more[name].mean == 0.0 for name in HEADLINE if name != "contacts")
 
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_mission_that_broke_reached_nothing_and_has_no_contacts_to_compare(swapped):
-    ours, theirs = ([BROKEN], [_line(2, [10.0, 20.0], contacts=4)])[:: -1 if swapped else 1]
+    ours, theirs = ([broken_result(seed=2)], [_result(2, [10.0, 20.0], contacts=4)])[:: -1 if swapped else 1]
     more = beyond(ours, theirs)
     assert more["by 60 s"].mean == (1.0 if swapped else -1.0)
     assert more["contacts"].number == 0

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sweep_results import mission_result, target_result
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
@@ -72,15 +73,12 @@ def test_a_map_is_drawn(trace):
     assert np.asarray(draw_true_map(trace, "x")).min() < 100
 
 
-def _line(kind, seed, agent, times_s):
-    targets = [
-        {"target": str(i), "reachable": True, "success": time_s is not None, "time_s": time_s}
-        for i, time_s in enumerate(times_s)
-    ]
-    return {"class": kind, "seed": seed, "policy": agent, "ending": "achieved", "targets": targets}
-
-
-LINES = [_line(kind, seed, agent, (10.0, None)) for kind in ("open", "far") for seed in (7, 8) for agent in ("a", "b")]
+RESULTS = [
+    mission_result(target_result(10.0), target_result(), kind=kind, seed=seed, agent=agent)
+    for kind in ("open", "far")
+    for seed in (7, 8)
+    for agent in ("a", "b")
+]
 
 
 @pytest.mark.parametrize(
@@ -105,9 +103,9 @@ def test_the_interval_of_a_share_holds_the_share(number, share):
 
 
 def test_a_plot_says_how_many_missions_on_which_seeds():
-    assert title(LINES) == "8 simulated missions: 2 classes, seeds 7 to 8"
-    assert title(LINES[:1]) == "1 simulated mission: class open, seed 7"
-    assert counted(LINES) == (8, 16)
+    assert title(RESULTS) == "8 simulated missions: 2 classes, seeds 7 to 8"
+    assert title(RESULTS[:1]) == "1 simulated mission: class open, seed 7"
+    assert counted(RESULTS) == (8, 16)
 
 
 def test_agents_are_told_apart_without_colour():
@@ -127,5 +125,5 @@ def test_a_format_that_cannot_be_plotted_is_refused_before_the_sweep(name, tmp_p
 def test_plots_name_units_numbers_and_agents(suffix, tmp_path):
     pytest.importorskip("matplotlib")
     path = tmp_path / f"plot{suffix}"
-    write_plot(LINES, path)
+    write_plot(RESULTS, path)
     assert path.stat().st_size > 5000

@@ -13,16 +13,18 @@ from contextlib import suppress
 from functools import partial
 
 import pytest
+from sweep_results import broken_result, mission_result, target_result
 
-from behaviors.executive import Ending, Executive
+from behaviors.executive import Executive
 from behaviors.mission.robot import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents
+from nxtdrive.tools.sweep.causes import Cause, Judgement
 from nxtdrive.tools.sweep.headline import difference, headline
 from nxtdrive.tools.sweep.performance import evaluate
-from nxtdrive.tools.sweep.result_file import read_lines
+from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
 from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, success_rate
 from nxtdrive.tools.sweep.tables import agent_rows, choice_rows, interval, reached_rows
@@ -44,25 +46,25 @@ with local_workers(2) as workers:
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("sweep")]
 
 
-@pytest.fixture(scope="module", name="lines")
-def _lines():
+@pytest.fixture(scope="module", name="results")
+def _results():
     return [evaluate(task) for task in TASKS]
 
 
 @pytest.mark.parametrize("number", [pytest.param(1, marks=pytest.mark.nightly), 2])
-def test_the_file_does_not_depend_on_the_number_of_workers(number, lines, tmp_path):
+def test_the_file_does_not_depend_on_the_number_of_workers(number, results, tmp_path):
     out = tmp_path / "out.jsonl"
     with local_workers(number) as workers:
-        assert sweep(TASKS, out, workers).lines == lines
-    assert read_lines(out) == lines
+        assert sweep(TASKS, out, workers).results == results
+    assert read_results(out) == results
 
 
-def test_an_interrupted_sweep_goes_on_where_it_was(lines, tmp_path):
+def test_an_interrupted_sweep_goes_on_where_it_was(results, tmp_path):
     out, done = tmp_path / "out.jsonl", []
-    whole = "".join(json.dumps(line) + "\n" for line in lines)
+    whole = "".join(result.to_json() + "\n" for result in results)
     out.write_text(whole[: whole.index("\n") + 30], encoding="utf-8")
-    assert sweep(TASKS, out, Workers(), progress=done.append).lines == lines
-    assert done == lines[1:], "neither repeated nor lost"
+    assert sweep(TASKS, out, Workers(), progress=done.append).results == results
+    assert done == results[1:], "neither repeated nor lost"
     assert out.read_text(encoding="utf-8") == whole
 
 
@@ -72,7 +74,7 @@ def test_each_mission_is_in_the_file_before_the_next_one_begins(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         sweep(TASKS, tmp_path / "out.jsonl", Workers(), progress=interrupt)
-    assert len(read_lines(tmp_path / "out.jsonl")) == 1
+    assert len(read_results(tmp_path / "out.jsonl")) == 1
 
 
 def test_the_result_of_each_call_is_taken_before_the_next_one_begins_in_this_process():
@@ -147,16 +149,16 @@ def test_an_interrupted_sweep_does_not_wait_for_missions_that_nobody_wants():
     assert all(isinstance(mission.exception(), BrokenExecutor) for mission in missions)
 
 
-def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(lines, tmp_path, monkeypatch):
+def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(results, tmp_path, monkeypatch):
     def stuck(_robot):
         raise RuntimeError("two decisions at the same moment")
 
     monkeypatch.setitem(agents.AGENTS, "thesis", stuck)
-    found = sweep(TASKS, tmp_path / "out.jsonl", Workers()).lines
-    assert [line["ending"] == Ending.BROKEN for line in found] == [True, False, True, False]
-    assert found[0]["error"] == "RuntimeError: two decisions at the same moment"
-    assert found[1] == lines[1]
-    assert aggregate([line for line in found if line["policy"] == "thesis"], 1.0)["n_broken"] == 2
+    found = sweep(TASKS, tmp_path / "out.jsonl", Workers()).results
+    assert [result.broke for result in found] == [True, False, True, False]
+    assert found[0].error == "RuntimeError: two decisions at the same moment"
+    assert found[1] == results[1]
+    assert aggregate([result for result in found if result.agent == "thesis"], 1.0)["n_broken"] == 2
 
 
 def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
@@ -170,7 +172,7 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
     monkeypatch.setitem(agents.AGENTS, "thesis", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sweep(TASKS, tmp_path / "out.jsonl", Workers())
-    assert read_lines(tmp_path / "out.jsonl") == []
+    assert read_results(tmp_path / "out.jsonl") == []
 
 
 def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
@@ -187,14 +189,14 @@ def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys)
 def test_another_file_is_not_taken_for_a_sweeps(tmp_path):
     (tmp_path / "x.jsonl").write_text('{"kind": "start"}\n', encoding="utf-8")
     with pytest.raises(ConfigError, match="not the file of a sweep"):
-        read_lines(tmp_path / "x.jsonl")
+        read_results(tmp_path / "x.jsonl")
 
 
-def test_lines_have_the_names_of_lerobot(lines):
-    for index, line in enumerate(lines):
+def test_lines_have_the_names_of_lerobot(results):
+    for index, line in enumerate(json.loads(result.to_json()) for result in results):
         assert line["episode_index"] == index
         assert {"seed", "success", "sum_reward", "max_reward"} <= line.keys()
-    figures = aggregate([line for line in lines if line["policy"] == "oracle"], 4.0)
+    figures = aggregate([result for result in results if result.agent == "oracle"], 4.0)
     assert figures["pc_success"] == 100.0
     assert figures["avg_sum_reward"] == 1.5, "the absent target cannot be reached"
     assert figures["eval_ep_s"] == 2.0
@@ -223,47 +225,33 @@ def test_all_or_none_of_a_few_missions_are_not_certain():
 
 
 def test_tables_and_summary_have_the_same_interval_of_all_reached():
-    targets = [{"target": "lena", "reachable": True, "success": True, "time_s": 9.0, "wrong_stops": 0}]
-    targets = [{**targets[0], "spl": 1.0, "soft_spl": 1.0, "sct": 1.0, "pursuit_s": 9.0}]
-    line = {
-        "class": "open",
-        "policy": "oracle",
-        "ending": "achieved",
-        "success": True,
-        "contacts": 0,
-        "duration_s": 9.0,
-    }
-    rewards = {"sum_reward": 1.0, "max_reward": 1.0}
-    lines = [{**line, **rewards, "seed": seed, "targets": targets} for seed in range(4)]
-    assert aggregate(lines, 1.0)["figures"]["success"] == pytest.approx([1.0, 0.5101, 1.0, 4], abs=1e-4)
-    assert agent_rows(lines)[0][1] == "1.000 [0.510, 1.000]"
-    assert reached_rows(lines)[0][1] == "1.000 [0.510, 1.000]"
-    assert headline(lines)["by 60 s"].low == pytest.approx(0.5101, abs=1e-4)
+    results = [mission_result(target_result(9.0), seed=seed) for seed in range(4)]
+    assert aggregate(results, 1.0)["figures"]["success"] == pytest.approx([1.0, 0.5101, 1.0, 4], abs=1e-4)
+    assert agent_rows(results)[0][1] == "1.000 [0.510, 1.000]"
+    assert reached_rows(results)[0][1] == "1.000 [0.510, 1.000]"
+    assert headline(results)["by 60 s"].low == pytest.approx(0.5101, abs=1e-4)
 
 
 def test_agents_are_compared_on_the_same_scenarios():
-    def lines(*successes):
-        targets = [[{"reachable": True, "success": success}] for success in successes]
-        return [{"class": "open", "seed": i, "ending": "", "targets": each} for i, each in enumerate(targets)]
+    def results(*times_s):
+        return [mission_result(target_result(time_s), seed=seed) for seed, time_s in enumerate(times_s)]
 
-    better = difference(lines(True, True, True, False), lines(False, True, False, False))
+    better = difference(results(9.0, 9.0, 9.0, None), results(None, 9.0, None, None))
     assert better.mean == 0.5
-    assert success_rate(lines(True)[0]) == (1.0, 1.0)
+    assert success_rate(results(9.0)[0]) == (1.0, 1.0)
 
 
 def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_are():
-    reached = {"class": "absent", "seed": 1, "ending": "", "targets": [{"reachable": True, "success": True}]}
-    broken = {"class": "absent", "seed": 1, "ending": Ending.BROKEN, "targets": []}
+    reached, broken = mission_result(target_result(9.0)), broken_result()
     assert difference([reached], [broken]).mean == 1.0
     assert difference([broken], [reached]).mean == -1.0
     assert difference([broken], [reached]).number == 1
 
 
 def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_reached():
-    choices = [{"cause": "missed", "choice": choice} for choice in ("rescan", "rescan", "move_to", "back_up")]
-    targets = [{"reachable": True, "success": time_s is not None, "time_s": time_s} for time_s in (20.0, 59.0, None)]
-    lines = [{"policy": "adaptive", "choices": choices, "targets": targets}]
-    columns, rows = choice_rows(lines)
+    choices = [Judgement(Cause.MISSED, choice, None) for choice in ("rescan", "rescan", "move_to", "back_up")]
+    results = [mission_result(*map(target_result, (20.0, 59.0, None)), choices=choices)]
+    columns, rows = choice_rows(results)
     assert [dict(zip(columns, row, strict=True)) for row in rows] == [
         {
             "agent": "adaptive",
@@ -276,7 +264,7 @@ def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_re
             "other": "1",
         }
     ]
-    (row,) = reached_rows([{**line, "ending": ""} for line in lines])
+    (row,) = reached_rows(results)
     assert [cell.split()[0] for cell in row] == ["adaptive", "0.333", "0.667", "0.667", "0.667"]
 
 
@@ -323,10 +311,10 @@ def test_missions_with_another_robot_file_are_other_missions(tmp_path):
     for robot in (RobotFile(), askew, askew_again, straight, RobotFile()):
         tasks = plan(["open"], [100], ["oracle"], "geometric", robot)
         swept = sweep(tasks, out, Workers(), progress=done.append)
-        assert swept.lines == [evaluate(task) for task in tasks]
+        assert swept.results == [evaluate(task) for task in tasks]
     assert len(done) == 3
-    assert "robot" not in done[0], "lines of earlier versions have no robot file"
-    assert len({line.get("robot") for line in done}) == 3
+    assert "robot" not in json.loads(done[0].to_json()), "lines of earlier versions have no robot file"
+    assert len({result.robot for result in done}) == 3
 
 
 def test_missions_believe_the_robot_file():

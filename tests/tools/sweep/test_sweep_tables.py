@@ -4,29 +4,26 @@ import io
 
 import pytest
 from rich.console import Console
+from sweep_results import mission_result, target_result
 
 from nxtdrive.tools.sweep.agents import ALL_NAMES
-from nxtdrive.tools.sweep.causes import Cause
+from nxtdrive.tools.sweep.causes import Cause, Judgement
 from nxtdrive.tools.sweep.tables import AGENT_COLUMNS, print_tables
 from sim_backend.scenarios.classes import CLASSES
 
-TARGET = {
-    **{"target": "lena", "reachable": True, "success": True, "wrong_stops": 1, "time_s": 5.0, "given_up_s": None},
-    **{"pursuit_s": 5.0, "path_mm": 900.5, "shortest_mm": None, "spl": 1.0, "soft_spl": 1.0, "sct": 0.5},
-}
-LINES = [
-    {
-        **{"class": kind, "seed": 100, "policy": agent, "success": True, "ending": "achieved", "error": ""},
-        **{"duration_s": 900.5, "contacts": 12, "targets": [TARGET], "recognition_s": [123.5]},
-        "choices": [{"cause": cause, "choice": "wait", "regret_s": 1.0, "fits": True} for cause in Cause],
-    }
+CHOICES = [Judgement(cause, "wait", 1.0) for cause in Cause]
+TARGET = target_result(5.0, wrong_stops=1, sct=0.5)
+RESULTS = [
+    mission_result(
+        TARGET, kind=kind, agent=agent, duration_s=900.5, contacts=12, recognition_s=[123.5], choices=CHOICES
+    )
     for kind, agent in [*((kind, "thesis") for kind in CLASSES), *(("open", agent) for agent in ALL_NAMES[1:])]
 ]
 
 
 def _printed(width):
     out = io.StringIO()
-    print_tables(LINES, Console(file=out, width=width))
+    print_tables(RESULTS, Console(file=out, width=width))
     return out.getvalue()
 
 

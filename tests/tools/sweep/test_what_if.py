@@ -110,7 +110,7 @@ def test_the_command_ends_with_mean_regret_and_the_share_of_good_choices(tmp_pat
     out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
     decisions = [{**DECISION, "regret_s": seconds, "nearly_best": seconds < 3.0} for seconds in (0.0, 0.0, 6.0)]
     with ResultFile(out) as file:
-        file.append({"run": "open:100", **asked, "decisions": decisions})
+        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
     assert main(["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
     assert "3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best" in capsys.readouterr().out
 
@@ -118,12 +118,12 @@ def test_the_command_ends_with_mean_regret_and_the_share_of_good_choices(tmp_pat
 def test_a_line_that_was_cut_short_is_written_again(tmp_path):
     out, mission = tmp_path / "regret.jsonl", {"run": "open:100", "decisions": [DECISION]}
     with ResultFile(out) as file:
-        file.append(mission)
+        file.append(json.dumps(mission))
     whole = out.read_bytes()
     out.write_bytes(whole + whole.replace(b"100", b"101")[:40])
     assert list(read_missions(out).values()) == [mission]
     with ResultFile(out) as file:
-        file.append({"run": "open:101", "decisions": []})
+        file.append(json.dumps({"run": "open:101", "decisions": []}))
     assert [each["run"] for each in read_missions(out).values()] == ["open:100", "open:101"]
 
 

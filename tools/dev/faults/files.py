@@ -40,9 +40,9 @@ from sim_backend.simulation import Simulation
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
 from ...sweep.agents import drive, equipped
-from ...sweep.causes import Cause
+from ...sweep.causes import Cause, Judgement
 from ...sweep.performance import Task, evaluate, failed
-from ...sweep.result_file import read_lines
+from ...sweep.result_file import read_results
 from ...sweep.summary import aggregate
 from .campaign import Campaign, Tally, Violation
 from .mutation import mutated
@@ -113,9 +113,9 @@ def _results(path: Path, _random: Random) -> str:
 
     from ...sweep.tables import print_tables
 
-    lines = read_lines(path)
-    print_tables(lines, Console(file=io.StringIO(), width=80))
-    aggregate(lines, 1.0)
+    results = read_results(path)
+    print_tables(results, Console(file=io.StringIO(), width=80))
+    aggregate(results, 1.0)
     return "accepted"
 
 
@@ -234,13 +234,12 @@ def _run_folder() -> dict[str, bytes]:
 @cache
 def _result_lines() -> bytes:
     reached = evaluate(Task(0, "open", 100, "oracle", "geometric"))
-    choices = [{"cause": cause, "choice": "wait", "regret_s": 1.5, "fits": False} for cause in Cause]
-    lines = [
+    results = [
         reached,
-        {**reached, "policy": "thesis", "choices": choices},
+        reached.model_copy(update={"agent": "thesis", "choices": [Judgement(cause, "wait", 1.5) for cause in Cause]}),
         failed(Task(2, "far", 1, "thesis", "camera"), OSError()),
     ]
-    return "".join(json.dumps(line) + "\n" for line in lines).encode()
+    return "".join(result.to_json() + "\n" for result in results).encode()
 
 
 @cache
