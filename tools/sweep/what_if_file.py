@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
+from nxtdrive.recording.decision_costs import DecisionCosts
 
 from .result_file import whole_lines
 
@@ -20,57 +21,46 @@ Key = tuple[str, int | None, int | None, int | None]
 """Mission, decision, size of the sample and number of futures."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(strict=True)
+class ExaminedMission(BaseModel):
+    """A mission, what was asked about it (None: not limited), and the decisions that were examined."""
 
+    model_config = ConfigDict(strict=True, frozen=True)
 
-class _Candidate(_Model):
-    does: str
-    chosen: bool
-    best: bool
-    cost_s: list[float] = Field(min_length=3, max_length=3)
-
-
-class _Decision(_Model):
-    """The keys of a decision that are shown or summed up."""
-
-    decision: int
-    t: float
-    target: str
-    reason: str
-    regret_s: float
-    biased_regret_s: float
-    candidates: list[_Candidate]
-
-
-class _Mission(_Model):
     run: str
     decision: int | None = None
     sample: int | None = None
     futures: int | None = None
-    decisions: list[_Decision]
+    decisions: list[DecisionCosts]
+
+    @property
+    def key(self) -> Key:
+        """Identify the result: the mission, and what was asked about it."""
+        return self.run, self.decision, self.sample, self.futures
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as plain values, under their names in the file."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
+    def to_json(self) -> str:
+        """Return the mission's line of JSON, without the end of the line."""
+        return json.dumps(self.plain(), ensure_ascii=False)
 
 
-def key_of(mission: Mapping[str, Any]) -> Key:
-    """Return the identity of a result: the mission, and what was asked about it."""
-    return mission["run"], mission.get("decision"), mission.get("sample"), mission.get("futures")
-
-
-def read_missions(path: Path) -> dict[Key, dict[str, Any]]:
-    """Return the missions of a file by `key_of`, except a last one that an interruption cut short.
+def read_missions(path: Path) -> dict[Key, ExaminedMission]:
+    """Return the missions of a file by their keys, except a last one that an interruption cut short.
 
     Raises:
         ConfigError: The file cannot be read, or is not of what-if.
     """
     lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
     missions = [_mission(path, number, line) for number, line in enumerate(lines, start=1)]
-    return {key_of(each): each for each in missions}
+    return {each.key: each for each in missions}
 
 
-def _mission(path: Path, number: int, line: bytes) -> dict[str, Any]:
+def _mission(path: Path, number: int, line: bytes) -> ExaminedMission:
     try:
-        _Mission.model_validate_json(line)
-        return parse_object(line.decode())
+        parse_object(line.decode())
+        return ExaminedMission.model_validate_json(line)
     except (ValidationError, ValueError):
         raise _foreign(path, number) from None
 

@@ -1,29 +1,29 @@
-"""The result of what-if for a mission: what each candidate of its decisions would have cost, as plain values."""
+"""The result of what-if for a mission: what each candidate of its decisions would have cost."""
 
 from __future__ import annotations
 
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import zip_longest
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
-from nxtdrive.recording.explanation import what_ifs
+from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts, decision_costs
 from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import WHAT_IF
 
 from .regret import over_missions, regret
 from .runner import Workers
-from .summary import estimate
+from .summary import Estimate, estimate
 from .what_if import RebuiltRun, RecordedRun, Rollout, Source, all_costs, play
+from .what_if_file import ExaminedMission
 
 Tell = Callable[[str], None]
 
@@ -42,9 +42,9 @@ class Request:
     sample: int | None
     futures: int
 
-    def head(self, name: str) -> dict[str, Any]:
-        """Return how the result of a mission begins."""
-        return {"run": name, **asdict(self)}
+    def answered(self, name: str, decisions: list[DecisionCosts]) -> ExaminedMission:
+        """Return the result of a mission."""
+        return ExaminedMission(run=name, **asdict(self), decisions=decisions)
 
     def numbers(self, made: int) -> list[int]:
         """Return the numbers of the decisions to examine, from 0, of as many as the mission made.
@@ -62,7 +62,7 @@ class Request:
         return numbers
 
 
-def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> Iterator[dict[str, Any]]:
+def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> Iterator[DecisionCosts]:
     """Play a mission and the branches of its decisions; yield each decision with the cost of its candidates.
 
     Args:
@@ -94,23 +94,23 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
     tell(f"{name}: {number_of(branches, 'mission')} to play; this one took {took_s:.1f} s")
     for done, (at, costs_s) in enumerate(all_costs(source, base, request.futures, wanted, workers), 1):
         tell(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}")
-        yield _decision_values(at, base, costs_s)
+        yield _decision_costs(at, base, costs_s)
 
 
-def keep(folder: Path, name: str, decision: Mapping[str, Any]) -> None:
+def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
     """Add a decision to the result in its run folder.
 
     Raises:
         OSError: It cannot be written.
     """
-    known = {**what_ifs(folder), decision["decision"]: decision}
-    content = {"run": name, "decisions": [known[at] for at in sorted(known)]}
+    known = {**decision_costs(folder), decision.decision: decision}
+    content = {"run": name, "decisions": [known[at].plain() for at in sorted(known)]}
     write_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
 
 
-def mean_figures(results: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
+def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
     """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any."""
-    regrets_s = [[float(each["regret_s"]) for each in result["decisions"]] for result in results]
+    regrets_s = [[each.regret_s for each in result.decisions] for result in results]
     if not any(regrets_s):
         return {}
     figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)
@@ -134,26 +134,25 @@ def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Roll
             )
 
 
-def _decision_values(at: int, base: Rollout, costs_s: list[list[float]]) -> dict[str, Any]:
-    """Return a decision with what each candidate would have cost, as plain values."""
+def _decision_costs(at: int, base: Rollout, costs_s: list[list[float]]) -> DecisionCosts:
+    """Return what each candidate of a decision would have cost."""
     made, found = base.decisions[at], regret(np.array(costs_s))
     means = [estimate([(cost_s, 1.0) for cost_s in each]) for each in costs_s]
-    return {
-        "decision": at + 1,
-        "t": round(made.time_s, 3),
-        "target": made.target,
-        "reason": made.reason,
-        "futures": len(costs_s[0]),
-        "regret_s": round(found.seconds, 2),
-        "biased_regret_s": round(found.biased_s, 2),
-        "beyond_best_s": [round(found.interval.mean, 2), round(found.interval.low, 2), round(found.interval.high, 2)],
-        "candidates": [
-            {
-                "does": words,
-                "chosen": number == 0,
-                "best": number == found.best,
-                "cost_s": [round(value, 2) for value in (mean.mean, mean.low, mean.high)],
-            }
+    return DecisionCosts(
+        decision=at + 1,
+        time_s=round(made.time_s, 3),
+        target=made.target,
+        reason=made.reason,
+        futures=len(costs_s[0]),
+        regret_s=round(found.seconds, 2),
+        biased_regret_s=round(found.biased_s, 2),
+        beyond_best_s=_rounded(found.interval),
+        candidates=[
+            CandidateCost(does=words, chosen=number == 0, best=number == found.best, cost_s=_rounded(mean))
             for number, (words, mean) in enumerate(zip(made.candidates, means, strict=True))
         ],
-    }
+    )
+
+
+def _rounded(value: Estimate) -> list[float]:
+    return [round(each, 2) for each in (value.mean, value.low, value.high)]

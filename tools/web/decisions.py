@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from behaviors.evidence import Evidence
 from behaviors.journal import Record
 from behaviors.operator import OperatorChoice
 from behaviors.recoveries import RecoveryPolicy
+from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts
 from nxtdrive.recording.decisions import Decision, decisions, same, weighed_by
-from nxtdrive.recording.explanation import Explanation, explain, what_if_words
+from nxtdrive.recording.explanation import Explanation, explain
 from nxtdrive.recording.run_reader import PastRun
 from nxtdrive.recording.wording import evidence_lines, reason_words, spaced
 
@@ -33,7 +34,7 @@ def made(record: Record, policy: RecoveryPolicy) -> dict[str, Any]:
 
 
 def decided(
-    decision: Decision, candidates: Iterable[OperatorChoice], what_if: Mapping[str, Any] | None = None
+    decision: Decision, candidates: Iterable[OperatorChoice], what_if: DecisionCosts | None = None
 ) -> dict[str, Any]:
     """Return a decision as plain values.
 
@@ -58,20 +59,20 @@ def decided(
     return _with_costs(values, what_if) if what_if else values
 
 
-def _with_costs(values: dict[str, Any], what_if: Mapping[str, Any]) -> dict[str, Any]:
+def _with_costs(values: dict[str, Any], what_if: DecisionCosts) -> dict[str, Any]:
     """Add the cost of each candidate; candidates that the policy does not weigh come last."""
-    known = list(what_if["candidates"])
+    known = list(what_if.candidates)
     # two candidates may have the same words; there, too, the chosen one comes first
     for each in sorted(values["candidates"], key=lambda each: each is not values["candidates"][values["chosen"] or 0]):
-        if found := next((alternative for alternative in known if alternative["does"] == each["text"]), None):
+        if found := next((alternative for alternative in known if alternative.does == each["text"]), None):
             known.remove(found)
             each |= _cost(found)
-    values["candidates"] += [{"text": alternative["does"], "why": "", **_cost(alternative)} for alternative in known]
-    return {**values, "what_if": what_if_words(what_if)}
+    values["candidates"] += [{"text": alternative.does, "why": "", **_cost(alternative)} for alternative in known]
+    return {**values, "what_if": what_if.words()}
 
 
-def _cost(alternative: Mapping[str, Any]) -> dict[str, Any]:
-    return {"cost_s": alternative["cost_s"], "best": alternative["best"]}
+def _cost(alternative: CandidateCost) -> dict[str, Any]:
+    return {"cost_s": alternative.cost_s, "best": alternative.best}
 
 
 def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:

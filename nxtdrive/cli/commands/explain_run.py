@@ -66,7 +66,7 @@ def _plain(explanation: Explanation) -> dict[str, Any]:
                 **_plain_decision(each.decision),
                 "candidates": [_plain_candidate(candidate, each.decision) for candidate in each.candidates],
                 "replay": _plain_replay(each.replay),
-                "what_if": each.what_if,
+                "what_if": each.what_if.plain() if each.what_if else None,
             }
             for each in explanation.decisions
         ],

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
@@ -19,8 +18,10 @@ from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
+    from nxtdrive.recording.decision_costs import DecisionCosts
     from nxtdrive.tools.sweep.runner import Workers
     from nxtdrive.tools.sweep.what_if import Source
+    from nxtdrive.tools.sweep.what_if_file import ExaminedMission
     from nxtdrive.tools.sweep.what_if_result import Request
 
 DESCRIPTION = """\
@@ -37,7 +38,7 @@ EXAMPLES = """\
   nxtdrive what-if runs/lena-then-rilakkuma-001 --decision 1
   nxtdrive what-if flat:100 before:100 --sample 3 --out regret.jsonl"""
 
-Show = Callable[[str, dict[str, Any]], None]
+Show = Callable[[str, "DecisionCosts"], None]
 
 FUTURES = 6
 NEARLY = "within 3 s of the best"
@@ -87,13 +88,13 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
     from nxtdrive.tools.sweep.result_file import ResultFile
     from nxtdrive.tools.sweep.what_if import read_source
-    from nxtdrive.tools.sweep.what_if_file import key_of, read_missions
+    from nxtdrive.tools.sweep.what_if_file import read_missions
     from nxtdrive.tools.sweep.what_if_result import Request, mean_figures
 
     sources = {name: read_source(name) for name in args.run_paths}
     kept = read_missions(args.out) if args.out else {}
     request = Request(args.decision, args.sample, args.futures)
-    results: list[dict[str, Any]] = []
+    results: list[ExaminedMission] = []
     show = None if args.json else _show
     with (
         # before minutes of work, which could not be kept
@@ -101,37 +102,37 @@ def run(args: argparse.Namespace) -> int:
         open_workers(args, "Repeat the command with fewer --workers.") as workers,
     ):
         for name, source in sources.items():
-            result = kept.get(key_of(request.head(name)))
+            result = kept.get(request.answered(name, []).key)
             if result is None:
-                result = {**request.head(name), "decisions": list(_played(name, source, request, workers, show))}
+                result = request.answered(name, list(_played(name, source, request, workers, show)))
                 if file:
-                    file.append(json.dumps(result, ensure_ascii=False))
+                    file.append(result.to_json())
             elif show:
-                for each in result["decisions"]:
+                for each in result.decisions:
                     show(name, each)
-            if show and not result["decisions"]:
+            if show and not result.decisions:
                 write_line(f"{name}: the mission had no decision")
             results.append(result)
     figures = mean_figures(results)
     if args.json:
-        write_json({"runs": results, **figures}, indent=2)
+        write_json({"runs": [each.plain() for each in results], **figures}, indent=2)
     elif figures:
-        regret = _with_interval(figures["regret_s"], 1, "s")
-        share = _with_interval([100 * each for each in figures["nearly_best"]], 0, "%")
-        made = number_of(sum(len(each["decisions"]) for each in results), "decision")
+        regret = _with_interval(figures["regret_s"], 1, " s")
+        share = _with_interval([100 * each for each in figures["nearly_best"]], 0, " %")
+        made = number_of(sum(len(each.decisions) for each in results), "decision")
         write_line(f"{made}: mean regret {regret}; {share} of them {NEARLY}")
     return DONE
 
 
-def _with_interval(figure: Sequence[float], digits: int, unit: str) -> str:
+def _with_interval(figure: Sequence[float], digits: int, unit: str = "") -> str:
     """Return a figure with its interval, if it has one: [value] or [value, low, high]."""
     value, *ends = (f"{each:.{digits}f}" for each in figure)
-    return f"{value} {unit}" + (f" [{', '.join(ends)}]" if ends else "")
+    return f"{value}{unit}" + (f" [{', '.join(ends)}]" if ends else "")
 
 
 def _played(
     name: str, source: Source, request: Request, workers: Workers, show: Show | None
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[DecisionCosts]:
     """Play a mission and its branches; show each decision and keep it in the run folder once it is known."""
     from nxtdrive.recording.run_folder import WHAT_IF
     from nxtdrive.tools.sweep.what_if import RecordedRun
@@ -148,20 +149,19 @@ def _played(
         yield each
 
 
-def _show(name: str, decision: dict[str, Any]) -> None:
+def _show(name: str, decision: DecisionCosts) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import reason_words
 
-    head = f"{name}, {decision['decision']}. {decision['t']:.1f} s, {decision['target']}: "
-    table = Table(title=Text(printable(head + reason_words(decision["reason"]))), title_justify="left")
+    head = f"{name}, {decision.decision}. {decision.time_s:.1f} s, {decision.target}: "
+    table = Table(title=Text(printable(head + reason_words(decision.reason))), title_justify="left")
     for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
         table.add_column(column, overflow="fold")
-    for candidate in decision["candidates"]:
-        mark = ("> " if candidate["chosen"] else "") + ("best" if candidate["best"] else "")
-        mean, low, high = candidate["cost_s"]
-        table.add_row(mark, Text(printable(candidate["does"])), f"{mean:.1f} [{low:.1f}, {high:.1f}]")
+    for candidate in decision.candidates:
+        mark = ("> " if candidate.chosen else "") + ("best" if candidate.best else "")
+        table.add_row(mark, Text(printable(candidate.does)), _with_interval(candidate.cost_s, 1))
     make_console().print(table)
-    write_line(f"regret {decision['regret_s']:.1f} s ({decision['biased_regret_s']:.1f} s with the bias)")
+    write_line(f"regret {decision.regret_s:.1f} s ({decision.biased_regret_s:.1f} s with the bias)")

@@ -12,7 +12,7 @@ from firmware_protocol.printable import printable
 from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import candidate_table, known_lines
 from nxtdrive.recording.decisions import Decision, Result, Step, same
-from nxtdrive.recording.explanation import Explained, Explanation, what_if_words
+from nxtdrive.recording.explanation import Explained, Explanation
 from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
 
 LEFT = {"left": "left for now", "gave_up": "given up"}
@@ -75,7 +75,7 @@ def _body(each: Explained, explanation: Explanation) -> Table:
     grid.add_row("chose", _chosen(each))
     grid.add_row("then", Text(outcome_words(decision)))
     if each.what_if:
-        grid.add_row("what if", Text(what_if_words(each.what_if)))
+        grid.add_row("what if", Text(each.what_if.words()))
     for label, text in _replayed(each, explanation):
         grid.add_row(label, text)
     return grid

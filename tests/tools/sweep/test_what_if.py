@@ -17,7 +17,7 @@ from behaviors.mission import described_by
 from behaviors.mission.robot import RobotFile
 from nxtdrive.cli.main import main
 from nxtdrive.mission.files import read_mission_file, with_profile
-from nxtdrive.recording.explanation import what_if_words, what_ifs
+from nxtdrive.recording.decision_costs import DecisionCosts, decision_costs
 from nxtdrive.recording.run_folder import new_run_folder
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.tools.sweep.forks import CAN_FORK, Forks
@@ -35,12 +35,11 @@ from nxtdrive.tools.sweep.what_if import (
 from nxtdrive.tools.sweep.what_if_file import read_missions
 from sim_backend.simulation import Simulation
 
-TOLD = {
-    "decision": 1,
-    "regret_s": 2,
-    "candidates": [{"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}],
+WAIT = {"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}
+DECISION = {
+    **{"decision": 1, "t": 1.0, "target": "a", "reason": "never_seen", "futures": 2, "regret_s": 2.0},
+    **{"biased_regret_s": 2.5, "beyond_best_s": [0.0, 0.0, 0.0], "candidates": [WAIT]},
 }
-DECISION = {**TOLD, "biased_regret_s": 2.5, "t": 1.0, "target": "a", "reason": "never_seen"}
 SOURCE = GeneratedMission("wall_start", 103, "adaptive")
 
 
@@ -121,10 +120,10 @@ def test_a_line_that_was_cut_short_is_written_again(tmp_path):
         file.append(json.dumps(mission))
     whole = out.read_bytes()
     out.write_bytes(whole + whole.replace(b"100", b"101")[:40])
-    assert list(read_missions(out).values()) == [mission]
+    assert [each.plain() for each in read_missions(out).values()] == [mission]
     with ResultFile(out) as file:
         file.append(json.dumps({"run": "open:101", "decisions": []}))
-    assert [each["run"] for each in read_missions(out).values()] == ["open:100", "open:101"]
+    assert [each.run for each in read_missions(out).values()] == ["open:100", "open:101"]
 
 
 @pytest.mark.parametrize(
@@ -281,23 +280,23 @@ def test_a_run_is_repeated_and_its_explanation_shows_the_regret(tmp_path, capsys
 
 
 OTHERS = {
-    "no number": {**TOLD, "decision": [1]},
-    "no regret": {**TOLD, "regret_s": None},
-    "no candidates": {**TOLD, "candidates": 5},
-    "nothing chosen": {**TOLD, "candidates": [TOLD["candidates"][0] | {"chosen": False}]},
-    "nothing best": {**TOLD, "candidates": [TOLD["candidates"][0] | {"best": False}]},
-    "no cost": {**TOLD, "candidates": [TOLD["candidates"][0] | {"cost_s": []}]},
-    "no words": {**TOLD, "candidates": [{"chosen": True, "best": True, "cost_s": [1.0]}]},
+    "no number": {**DECISION, "decision": [1]},
+    "no regret": {**DECISION, "regret_s": None},
+    "no candidates": {**DECISION, "candidates": 5},
+    "nothing chosen": {**DECISION, "candidates": [WAIT | {"chosen": False}]},
+    "two are best": {**DECISION, "candidates": [WAIT, WAIT | {"chosen": False}]},
+    "no cost": {**DECISION, "candidates": [WAIT | {"cost_s": []}]},
+    "no words": {**DECISION, "candidates": [{"chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}]},
     "no object": "1",
 }
 
 
 def test_of_a_file_that_another_program_wrote_only_whole_decisions_are_read(tmp_path):
-    for decisions in ([*OTHERS.values(), TOLD], OTHERS, 5, None):
+    costs = DecisionCosts.model_validate(DECISION)
+    for decisions in ([*OTHERS.values(), DECISION], OTHERS, 5, None):
         (tmp_path / "what-if.json").write_text(json.dumps({"decisions": decisions}))
-        found = what_ifs(tmp_path)
-        assert found == ({1: TOLD} if isinstance(decisions, list) else {})
-    assert "regret 2.0 s" in what_if_words(TOLD)
+        assert decision_costs(tmp_path) == ({1: costs} if isinstance(decisions, list) else {})
+    assert "regret 2.0 s" in costs.words()
 
 
 CAMERAS = {"unmeasured": {}, "measured": {"height_mm": 200.0, "forward_mm": 60.0}}

@@ -60,9 +60,11 @@ def test_a_replay_shows_what_each_candidate_would_have_cost(tmp_path):
         {"does": text, "chosen": text == choice.words(), "best": text == words[1], "cost_s": costs[text]}
         for text in proposed
     ]
-    (tmp_path / "what-if.json").write_text(
-        json.dumps({"decisions": [{"decision": 1, "regret_s": 2.0, "candidates": told}]})
-    )
+    costly = {
+        **{"decision": 1, "t": 12.5, "target": "lena", "reason": "obstacle_ahead", "futures": 2, "regret_s": 2.0},
+        **{"biased_regret_s": 2.5, "beyond_best_s": [0.0, 0.0, 0.0], "candidates": told},
+    }
+    (tmp_path / "what-if.json").write_text(json.dumps({"decisions": [costly]}))
     (shown,) = decisions_of(read_run(tmp_path))
     assert {each["text"]: each["cost_s"] for each in shown["candidates"]} == costs
     assert [each["text"] for each in shown["candidates"] if each["best"]] == [words[1]]
