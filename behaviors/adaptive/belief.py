@@ -114,7 +114,7 @@ def likely_places(floor: OccupancyGrid) -> Array:
     """
     x_mm, y_mm = _places(floor.cells.reach_mm - N.edge_mm)
     i, j = floor.cells.index(x_mm), floor.cells.index(y_mm)
-    free = floor.evidence < -GRID.free
+    free = floor.log_odds < -GRID.free
     steps = range(-N.free_cells, N.free_cells + 1, N.free_cells)
     known = np.hypot(x_mm, y_mm) < N.spacing_mm / 2  # it stands there
     for a, b in product(steps, steps):
@@ -203,8 +203,8 @@ class Belief:
     def __init__(self, range_mm: float, half_view_deg: float, likely: Array) -> None:
         self._range_mm = range_mm
         self._half_view_deg = half_view_deg
-        self._evidence = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
-        self._no_evidence = 1.0  # this factor where nothing was learned
+        self._learned = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
+        self._unlearned = 1.0  # this factor where nothing was learned
         self._stand: _Stand | None = None
         self._plausible_on: tuple[Grid, Array] | None = None
         self._use(likely)
@@ -217,7 +217,7 @@ class Belief:
         """
         places = (math.isqrt(len(likely)) - math.isqrt(len(self._likely))) // 2
         if places:
-            self._evidence = _framed(self._evidence, places, self._no_evidence)
+            self._learned = _framed(self._learned, places, self._unlearned)
             if self._stand is not None:
                 self._stand.missed = _framed(self._stand.missed, places, 1.0)
                 self._stand.left = _framed(self._stand.left, places, 1.0)
@@ -231,12 +231,12 @@ class Belief:
 
     def _normalize(self) -> None:
         left = float(self._mass().sum())
-        self._evidence /= left
-        self._no_evidence /= left
+        self._learned /= left
+        self._unlearned /= left
 
     def _mass(self, places: NDArray[np.bool_] | slice = slice(None)) -> Array:
         """Return the probability of these places, or all, and each facing, (places, facings)."""
-        return self._evidence[places] * self._likely[places, None]
+        return self._learned[places] * self._likely[places, None]
 
     def by_place(self) -> Array:
         """Return the probability that the target is at each place, whichever way it faces, indexed [x, y]."""
@@ -247,13 +247,13 @@ class Belief:
         """Update with frames from a pose that did not show it."""
         view = self._view(pose.x_mm, pose.y_mm, floor)
         if self._stand is None or math.dist(self._stand.at, view.at) > N.stand_mm:
-            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._evidence))
+            self._stand = _Stand(view.at, np.ones(len(self._x)), np.ones_like(self._learned))
         stand = self._stand
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
         stand.missed[inside] *= (1.0 - view.each[inside]) ** frames
         left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed)[:, None]
-        self._evidence *= left / stand.left
+        self._learned *= left / stand.left
         stand.left = left
         self._normalize()
 
@@ -267,10 +267,10 @@ class Belief:
             if slant_deg is not None:
                 likely = likely * np.exp(-(((off_deg - slant_deg) / N.slant_sd_deg) ** 2) / 2)
             likely = likely * (self._facings_at(near) + N.turned)
-            self._no_evidence *= 1.0 - N.trust
-            self._evidence *= 1.0 - N.trust
+            self._unlearned *= 1.0 - N.trust
+            self._learned *= 1.0 - N.trust
             held = N.trust * (likely / likely.sum())[None, :] / int(near.sum())
-            self._evidence[near] += held / self._likely[near][:, None]
+            self._learned[near] += held / self._likely[near][:, None]
         self._stand = None  # a target in view is not hidden: missing it from now on is new evidence
 
     def _near(self, place: Point) -> NDArray[np.bool_]:
@@ -291,7 +291,7 @@ class Belief:
 
     def refute(self, place: Point) -> None:
         """Update with a place where it is not, although something was seen there."""
-        self._evidence[self._near(place)] *= N.refuted
+        self._learned[self._near(place)] *= N.refuted
         self._normalize()
 
     def scatter(self) -> None:
@@ -313,8 +313,8 @@ class Belief:
 
     def _return_to_prior(self, share: float) -> None:
         prior = share / (N.facings * float(self._likely.sum()))
-        self._evidence = (1.0 - share) * self._evidence + prior
-        self._no_evidence = (1.0 - share) * self._no_evidence + prior
+        self._learned = (1.0 - share) * self._learned + prior
+        self._unlearned = (1.0 - share) * self._unlearned + prior
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that one scan from a place finds it."""
@@ -358,7 +358,7 @@ class Belief:
     def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
         """Return the probability of finding it at each place by scanning from here, (places,)."""
         view = self._view(x_mm, y_mm, floor)
-        missed, left = np.ones(len(self._x)), np.ones_like(self._evidence)
+        missed, left = np.ones(len(self._x)), np.ones_like(self._learned)
         if self._stand is not None and math.dist(self._stand.at, view.at) <= N.stand_mm:
             missed, left = self._stand.missed, self._stand.left
         missed = missed * (1.0 - view.each) ** N.round_frames
@@ -377,14 +377,14 @@ class Belief:
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
         """Return how plausible a picture is at each place, as far as the map tells, (places,)."""
-        if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.evidence):
+        if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.log_odds):
             half = int(N.spacing_mm / CELL_MM / 2)
             i, j = floor.cells.index(self._x), floor.cells.index(self._y)
             around = [(a, b) for a in range(-half, half + 1) for b in range(-half, half + 1)]
-            patches = np.stack([floor.evidence[i + a, j + b] for a, b in around])
+            patches = np.stack([floor.log_odds[i + a, j + b] for a, b in around])
             free = (patches < -GRID.hint).mean(axis=0) > N.empty_share
             marked = (patches > GRID.hint).any(axis=0)
             unknown = (np.abs(patches) < GRID.known).mean(axis=0) > N.unknown_share
             plausible = np.where(free & ~marked, N.empty, np.where(unknown, N.unknown, 1.0))
-            self._plausible_on = (floor.evidence.copy(), plausible)
+            self._plausible_on = (floor.log_odds.copy(), plausible)
         return self._plausible_on[1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GridNumbers:
-    """The numbers of the sonar model and of the map; evidence is a score without a unit, like log odds.
+    """The numbers of the sonar model and of the map; log odds are not calibrated.
 
     Attributes:
         arc_deg: An echo's arc is marked this far to either side.
@@ -16,37 +16,37 @@ class GridNumbers:
         silent_mm: Without an echo the floor is assumed free up to here.
         spared_mm: A line of sight says nothing about the floor this near to the object seen.
         margin_mm: The floor this near to an echo is not marked free.
-        hint: Evidence above which a cell may be occupied.
-        solid: Evidence above which a cell is occupied.
-        most: The most evidence a cell can have; that of free cells is negative.
-        free_echo: An echo from beyond a cell lowers its evidence by this.
-        passed: A farther echo does not come from a cell with this much evidence against it, if it may come from another
+        hint: Log odds above which a cell may be occupied.
+        solid: Log odds above which a cell is occupied.
+        most: The highest log odds of a cell; those of free cells are negative.
+        free_echo: An echo from beyond a cell lowers its log odds by this.
+        passed: A farther echo does not come from a cell with log odds below minus this, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
-        explains: A cell with more evidence than this explains a farther echo from its place, to within a cell.
-        free_silent: Silence lowers it by this.
-        freest: The least evidence that echoes leave.
-        freest_silent: The least evidence that silence leaves.
+        explains: A cell with higher log odds than this explains a farther echo from its place, to within a cell.
+        free_silent: Silence lowers them by this.
+        freest: The lowest log odds that echoes leave.
+        freest_silent: The lowest log odds that silence leaves.
         glancing_deg: A surface that gave an echo may deflect a beam that differs by more than this from that one.
-        hit_near: A near echo raises the evidence of its arc by this.
-        hit_far: A farther one raises it by this.
+        hit_near: A near echo raises the log odds of its arc by this.
+        hit_far: A farther one raises them by this.
         arc_cells: Half the width of an echo's arc, in cells.
         repeated_mm: An echo repeats the last one if the robot has moved less than this, turned less than
             `repeated_deg`, and the range differs by less than `repeated_range_mm`.
         repeated_deg: See `repeated_mm`.
         repeated_range_mm: See `repeated_mm`.
-        known: A cell with less evidence, either way, is unknown to a line of sight.
-        free: A cell with this much evidence against an obstacle is known as free.
+        known: A cell with log odds nearer to 0 than this is unknown to a line of sight.
+        free: A cell with log odds below minus this is known as free.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
-        fades_s: Evidence falls to 1/e in this time: things move, and odometry drifts.
-        appeared_fades_s: That of an obstacle that stopped the robot where the floor had been free does so in this time:
+        fades_s: Log odds fall to 1/e in this time: things move, and odometry drifts.
+        appeared_fades_s: Those of an obstacle that stopped the robot where the floor had been free do so in this time:
             it appeared there and may leave again.
         appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
             clear it.
-        block: Evidence of such an obstacle: a few echoes clear it.
-        free_seen: Floor that a frame shows to be free lowers the evidence of a cell by this.
-        hit_seen: The end of the floor in a frame raises that of its cell by this.
+        block: Log odds of such an obstacle: a few echoes clear it.
+        free_seen: Floor that a frame shows to be free lowers the log odds of a cell by this.
+        hit_seen: The end of the floor in a frame raises those of its cell by this.
         seen_margin_mm: The floor this near to where it ends is not marked free.
         same_share: The end of the floor and an echo within this share of its distance are of one thing.
         grazed_mm: An obstacle that the camera saw and the robot touched is marked this large: it came nearer to it than

@@ -1,4 +1,4 @@
-"""The map: an occupancy grid from sonar and bumper, in the frame of odometry; its evidence fades with time.
+"""The map: an occupancy grid from sonar and bumper, in the frame of odometry; what it shows fades with time.
 
 A sonar's beam is wide. An echo says that the whole beam is free up to it, and that something is *somewhere* on its arc.
 So an echo clears the cone and marks only the middle of the arc. From far away it may be to one side and counts as a
@@ -30,7 +30,7 @@ DIRECTIONS = 72
 Grid = NDArray[np.float32]
 
 _LAYERS = {
-    "evidence": np.float32(0.0),
+    "log_odds": np.float32(0.0),
     "_heard_deg": np.float32(np.nan),
     **dict.fromkeys(("_swept", "_was_free", "_appeared", "_unseen", "seen"), np.False_),
 }
@@ -38,7 +38,7 @@ _LAYERS = {
 
 
 class OccupancyGrid:
-    """A grid of evidence for obstacles, indexed [x, y]; the start lies in the middle.
+    """A grid of the log odds of obstacles, indexed [x, y]; the start lies in the middle.
 
     Args:
         robot: How the robot is built.
@@ -48,7 +48,7 @@ class OccupancyGrid:
         radius_mm: Radius of the robot.
         sonar_forward_mm: How far the sonar is in front of the axle.
         sonar_height_mm: How far the sonar is above the floor.
-        evidence: Evidence for an obstacle in each cell, a score as in `GridNumbers`.
+        log_odds: Log odds of an obstacle in each cell, as in `GridNumbers`.
         forgotten: How often its obstacles were forgotten.
         without_sonar: Whether it has to do without a sonar now.
         seen: Where the camera saw something stand, in a direction that is known to a cell.
@@ -56,7 +56,7 @@ class OccupancyGrid:
             from places farther apart. The source of the echo does not, since it may stand anywhere on its arc.
     """
 
-    evidence: Grid
+    log_odds: Grid
     seen: Mask
     _heard_deg: Grid
     _swept: Mask
@@ -105,16 +105,16 @@ class OccupancyGrid:
         return self.cells is not before
 
     def fade(self, now_s: float) -> None:
-        """Let old evidence fade."""
+        """Let what is old fade."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
-                self._was_free |= self._swept & (self.evidence < N.freest_silent)
-                self._appeared &= self.evidence > 0.0
-                self._unseen &= self.evidence > 0.0
-                self.seen &= self.evidence > 0.0
+                self._was_free |= self._swept & (self.log_odds < N.freest_silent)
+                self._appeared &= self.log_odds > 0.0
+                self._unseen &= self.log_odds > 0.0
+                self.seen &= self.log_odds > 0.0
                 fades_s = np.where(self._appeared, N.appeared_fades_s, N.fades_s)
-                self.evidence *= np.exp((self._time_s - now_s) / fades_s)
+                self.log_odds *= np.exp((self._time_s - now_s) / fades_s)
             self._time_s = now_s
 
     def add_echo(self, pose: Pose, range_mm: float) -> None:
@@ -123,7 +123,7 @@ class OccupancyGrid:
         self._last = (pose, range_mm)
         reach_mm = min(range_mm, N.far_mm)
         cone = self._cone(pose, reach_mm, CELL_MM * 2)
-        cells = self.evidence[cone.window]
+        cells = self.log_odds[cone.window]
         free = self._passed(cone, reach_mm - N.margin_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_echo, N.freest)
         self._swept[cone.window] |= free
@@ -144,7 +144,7 @@ class OccupancyGrid:
             return
         self._last = (pose, math.inf)
         cone = self._cone(pose, N.silent_mm)
-        cells = self.evidence[cone.window]
+        cells = self.log_odds[cone.window]
         free = self._passed(cone, N.silent_mm)
         cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
 
@@ -172,10 +172,10 @@ class OccupancyGrid:
         free = self._mask(lens, view, along_mm, (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None]))
         ends = self._mask(lens, view, ends_mm, known[:, None])
         exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])
-        free &= ~ends & ~(self._unseen & (self.evidence > 0.0))
-        self.evidence[free] = np.maximum(self.evidence[free] - N.free_seen, N.freest)
+        free &= ~ends & ~(self._unseen & (self.log_odds > 0.0))
+        self.log_odds[free] = np.maximum(self.log_odds[free] - N.free_seen, N.freest)
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
-        self.evidence[ends] = np.maximum(self.evidence[ends], np.minimum(self.evidence[ends] + N.hit_seen, most))
+        self.log_odds[ends] = np.maximum(self.log_odds[ends], np.minimum(self.log_odds[ends] + N.hit_seen, most))
         self.seen |= exact
 
     def _reconciled(
@@ -217,9 +217,9 @@ class OccupancyGrid:
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects a beam at a grazing angle
         along = np.abs(np.cos(np.radians(self._heard_deg[cone.window] - cone.heading_deg)))
-        glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.evidence[cone.window] > 0.0)
+        glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.log_odds[cone.window] > 0.0)
         passed = before & ~glanced
-        deflecting = glanced & (self.evidence[cone.window] > N.hint)
+        deflecting = glanced & (self.log_odds[cone.window] > N.hint)
         if deflecting.any():
             half_deg = np.degrees(np.arctan2(CELL_MM / 2, np.maximum(cone.along_mm[deflecting], 1.0)))
             farther = cone.along_mm[passed][:, None] > cone.along_mm[deflecting]
@@ -233,19 +233,19 @@ class OccupancyGrid:
         share = np.arange(0.0, max(0.0, length - N.spared_mm), CELL_MM / 2) / max(length, 1.0)
         i = self.cells.index(start[0] + share * (end[0] - start[0]))
         j = self.cells.index(start[1] + share * (end[1] - start[1]))
-        cells = self.evidence[i, j]
-        self.evidence[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
+        cells = self.log_odds[i, j]
+        self.log_odds[i, j] = np.where((cells > 0.0) & (cells < N.solid), 0.0, cells)
 
     def forget_obstacles(self) -> None:
         """Clear all obstacles."""
         self.forgotten += 1
-        np.minimum(self.evidence, 0.0, out=self.evidence)
+        np.minimum(self.log_odds, 0.0, out=self.log_odds)
 
     def clear_footprint(self, pose: Pose) -> None:
         """Clear the robot's footprint."""
         self.include(pose.point, margin_mm=self.radius_mm)
         window, inside = self.cells.disc(*pose.point, self.radius_mm)
-        self.evidence[window][inside] = N.freest
+        self.log_odds[window][inside] = N.freest
         self._swept[window] |= inside
 
     def mark_obstacle(self, pose: Pose, range_mm: float) -> None:
@@ -254,12 +254,12 @@ class OccupancyGrid:
         if saw is not None:
             window, inside = self.cells.disc(*saw, N.grazed_mm)
         # if the mark was that large before and the robot kept away from it, it has met something else
-        if saw is None or (self.evidence[window][inside] > N.solid).all():
+        if saw is None or (self.log_odds[window][inside] > N.solid).all():
             place = pose.ahead(self.sonar_forward_mm + range_mm + N.block_radius_mm * 0.6)
             self.include(place, margin_mm=N.block_radius_mm)
             window, inside = self.cells.disc(*place, N.block_radius_mm)
             self._unseen[window] |= inside
-        cells = self.evidence[window]
+        cells = self.log_odds[window]
         cells[inside] = np.maximum(cells[inside], N.block)
         self._appeared[window] |= inside & self._was_free[window]
 
@@ -267,7 +267,7 @@ class OccupancyGrid:
         """Return what the camera saw nearest to where something stopped the robot; None if it saw nothing there."""
         x_mm, y_mm = pose.ahead(self.sonar_forward_mm + range_mm)
         window, near = self.cells.disc(x_mm, y_mm, self.radius_mm + N.grazed_mm)
-        near &= self.seen[window] & (self.evidence[window] > N.solid)
+        near &= self.seen[window] & (self.log_odds[window] > N.solid)
         if not near.any():
             return None
         i, j = np.nonzero(near)
@@ -292,10 +292,10 @@ class OccupancyGrid:
         steps = np.arange(CELL_MM, limit_mm + CELL_MM, CELL_MM)
         i = self.cells.index(x_mm + steps[None, :] * _ALONG[:, 0:1])
         j = self.cells.index(y_mm + steps[None, :] * _ALONG[:, 1:2])
-        evidence = self.evidence[i, j]
-        evidence[:, :2] = -1.0  # the robot itself stands there
-        behind = np.logical_or.accumulate(evidence > N.hint, axis=1)
-        unknown_mm = np.cumsum(np.abs(evidence) < N.known, axis=1) * CELL_MM
+        log_odds = self.log_odds[i, j]
+        log_odds[:, :2] = -1.0  # the robot itself stands there
+        behind = np.logical_or.accumulate(log_odds > N.hint, axis=1)
+        unknown_mm = np.cumsum(np.abs(log_odds) < N.known, axis=1) * CELL_MM
         return np.asarray(np.where(behind, N.behind, np.exp(-unknown_mm / unknown_hides_mm)), np.float64)
 
     def clear_between(self, start: Point, end: Point, standoff_mm: float = 0.0, clearance_mm: float = 0.0) -> bool:
@@ -322,7 +322,7 @@ class OccupancyGrid:
         across = np.linspace(-half_mm, half_mm, 7)
         i = self.cells.index(start[0] + along[:, None] * ux - across[None, :] * uy)
         j = self.cells.index(start[1] + along[:, None] * uy + across[None, :] * ux)
-        blocked = (self.evidence[i, j] > N.solid).any(axis=1)
+        blocked = (self.log_odds[i, j] > N.solid).any(axis=1)
         return float(along[blocked.argmax()]) if blocked.any() else None
 
 

@@ -26,13 +26,13 @@ class PlannerNumbers:
             and echoes err, and a path should lead through the middle of a door.
         beyond_cells: Paths go this many cells beyond the known floor at most.
         doubtful: Cost of a cell that may be occupied.
-        likely: Cost of a cell with more evidence than `likely_evidence`.
-        likely_evidence: More evidence than this comes from several echoes.
+        likely: Cost of a cell with higher log odds than `likely_log_odds`.
+        likely_log_odds: Higher ones than this come from several echoes.
         unknown: Cost of a cell that is not known.
         unknown_without_sonar: The same without a sonar, which would hear an obstacle there in time.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
-        touched: A cell with less evidence, either way, counts as never looked at and does not extend the map.
+        touched: A cell with log odds nearer to 0 than this counts as never looked at and does not extend the map.
         narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
             looks narrower on the map than it is.
         frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
@@ -45,7 +45,7 @@ class PlannerNumbers:
     beyond_cells: int = 8
     doubtful: float = 5.0
     likely: float = 25.0
-    likely_evidence: float = 0.8
+    likely_log_odds: float = 0.8
     unknown: float = 1.4
     unknown_without_sonar: float = 8.0
     few_places: int = 6
@@ -78,7 +78,7 @@ class PathPlanner:
         self._start = (i - self._window[0].start, j - self._window[1].start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
-        self._evidence, self._without_sonar = floor.evidence[self._window].copy(), floor.without_sonar
+        self._log_odds, self._without_sonar = floor.log_odds[self._window].copy(), floor.without_sonar
 
     def seconds_to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the driving time to each of the points (n, 2); infinity where no path leads."""
@@ -120,7 +120,7 @@ class PathPlanner:
         every = max(1, round(spacing_mm / CELL_MM))
         within = np.isfinite(self._field)
         if known and not self._without_sonar:  # without a sonar only floor that was driven over becomes known
-            within &= _with_frontier(self._evidence)
+            within &= _with_frontier(self._log_odds)
         i, j = np.nonzero(within[::every, ::every])
         return np.stack(
             [
@@ -177,12 +177,12 @@ class PathPlanner:
 
 def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDArray[np.float64]]:
     """Return the known part of the floor, and the cost of crossing each of its cells, in cells of free floor."""
-    evidence = floor.evidence
-    known = np.abs(evidence) > N.touched
+    log_odds = floor.log_odds
+    known = np.abs(log_odds) > N.touched
     i, j = floor.cells.at(*start)
     known[i, j] = True
     window = (_span(np.any(known, axis=1)), _span(np.any(known, axis=0)))
-    part = evidence[window]
+    part = log_odds[window]
     solid = part > GRID.solid
     blocked = _inflated(solid, floor.radius_mm + N.clearance_mm)
     cost = np.ones(part.shape)
@@ -190,7 +190,7 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     for radius_mm, price in N.inflation:
         cost[_inflated(solid, radius_mm)] = price
     cost[_inflated((part > GRID.hint) & ~solid, floor.radius_mm)] = N.doubtful
-    cost[_inflated((part > N.likely_evidence) & ~solid, floor.radius_mm)] = N.likely
+    cost[_inflated((part > N.likely_log_odds) & ~solid, floor.radius_mm)] = N.likely
     cost[blocked] = np.inf
     seen = _inflated(solid & floor.seen[window], floor.radius_mm + N.seen_clearance_mm)
     cost[blocked & (part < -GRID.free) & ~seen] = N.narrow
@@ -203,10 +203,10 @@ def _costs(floor: OccupancyGrid, start: Point) -> tuple[tuple[slice, slice], NDA
     return window, cost
 
 
-def _with_frontier(evidence: Grid) -> Mask:
+def _with_frontier(log_odds: Grid) -> Mask:
     """Return the floor known to be free, and what lies just beyond it with nothing suspected in between."""
-    known: Mask = evidence < -GRID.free
-    open_floor = known | ~_inflated(evidence > GRID.hint, math.hypot(CELL_MM, CELL_MM))
+    known: Mask = log_odds < -GRID.free
+    open_floor = known | ~_inflated(log_odds > GRID.hint, math.hypot(CELL_MM, CELL_MM))
     for _ in range(N.frontier_cells):
         known = _inflated(known, CELL_MM) & open_floor
     return known

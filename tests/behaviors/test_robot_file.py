@@ -117,7 +117,7 @@ def test_a_robot_file_says_when_and_how_it_was_measured(tmp_path):
 def test_an_echo_is_mapped_from_the_sonar(sonar_forward_mm):
     floor = OccupancyGrid(RobotTable(sonar_forward_mm=sonar_forward_mm))
     floor.add_echo(Pose(), 400.0)
-    assert floor.evidence[CELLS.at(sonar_forward_mm + 400.0, 0.0)] > 0
+    assert floor.log_odds[CELLS.at(sonar_forward_mm + 400.0, 0.0)] > 0
 
 
 @pytest.mark.parametrize(

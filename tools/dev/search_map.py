@@ -140,9 +140,9 @@ def pixel(cells: Cells, place_mm: Point) -> tuple[int, int]:
 
 
 def _floor(world: WorldModel) -> Image:
-    image = np.full((*world.floor.evidence.shape, 3), UNKNOWN, np.uint8)
-    image[world.floor.evidence < -GRID.hint] = FREE
-    image[world.floor.evidence > GRID.hint] = OBSTACLE
+    image = np.full((*world.floor.log_odds.shape, 3), UNKNOWN, np.uint8)
+    image[world.floor.log_odds < -GRID.hint] = FREE
+    image[world.floor.log_odds > GRID.hint] = OBSTACLE
     return np.flipud(image).repeat(CELL_PX, axis=0).repeat(CELL_PX, axis=1).copy()
 
 

@@ -241,6 +241,6 @@ class ShownMission:
             return
         world = self._profile.world
         show = partial(self._hub.show_image, number=0, time_s=record.time_s)
-        show(GRID, encoded=layer(world.floor.evidence, -SURE, SURE))
+        show(GRID, encoded=layer(world.floor.log_odds, -SURE, SURE))
         chances = world.targets.beliefs[record.target].by_place()
         show(BELIEF, encoded=layer(chances, 0.0, max(float(chances.max()), 1e-9)))

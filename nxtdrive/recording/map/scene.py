@@ -65,11 +65,11 @@ class MapScene:
         return pieces
 
     def cells(self, least: float, most: float = math.inf) -> list[Point]:
-        """Return the middles of the cells whose evidence for an obstacle is above `least` and up to `most`.
+        """Return the middles of the cells whose log odds of an obstacle are above `least` and up to `most`.
 
         The outermost cells are left out: of a grid that grows no more they stand for everything beyond it.
         """
-        inner = self.floor.evidence[1:-1, 1:-1]
+        inner = self.floor.log_odds[1:-1, 1:-1]
         rows, columns = np.nonzero((inner > least) & (inner <= most))
         x_mm, y_mm = (self.floor.cells.centre_mm(each + 1) for each in (rows, columns))
         return list(zip(x_mm.tolist(), y_mm.tolist(), strict=True))

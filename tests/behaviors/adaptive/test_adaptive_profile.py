@@ -73,7 +73,7 @@ def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, r
     assert blocker is not None
     assert blocker.range_mm == min(range_mm or PERCEPTION.unheard_mm, PERCEPTION.unheard_mm)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
-    assert bench.world.floor.evidence.max() > GRID.solid
+    assert bench.world.floor.log_odds.max() > GRID.solid
 
 
 def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
@@ -81,7 +81,7 @@ def test_a_remembered_obstacle_is_where_it_is_remembered(bench):
     world, target = bench.world, bench.queue.target
     ahead = Sighting(target, 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56))
     world.perceive(0.0, Pose(), None, [target], Glimpse(0.0, {target: ahead}))
-    world.floor.evidence[CELLS.at(400.0, 0.0)] = GRID.most
+    world.floor.log_odds[CELLS.at(400.0, 0.0)] = GRID.most
     fact = ApproachSkill(bench.profile._perception, trusts_map=True).call()
     assert fact.reason is Reason.BLOCKED_LONG
     assert fact.measured["range_mm"] == pytest.approx(400.0 - world.floor.sonar_forward_mm, abs=CELL_MM)
@@ -117,7 +117,7 @@ def test_evidence_is_gathered_without_changing_what_is_known(bench):
     before = deepcopy(world)
     basis = Evidence(target, blocked.reason, seen_since_search=True, researches=0)
     assert bench.profile.evidence(basis) == first
-    assert np.array_equal(world.floor.evidence, before.floor.evidence)
+    assert np.array_equal(world.floor.log_odds, before.floor.log_odds)
     assert world.targets.known == before.targets.known
     assert world.targets.beliefs[target].held_at((2000.0, 0.0)) == before.targets.beliefs[target].held_at((2000.0, 0.0))
 
@@ -141,9 +141,9 @@ def test_a_blocker_from_the_map_is_not_mapped_again(bench):
     blocker = Blocker(300.0, 0.0, moving=False, hides=False)
     failure = Failure(Event.ARRIVE_FAILED, Reason.BLOCKED_LONG, blocker=blocker, mapped=True)
     bench.world.learn(bench.queue.target, failure, 1.0)
-    assert bench.world.floor.evidence.max() <= 0.0
+    assert bench.world.floor.log_odds.max() <= 0.0
     bench.world.learn(bench.queue.target, replace(failure, mapped=False), 2.0)
-    assert bench.world.floor.evidence.max() > GRID.solid
+    assert bench.world.floor.log_odds.max() > GRID.solid
 
 
 def test_a_look_alike_is_not_taken_for_the_target_again_for_some_time(bench):

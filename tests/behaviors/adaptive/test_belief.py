@@ -31,7 +31,7 @@ def _room() -> OccupancyGrid:
     """Free floor, 4 m square."""
     floor = OccupancyGrid()
     middle = np.abs(CELLS.centre_mm(np.arange(CELLS.side))) < 2000.0
-    floor.evidence[np.ix_(middle, middle)] = -1.0
+    floor.log_odds[np.ix_(middle, middle)] = -1.0
     return floor
 
 
@@ -95,13 +95,13 @@ def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
     x_mm, y_mm = CELLS.centre_mm(np.arange(CELLS.side))[:, None], CELLS.centre_mm(np.arange(CELLS.side))[None, :]
     away_mm = np.maximum(np.abs(x_mm), np.abs(y_mm))
     door = (x_mm > 0.0) & (np.abs(y_mm) < 400.0)
-    floor.evidence[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
+    floor.log_odds[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
     assert belief.frontier_chance_from(1900.0, 0.0, floor) > 3 * belief.frontier_chance_from(1900.0, 1200.0, floor)
 
 
 def test_what_is_hidden_behind_something_loses_less():
     wall = _room()
-    wall.evidence[
+    wall.log_odds[
         (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
     ] = GRID.most
     free, hidden = _belief(), _belief()
@@ -115,7 +115,7 @@ def test_a_wall_that_is_found_while_turning_on_the_spot_hides_what_is_behind_it(
     belief, informed = _belief(), _belief()
     belief.look(Pose(heading_deg=180.0), floor, 3)
     informed.look(Pose(heading_deg=180.0), floor, 3)
-    floor.evidence[
+    floor.log_odds[
         (CELLS.centre_mm(np.arange(CELLS.side)) > 550.0) & (CELLS.centre_mm(np.arange(CELLS.side)) < 750.0), :
     ] = GRID.most
     belief.look(Pose(), floor, 3)
@@ -130,7 +130,7 @@ def test_an_echo_counts_even_when_another_one_outweighs_it():
         belief, chances = _belief(), []
         for place in places:
             floor = _room()
-            floor.evidence[CELLS.at(*place)] = GRID.most
+            floor.log_odds[CELLS.at(*place)] = GRID.most
             chances.append(belief.chance_from(0.0, 0.0, floor))
         return chances[-1]
 
@@ -194,8 +194,8 @@ def test_what_was_looked_at_long_ago_is_worth_another_look():
 def test_a_room_not_seen_yet_is_a_better_place_to_look_in_than_one_seen_two_minutes_ago():
     floor = OccupancyGrid()
     along, across = CELLS.centre_mm(np.arange(CELLS.side)), np.abs(CELLS.centre_mm(np.arange(CELLS.side))) < 1500.0
-    floor.evidence[np.ix_((along > -1500.0) & (along < 6500.0), across)] = -1.0
-    floor.evidence[np.ix_((along > 2000.0) & (along < 2200.0), across)] = GRID.solid + 1.0  # the door is shut by now
+    floor.log_odds[np.ix_((along > -1500.0) & (along < 6500.0), across)] = -1.0
+    floor.log_odds[np.ix_((along > 2000.0) & (along < 2200.0), across)] = GRID.solid + 1.0  # the door is shut by now
     belief = _belief()
     belief.follow(likely_places(floor))
     for heading_deg in range(0, 360, 20):
@@ -315,7 +315,7 @@ def test_a_target_is_likelier_where_there_is_floor():
     belief, floor = _belief(), _room()
     before = _within(belief, (4000.0, 0.0), 800.0)
     corridor = np.ix_(np.abs(CELLS.centre_mm(np.arange(CELLS.side)) - 3500.0) < 1600.0, range(85, 95))
-    floor.evidence[corridor] = -1.0
+    floor.log_odds[corridor] = -1.0
     belief.follow(likely_places(floor))
     assert _within(belief, (4000.0, 0.0), 800.0) > 1.2 * before
     assert _within(belief, (4000.0, 0.0), 800.0) > 1.2 * _within(belief, (-4000.0, 0.0), 800.0)

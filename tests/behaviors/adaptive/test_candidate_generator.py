@@ -34,7 +34,7 @@ def _world(**seen: Point) -> WorldModel:
             }
         )
     )
-    world.floor.evidence[np.maximum(np.abs(X_MM), np.abs(Y_MM)) < 2000.0] = -1.0
+    world.floor.log_odds[np.maximum(np.abs(X_MM), np.abs(Y_MM)) < 2000.0] = -1.0
     for name, (x_mm, y_mm) in seen.items():
         bearing_deg, distance_mm = math.degrees(math.atan2(y_mm, x_mm)), math.hypot(x_mm, y_mm)
         sighting = Sighting(name, bearing_deg, distance_mm, 1.0, 0.0, (100, 80, 40, 56))
@@ -43,7 +43,7 @@ def _world(**seen: Point) -> WorldModel:
 
 
 def _wall(world: WorldModel, x_mm: tuple[float, float], y_mm: tuple[float, float]) -> None:
-    world.floor.evidence[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = GRID.most
+    world.floor.log_odds[_within(X_MM, x_mm) & _within(Y_MM, y_mm)] = GRID.most
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
@@ -107,7 +107,7 @@ def test_a_robot_that_is_walled_in_doubts_its_map():
     ):
         _wall(world, x_mm, y_mm)
     candidates = _candidates(world)
-    assert (world.floor.evidence <= 0.0).all()
+    assert (world.floor.log_odds <= 0.0).all()
     assert candidates.viewpoints("window")
 
 
@@ -123,7 +123,7 @@ def test_places_to_look_from_lie_on_free_floor_and_the_most_promising_for_its_ti
 def test_after_a_room_was_seen_the_robot_looks_from_its_doorway():
     world = _world()
     edge = (np.maximum(np.abs(X_MM), np.abs(Y_MM)) >= 2000.0) & (np.maximum(np.abs(X_MM), np.abs(Y_MM)) < 2200.0)
-    world.floor.evidence[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = GRID.solid - 0.1
+    world.floor.log_odds[edge & ~((X_MM > 0.0) & (np.abs(Y_MM) < 450.0))] = GRID.solid - 0.1
     for x_mm, y_mm in ((0.0, 0.0), (-1000.0, 0.0), (800.0, 1000.0), (800.0, -1000.0)):
         for heading_deg in range(0, 360, 10):
             world.perceive(0.0, Pose(x_mm, y_mm, heading_deg), None, ["door"], Glimpse(0.0, {}), sonar_works=False)

@@ -24,7 +24,7 @@ POSES = st.builds(Pose, *[st.floats(-1.5 * OUTSIDE_MM, 1.5 * OUTSIDE_MM)] * 2, s
 
 
 def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float) -> float:
-    return float(floor.evidence[floor.cells.at(x_mm, y_mm)])
+    return float(floor.log_odds[floor.cells.at(x_mm, y_mm)])
 
 
 def _listen(floor: OccupancyGrid, range_mm: float, times: int = 6, at: Pose = ORIGIN) -> tuple[float, float]:
@@ -76,7 +76,7 @@ def test_a_far_echo_comes_from_what_is_known_to_stand_on_its_arc():
     """Heard along a wall, it does not close the corridor beside it."""
     floor, range_mm = OccupancyGrid(), GRID.near_mm + 500.0
     wall = Pose(heading_deg=10.0).ahead(100.0 + range_mm)
-    floor.evidence[floor.cells.at(*wall)] = GRID.explains + 0.1
+    floor.log_odds[floor.cells.at(*wall)] = GRID.explains + 0.1
     _listen(floor, range_mm, times=20)
     assert _evidence_at(floor, *wall) > GRID.explains + 0.1
     assert _evidence_at(floor, 100.0 + range_mm, 0.0) == 0.0
@@ -102,11 +102,11 @@ def test_an_echo_frees_the_beam_before_it_and_nothing_behind_it():
 def test_a_free_beam_clears_what_has_left():
     floor = OccupancyGrid()
     floor.mark_obstacle(ORIGIN, 300.0)
-    assert floor.evidence.max() > GRID.solid
+    assert floor.log_odds.max() > GRID.solid
     for heading_deg in range(-60, 61, 2):
         for back_mm in (0.0, 40.0, 80.0):
             floor.add_echo(Pose(-back_mm, 0.0, heading_deg), FARTHEST_ECHO_MM)
-    assert floor.evidence.max() < GRID.hint
+    assert floor.log_odds.max() < GRID.hint
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_a_beam_that_strikes_a_wall_at_a_glance_does_not_clear_it(turned_deg, st
 def test_an_echo_from_too_far_marks_nothing():
     floor = OccupancyGrid()
     _listen(floor, FARTHEST_ECHO_MM)
-    assert floor.evidence.max() == 0.0
+    assert floor.log_odds.max() == 0.0
 
 
 def test_beside_the_beam_nothing_is_marked():
@@ -142,7 +142,7 @@ def test_positive_is_right_in_the_map_too(heading_deg):
     floor = OccupancyGrid()
     _listen(floor, 500.0, at=Pose(300.0, -700.0, heading_deg))
     place = Pose(300.0, -700.0, heading_deg).ahead(600.0)
-    marked = np.argwhere(floor.evidence > GRID.solid)
+    marked = np.argwhere(floor.log_odds > GRID.solid)
     centre = (marked.mean(axis=0) - CELLS.side / 2 + 0.5) * CELL_MM
     assert math.dist(centre, place) < 1.5 * CELL_MM
 
@@ -151,11 +151,11 @@ def test_evidence_fades_to_about_a_third():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
     floor.fade(0.0)
-    before = floor.evidence.copy()
+    before = floor.log_odds.copy()
     for now_s in np.arange(0.0, GRID.fades_s + 0.1, 0.5):
         floor.fade(float(now_s))
     assert _evidence_at(floor, *place) > 0.0
-    np.testing.assert_allclose(floor.evidence, before / math.e, rtol=0.02, atol=1e-3)
+    np.testing.assert_allclose(floor.log_odds, before / math.e, rtol=0.02, atol=1e-3)
 
 
 def test_what_appeared_where_the_floor_was_free_fades_sooner_than_what_stood_there():
@@ -199,7 +199,7 @@ def test_what_was_taken_back_was_never_free():
     assert floor.appeared(ORIGIN, 500.0)
     floor.restore()
     assert not floor.appeared(ORIGIN, 500.0)
-    assert not floor.evidence.any()
+    assert not floor.log_odds.any()
 
 
 def test_the_first_look_at_the_clock_fades_nothing():
@@ -251,7 +251,7 @@ def test_what_is_out_of_the_grid_is_not_mapped(heading_deg, range_mm):
     floor.add_echo(far_away, range_mm)
     floor.mark_obstacle(far_away, range_mm)
     floor.clear_footprint(far_away)
-    assert not floor.evidence.any()
+    assert not floor.log_odds.any()
     assert floor.clear_between((2 * OUTSIDE_MM, 0.0), (0.0, 2 * OUTSIDE_MM))
 
 
@@ -285,7 +285,7 @@ def test_it_grows_to_what_is_heard_and_seen(way):
             bearing_deg, near_mm, far_mm = np.linspace(-20.0, 20.0, 41), np.full(41, 300.0), np.full(41, 1500.0)
             floor.add_view(edge, VisibleFloor(bearing_deg, near_mm, far_mm, far_mm, np.full(41, fill_value=True)))
     assert _evidence_at(floor, CELLS.reach_mm + 200.0, 0.0) < 0.0
-    assert not floor.evidence[[0, -1], :].any(), "nothing is pushed back to the edge"
+    assert not floor.log_odds[[0, -1], :].any(), "nothing is pushed back to the edge"
 
 
 ACTIONS = st.tuples(
@@ -307,9 +307,9 @@ def test_evidence_stays_within_its_bounds(actions):
             case _:
                 now_s += range_mm / 100.0
                 floor.fade(now_s)
-    assert np.isfinite(floor.evidence).all()
-    assert floor.evidence.max() <= GRID.most
-    assert floor.evidence.min() >= -GRID.most
+    assert np.isfinite(floor.log_odds).all()
+    assert floor.log_odds.max() <= GRID.most
+    assert floor.log_odds.min() >= -GRID.most
 
 
 @pytest.mark.parametrize("range_mm", [FARTHEST_ECHO_MM, None])

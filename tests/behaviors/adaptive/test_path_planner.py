@@ -30,15 +30,15 @@ def _room() -> OccupancyGrid:
     """A square room that is known to be free, with solid walls around it."""
     floor = OccupancyGrid()
     distance_mm = np.maximum(np.abs(X_MM), np.abs(Y_MM))
-    floor.evidence[distance_mm < HALF_ROOM_MM] = -1.0
-    floor.evidence[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = GRID.most
+    floor.log_odds[distance_mm < HALF_ROOM_MM] = -1.0
+    floor.log_odds[(distance_mm >= HALF_ROOM_MM) & (distance_mm < HALF_ROOM_MM + 3 * CELL_MM)] = GRID.most
     return floor
 
 
 def _with_discs(discs: list[Disc]) -> OccupancyGrid:
     floor = _room()
     for x_mm, y_mm, radius_mm in discs:
-        floor.evidence[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = GRID.most
+        floor.log_odds[np.hypot(X_MM - x_mm, Y_MM - y_mm) <= radius_mm] = GRID.most
     return floor
 
 
@@ -57,15 +57,15 @@ def _along(route: tuple[Point, ...], start: Point = START) -> list[Point]:
 
 def _solid_on(floor: OccupancyGrid, route: tuple[Point, ...], start: Point = START) -> list[Point]:
     """Places on the straight legs of a way that are solid."""
-    return [place for place in _along(route, start) if floor.evidence[CELLS.at(*place)] > GRID.solid]
+    return [place for place in _along(route, start) if floor.log_odds[CELLS.at(*place)] > GRID.solid]
 
 
-@pytest.mark.parametrize(("evidence", "crosses"), [(0.4, True), (1.2, False)])
-def test_what_one_far_echo_suspects_is_crossed_sooner_than_what_several_show(evidence, crosses):
+@pytest.mark.parametrize(("log_odds", "crosses"), [(0.4, True), (1.2, False)])
+def test_what_one_far_echo_suspects_is_crossed_sooner_than_what_several_show(log_odds, crosses):
     floor = _room()
-    floor.evidence[(np.abs(X_MM - 600.0) < CELL_MM) & (Y_MM > -1000.0) & (Y_MM < HALF_ROOM_MM)] = evidence
+    floor.log_odds[(np.abs(X_MM - 600.0) < CELL_MM) & (Y_MM > -1000.0) & (Y_MM < HALF_ROOM_MM)] = log_odds
     route = PathPlanner(floor, START, SPEED_MM_S).route_to((1300.0, 300.0))
-    assert any(floor.evidence[CELLS.at(*place)] > 0 for place in _along(route)) is crosses
+    assert any(floor.log_odds[CELLS.at(*place)] > 0 for place in _along(route)) is crosses
 
 
 @pytest.mark.parametrize("goal", [(1200.0, 0.0), (0.0, -1200.0), (900.0, 900.0), (1200.0, -500.0), (-700.0, 1300.0)])
@@ -80,7 +80,7 @@ def test_on_free_floor_the_way_is_straight_and_takes_its_time(goal):
 
 def test_a_wall_is_gone_round():
     floor = _room()
-    floor.evidence[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = GRID.most
+    floor.log_odds[(X_MM > 800.0) & (X_MM < 1000.0) & (np.abs(Y_MM) <= 1000.0)] = GRID.most
     goal = (1500.0, 0.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     route = routes.route_to(goal)
@@ -97,7 +97,7 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     floor = _room()
     across, along = (X_MM, Y_MM) if along_x else (Y_MM, X_MM)
     door = np.abs(along - shift_mm) < 240.0
-    floor.evidence[(np.abs(across - 1000.0) < 100.0) & ~door] = GRID.most
+    floor.log_odds[(np.abs(across - 1000.0) < 100.0) & ~door] = GRID.most
     goal = (1500.0, 0.0) if along_x else (0.0, 1500.0)
     routes = PathPlanner(floor, START, SPEED_MM_S)
     assert routes.reaches(goal)
@@ -105,25 +105,25 @@ def test_a_door_of_480_mm_is_passed(shift_mm, along_x):
     assert routes.seconds_to(np.array([goal]))[0] < 3 * 1500.0 / SPEED_MM_S
 
 
-def _with_gap(evidence: float) -> OccupancyGrid:
+def _with_gap(log_odds: float) -> OccupancyGrid:
     """A room with a wall across it, in which a gap is narrower than the robot."""
     floor = _room()
     wall = np.abs(X_MM - 1000.0) < 100.0
-    floor.evidence[wall & (np.abs(Y_MM) > 100.0)] = GRID.most
-    floor.evidence[wall & (np.abs(Y_MM) <= 100.0)] = evidence
+    floor.log_odds[wall & (np.abs(Y_MM) > 100.0)] = GRID.most
+    floor.log_odds[wall & (np.abs(Y_MM) <= 100.0)] = log_odds
     return floor
 
 
-@pytest.mark.parametrize(("evidence", "reached"), [(-1.0, True), (0.0, False), (GRID.hint, False)])
-def test_a_gap_that_looks_too_narrow_is_a_door_only_where_its_floor_is_known_to_be_free(evidence, reached):
+@pytest.mark.parametrize(("log_odds", "reached"), [(-1.0, True), (0.0, False), (GRID.hint, False)])
+def test_a_gap_that_looks_too_narrow_is_a_door_only_where_its_floor_is_known_to_be_free(log_odds, reached):
     """A wide beam makes a door look narrower than it is, but no echo leaves free floor between two posts."""
-    assert PathPlanner(_with_gap(evidence), START, SPEED_MM_S).reaches((1500.0, 0.0)) is reached
+    assert PathPlanner(_with_gap(log_odds), START, SPEED_MM_S).reaches((1500.0, 0.0)) is reached
 
 
 def test_a_short_way_round_is_better_than_a_gap_that_looks_too_narrow():
     goal, narrow = (1500.0, 0.0), _with_gap(-1.0)
     round_it = _with_gap(-1.0)
-    round_it.evidence[(np.abs(X_MM - 1000.0) < 100.0) & (Y_MM > 600.0) & (Y_MM < 1400.0)] = -1.0
+    round_it.log_odds[(np.abs(X_MM - 1000.0) < 100.0) & (Y_MM > 600.0) & (Y_MM < 1400.0)] = -1.0
     through_s, round_s = (PathPlanner(f, START, SPEED_MM_S).seconds_to(np.array([goal]))[0] for f in (narrow, round_it))
     assert round_s < through_s
     assert max(y_mm for _, y_mm in PathPlanner(round_it, START, SPEED_MM_S).route_to(goal)) > 600.0
@@ -131,7 +131,7 @@ def test_a_short_way_round_is_better_than_a_gap_that_looks_too_narrow():
 
 def test_a_place_without_a_path_takes_forever():
     floor = _room()
-    floor.evidence[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = GRID.most
+    floor.log_odds[np.abs(X_MM[:, 0] - 1000.0) < 100.0] = GRID.most
     routes = PathPlanner(floor, START, SPEED_MM_S)
     behind, here = (1500.0, 0.0), (500.0, 0.0)
     seconds = routes.seconds_to(np.array([behind, here]))
@@ -206,16 +206,16 @@ def test_places_can_be_reached(discs, known):
     places = routes.reachable_places(400.0, known=known)
     assert len(places) >= 1
     assert np.isfinite(routes.seconds_to(places)).all()
-    assert all(floor.evidence[CELLS.at(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
+    assert all(floor.log_odds[CELLS.at(x_mm, y_mm)] <= GRID.solid for x_mm, y_mm in places)
     if known:
-        assert all(floor.evidence[CELLS.at(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
+        assert all(floor.log_odds[CELLS.at(x_mm, y_mm)] < 0.0 for x_mm, y_mm in places)
 
 
 def test_unknown_floor_before_an_opening_may_be_gone_to_and_what_lies_behind_a_wall_may_not():
     floor = _room()
     door = (X_MM > 0.0) & (np.abs(Y_MM) < 400.0) & (X_MM >= HALF_ROOM_MM - CELL_MM)
-    floor.evidence[door] = 0.0
-    floor.evidence[floor.evidence == GRID.most] = 0.5
+    floor.log_odds[door] = 0.0
+    floor.log_odds[floor.log_odds == GRID.most] = 0.5
     places = PathPlanner(floor, START, SPEED_MM_S).reachable_places(CELL_MM, known=True)
     assert places[:, 0].max() > HALF_ROOM_MM + 100.0
     assert places[:, 0].max() < HALF_ROOM_MM + 500.0

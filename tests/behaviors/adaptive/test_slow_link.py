@@ -127,7 +127,7 @@ def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_f
     for heading_deg in (-3.0, 0.0, 3.0):
         fast.add_silence(Pose(heading_deg=heading_deg))
     place = CELLS.at(600.0, 0.0)
-    assert slow.evidence[place] == pytest.approx(fast.evidence[place]) == pytest.approx(-3 * GRID.free_silent)
+    assert slow.log_odds[place] == pytest.approx(fast.log_odds[place]) == pytest.approx(-3 * GRID.free_silent)
 
 
 def test_one_echo_over_a_slow_link_is_no_more_certain_than_over_a_fast_one_of_where_on_its_arc_something_stands():

@@ -89,7 +89,7 @@ def test_the_silence_of_a_dead_sonar_clears_nothing():
     for i in range(10):
         world.perceive(0.1 * i, Pose(heading_deg=5.0 * i), None, [], Glimpse(0.1 * i, {}), sonar_works=False)
     x, y = CELLS.at(800.0, 0.0)
-    assert world.floor.evidence[x, y] == 0.0
+    assert world.floor.log_odds[x, y] == 0.0
 
 
 def test_without_a_sonar_a_path_keeps_to_floor_that_was_driven_over():

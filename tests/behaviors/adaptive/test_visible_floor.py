@@ -151,8 +151,8 @@ def test_whatever_the_rays_the_map_stays_sound(angles, turn_deg_s):
     view = _ranges().measure([FloorRay(*each) for each in angles], turn_deg_s)
     floor = OccupancyGrid()
     floor.add_view(Pose(), view, (Pose(), 500.0))
-    assert np.isfinite(floor.evidence).all()
-    assert -GRID.most <= floor.evidence.min() <= floor.evidence.max() <= GRID.most
+    assert np.isfinite(floor.log_odds).all()
+    assert -GRID.most <= floor.log_odds.min() <= floor.log_odds.max() <= GRID.most
 
 
 # what the map makes of it
@@ -172,7 +172,7 @@ def _look(floor: OccupancyGrid, view: VisibleFloor, heard_mm: float | None = Non
 
 
 def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float = 20.0) -> float:
-    return float(floor.evidence[CELLS.at(x_mm, y_mm)])
+    return float(floor.log_odds[CELLS.at(x_mm, y_mm)])
 
 
 def test_what_is_seen_to_be_free_is_free_and_what_ends_the_floor_stands_there():

@@ -28,8 +28,8 @@ def test_obstacles_target_and_viewpoints_are_where_they_are(scenario):
     target = mission.mission.targets[0]
     world = WorldModel(mission)
     middle = Cells().side // 2
-    world.floor.evidence[middle - 6 : middle + 6, middle - 6 : middle + 6] = -1.0
-    world.floor.evidence[middle + 6, middle : middle + 3] = 2.0
+    world.floor.log_odds[middle - 6 : middle + 6, middle - 6 : middle + 6] = -1.0
+    world.floor.log_odds[middle + 6, middle : middle + 3] = 2.0
     world.plan()
     viewpoints = (Viewpoint(2.0, 7.0, 0.5, route=((0.0, 0.0), (400.0, 240.0))),)
     evidence = Evidence(
