@@ -20,17 +20,24 @@ EXAMPLES = ROOT / "examples"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *EXAMPLES.glob("*/README.md")])
 BLOCK = re.compile(r"^ *```(\w*)\n(.*?)^ *```", flags=re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(
-    r"^ *(?:\w+=\S+ )?(?:sudo|nxtdrive|\.venv\S+|\.|python3?|py|pip3?|pytest|dask|jason|javac?|for) .*"
+    r"^ *(?:\w+=\S+ )?(?:(?:sudo|nxtdrive|\.venv\S+|\.|python3?|py|pip3?|dask|jason|javac?|for) .*|\.venv\S+$|pytest.*)"
 )
 
-NOT_RUN = {
-    r"sudo |-m tools\.rig |tests/hil ": "needs a virtual machine or devices of the system",
-    r"-m venv |install |^\. ": "changes an environment; test_packaging.py, test_distribution.py and .ci/run install",
-    r"^(\.venv/bin/)?pytest|=\S+ pytest|^for ": "tests/nxtdrive/test_pytest_plugin.py runs the examples' tests",
-    r"^(\.venv/bin/)?python (?!-m)(?!.*sim://)": "programs of the examples on a brick; their own tests call them",
-    r"^dask |--dask |^jason |^javac? ": "needs a cluster, or Jason",
-    r"^nxtdrive sim exec": "tests/interop runs it",
+IN_A_SHELL = re.compile(r"-m venv|-m pip |^pip3? |^\. |pytest|^for each|Scripts.python")
+"""Commands that set up an environment, or collect tests; pip installs nothing and pytest runs none of them."""
+
+PARSED = {
+    r"-m tools\.rig ": "needs a virtual machine",
     r"^nxtdrive bench|tools\.dev\.faults(?!.*--only)": "take minutes; tests/tools/test_bench_*.py, tests/faults",
+    r"^dask |--dask ": "needs a cluster; tests/tools/sweep/test_sweep_cluster.py has one",
+}
+"""Commands of which only the arguments are checked, by a pattern of them, with the reason."""
+
+NOT_RUN = PARSED | {
+    r"^sudo ": "changes the computer: its packages, kernel modules, USB devices",
+    r"Scripts.activate|^for /D": "needs Windows",
+    r"^(\.venv/bin/)?python (?!-m)(?!.*sim://)": "programs of the examples on a brick; their own tests call them",
+    r"^jason |^javac? ": "needs Jason",
     r"-m build|twine |check_wheel_contents ": "test_distribution.py builds, and runs them on what was built",
 }
 """Commands that are printed and not run, by a pattern of them, with the reason."""
@@ -68,8 +75,12 @@ def blocks(*languages: str) -> Iterator[tuple[str, int, str]]:
 def commands(text: str) -> list[str]:
     """Return the commands of a block, without comments."""
     lines = [line.strip() for line in text.splitlines() if COMMAND.match(line) and "──" not in line]
-    plain = [shlex.join(shlex.split(line, comments=True)) if "nxtdrive " in line else line for line in lines]
-    return [line.removeprefix(".venv/bin/") if line.startswith(".venv/bin/nxtdrive ") else line for line in plain]
+    plain = [
+        each.removeprefix(".venv/bin/") if "bin/nxtdrive " in each else each
+        for line in lines
+        for each in line.split(" && ")
+    ]
+    return [shlex.join(shlex.split(each, comments=True)) if each.startswith("nxtdrive ") else each for each in plain]
 
 
 def reason(command: str) -> str | None:
@@ -82,14 +93,14 @@ def make_home(folder: Path) -> None:
     shutil.copy(PICTURES / "fox.png", folder / "my-cat.jpg")
     shutil.copy(EXAMPLES / "careful-explorer" / "careful_explorer.py", folder)
     for example in INSTALLED:
-        _install(EXAMPLES / example, folder)
+        install_example(EXAMPLES / example, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         new = ["mission", "new", "--picture", "my-cat.jpg", "--height-mm", "297", "my-mission.toml"]
         assert main(new) == DONE
 
 
-def _install(example: Path, folder: Path) -> None:
+def install_example(example: Path, folder: Path) -> None:
     """Copy an example to a folder of the path, with what pip would write beside it."""
     for file in (path for suffix in ("py", "toml", "png") for path in example.glob(f"*.{suffix}")):
         shutil.copy(file, folder)

@@ -27,6 +27,7 @@ from tests.architecture.document_blocks import (
     BLOCK,
     DOCUMENTS,
     EXAMPLES,
+    IN_A_SHELL,
     IN_A_TERMINAL,
     LASTING,
     LONG,
@@ -66,7 +67,8 @@ def _blocks(*languages):
 
 
 def _run(command):
-    return not (reason(command) or LASTING.search(command) or IN_A_TERMINAL.search(command) or PROGRAM.search(command))
+    elsewhere = (LASTING, IN_A_TERMINAL, IN_A_SHELL, PROGRAM)
+    return not (reason(command) or any(pattern.search(command) for pattern in elsewhere))
 
 
 SHELL = [(each, commands(each.values[1])) for each in _blocks("", "sh")]
@@ -135,7 +137,8 @@ def _call(module_and_words, **options):
 @pytest.mark.parametrize(
     ("page", "text"), [each for each, said in SHELL if any(_run(one) and not LONG.search(one) for one in said)]
 )
-def test_commands_run(page, text, here):
+def test_commands_run(page, text, here, monkeypatch):
+    monkeypatch.setenv("PATH", os.path.dirname(sys.executable), prepend=os.pathsep)  # for `sim exec`
     notes = [block for _, block in BLOCK.findall((ROOT / page).read_text(encoding="utf-8")) if "!tick" in block]
     (here / "tone.txt").write_text("".join(notes), encoding="utf-8")
     for command in commands(text):

@@ -7,10 +7,13 @@ import contextlib
 import json
 import re
 import shlex
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from tests.architecture.document_blocks import blocks, commands, install_example
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -29,6 +32,13 @@ def test_a_page_begins_by_saying_what_it_is_for(path):
     title, first = [line for line in path.read_text(encoding="utf-8").splitlines() if line][:2]
     assert title.startswith("# ")
     assert first[0].isalnum() or first[0] in "`[*", first
+
+
+@pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_code_is_in_fences(path):
+    """The tests run what is in fences; an indented block would be shown and never run."""
+    text = re.sub(r"^ *```.*?^ *```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    assert not re.findall(r"^ +(?:nxtdrive|python3?|pip3?|pytest|sudo) .*", text, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
@@ -57,6 +67,9 @@ def test_tests_that_documents_name_are_there(path):
         assert not name or name in names, f"{file} has no {name}"
 
 
+SHELL = [(number, (page, text)) for page, number, text in blocks("", "sh") if "nxtdrive " in text]
+
+
 def _misunderstood(command, capsys):
     """What the command line objects to in a command that a document prints."""
     from nxtdrive.cli.main import _parse
@@ -66,11 +79,20 @@ def _misunderstood(command, capsys):
     return capsys.readouterr().err
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_commands_to_copy_are_complete(path, capsys):
-    blocks = "\n".join(re.findall(r"```\n(.*?)```", path.read_text(encoding="utf-8"), flags=re.DOTALL))
-    for command in re.findall(r"^(?:\.venv/bin/)?(nxtdrive [^─\n]+)$", blocks, flags=re.MULTILINE):
-        assert not _misunderstood(command, capsys), command
+@pytest.mark.parametrize(("page", "text"), [pytest.param(*each, id=f"{each[0]}-{number}") for number, each in SHELL])
+def test_nxtdrive_accepts_the_arguments_of_each_command_to_copy(page, text, tmp_path, monkeypatch, capsys):
+    install_example(ROOT / "examples" / "patient-profile", tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    for command in commands(text):
+        assert not (command.startswith("nxtdrive ") and _misunderstood(command, capsys)), command
+
+
+@pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_programs_to_run_exist(path):
+    for program in re.findall(
+        r"^(?:\S+ )?(?:\.venv/bin/)?python (\S+\.py)", path.read_text(encoding="utf-8"), re.MULTILINE
+    ):
+        assert (path.parent / program).exists() or (ROOT / program).exists(), program
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())

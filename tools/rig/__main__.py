@@ -6,6 +6,7 @@ import argparse
 import shlex
 import sys
 import time
+from collections.abc import Sequence
 
 from . import camera
 from .errors import RigError
@@ -27,8 +28,17 @@ FAULTS = {"usb": ("unplug", "halt", "mute"), "camera": ("unplug", "cover"), "blu
 ENDPOINTS = {"out": 0x01, "in": 0x82}
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Parse the command line and run the action."""
+    args = _arguments(argv)
+    try:
+        return int(args.run(args))
+    except RigError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m tools.rig",
         description=__doc__,
@@ -53,12 +63,7 @@ def main() -> int:
     actions.add_parser("camera", help="measure frames per second and latency in the guest").set_defaults(run=_camera)
     actions.add_parser("truth", help="print the world's truth").set_defaults(run=_truth)
     actions.add_parser("down", help="end it").set_defaults(run=_down)
-    args = parser.parse_args()
-    try:
-        return int(args.run(args))
-    except RigError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+    return parser.parse_args(argv)
 
 
 def _up(args: argparse.Namespace) -> int:
