@@ -41,7 +41,7 @@ def test_links_lead_to_pages(page, written, shown):
 
 def test_options_in_code_stay_on_one_line():
     shown = whole_options('<p>as --out</p><code>run --out a-b -v</code><code><a href="x--y -z">--in-order</a></code>')
-    options = [f'<span class="option">{each}</span>' for each in ("--out", "-v", "--in-order")]
+    options = [f'<span class="whole">{each}</span>' for each in ("--out", "-v", "--in-order")]
     assert shown == (
         f'<p>as --out</p><code>run {options[0]} a-b {options[1]}</code><code><a href="x--y -z">{options[2]}</a></code>'
     )
@@ -50,6 +50,11 @@ def test_options_in_code_stay_on_one_line():
 def test_paths_in_tables_break_after_a_slash():
     shown = breakable_paths('<code>a/b</code><td><a href="c/d"><code>docs/web.md</code></a> e/f</td>')
     assert shown == '<code>a/b</code><td><a href="c/d"><code>docs/<wbr>web.md</code></a> e/f</td>'
+
+
+def test_names_with_hyphens_in_tables_stay_on_one_line():
+    shown = breakable_paths("<td><code>a/b-c --d-e</code> f-g</td><p><code>h-i</code></p>")
+    assert shown == '<td><code>a/<wbr><span class="whole">b-c</span> --d-e</code> f-g</td><p><code>h-i</code></p>'
 
 
 def test_names_of_tests_in_tables_break_after_an_underscore():

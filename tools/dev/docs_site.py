@@ -22,6 +22,7 @@ CELL = re.compile(r"<td.*?</td>", re.DOTALL)
 SLASH = re.compile(r"(?:(?<=\w)/(?=\w)|::)(?![^<]*>)")
 CODE = re.compile(r"<code>(.*?)</code>", re.DOTALL)
 DRAWING = re.compile(r"<pre(?=(?:(?!</pre>).)*[─│▼├])", re.DOTALL)
+HYPHENATED = re.compile(r"(?<![\w&;-])\w+(?:-\w+)+(?![^<]*>)")
 OPTION = re.compile(r"(?<![\w&;-])--?[A-Za-z][\w-]*(?![^<]*>)")
 ELSEWHERE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
 
@@ -60,10 +61,10 @@ def marked_drawings(html: str) -> str:
 
 
 def breakable_paths(html: str) -> str:
-    """Let paths in tables break after a slash, and names of tests after an underscore; site.css keeps names whole."""
+    """Let paths in tables break after a slash, and names of tests after an underscore; other names stay whole."""
 
     def mark(code: re.Match[str]) -> str:
-        path, colons, test = SLASH.sub(r"\g<0><wbr>", code.group()).partition("::")
+        path, colons, test = _whole(HYPHENATED, SLASH.sub(r"\g<0><wbr>", code.group())).partition("::")
         return path + colons + (test.replace("_", "_<wbr>") if colons else "")
 
     return CELL.sub(lambda cell: CODE.sub(mark, cell.group()), html)
@@ -71,11 +72,12 @@ def breakable_paths(html: str) -> str:
 
 def whole_options(html: str) -> str:
     """Mark the options in code, such as ``--out``, which site.css keeps on one line: browsers break after hyphens."""
+    return CODE.sub(lambda code: _whole(OPTION, code.group()), html)
 
-    def mark(code: re.Match[str]) -> str:
-        return OPTION.sub(r'<span class="option">\g<0></span>', code.group())
 
-    return CODE.sub(mark, html)
+def _whole(names: re.Pattern[str], html: str) -> str:
+    """Keep what matches on one line."""
+    return names.sub(r'<span class="whole">\g<0></span>', html)
 
 
 def site_links(markdown: str, page: str) -> str:
