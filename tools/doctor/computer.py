@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import closing
-from importlib.metadata import distributions
+from importlib.metadata import distributions, requires
 from pathlib import Path
 
 from firmware_protocol.errors import CameraError, LinkError, NXTError
@@ -130,7 +130,7 @@ def opencv() -> Iterator[Finding]:
     installed = {name.lower().replace("_", "-") for name in named}
     names = sorted(filter(OPENCV.fullmatch, installed))
     if len(names) > 1:
-        wanted = "opencv-python-headless>=4.11,<5"
+        wanted = next(each for each in requires("nxtdrive") or () if OPENCV.match(each))
         commands = f"`{pip_command('uninstall', *names)}`, `{pip_command('install', wanted)}`"
         remedy = f"Remove them and install one again: {commands}."
         yield warning("OpenCV", f"{' and '.join(names)} are installed and overwrite each other's files.", remedy)

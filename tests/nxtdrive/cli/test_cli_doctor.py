@@ -1,6 +1,7 @@
 """``doctor``: what it finds on this computer, on the simulated brick, and on computers that lack something."""
 
 import json
+import re
 import sys
 from types import SimpleNamespace
 
@@ -303,6 +304,7 @@ def test_two_opencvs_in_one_environment_are_a_conflict(tmp_path, monkeypatch):
     (found,) = computer.opencv()
     assert "opencv-contrib-python-headless and opencv-python and opencv-python-headless are" in found.text
     assert "uninstall opencv-contrib-python-headless opencv-python opencv-python-headless" in found.remedy
+    assert re.search(r"install '?opencv-python-headless<5,>=4\.\d+", found.remedy)
 
 
 def test_what_an_interrupted_installation_has_left_is_no_opencv(tmp_path, monkeypatch):
