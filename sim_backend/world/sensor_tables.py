@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from sim_backend.world.toml_types import Length, Paint, Point, Seconds, Table
+from sim_backend.world.toml_types import Direction, Length, Mounting, Offset, Paint, Point, Seconds, Table
 
 Port = Annotated[int, Field(ge=1, le=4)]
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -27,7 +27,7 @@ class Patch(Table):
     color: Paint
     at_mm: Point | None = None
     size_mm: tuple[Length, Length] | None = None
-    facing_deg: float = 0.0
+    facing_deg: Direction = 0.0
     along_mm: tuple[Point, ...] = ()
     width_mm: Length = 20.0
 
@@ -53,7 +53,7 @@ class Surroundings(Table):
 
     sound_db: Annotated[float, Field(ge=0, le=130)] = 50.0
     temperature_c: Annotated[float, Field(ge=-40, le=125)] = 21.0
-    north_deg: float = 270.0
+    north_deg: Direction = 270.0
 
 
 class Sound(Table):
@@ -97,7 +97,7 @@ class Echo(Table):
     """
 
     height_mm: Length = 90.0
-    noise_mm: Annotated[float, Field(ge=0)] = 5.0
+    noise_mm: Annotated[float, Field(ge=0, le=1000)] = 5.0
     dropout: Annotated[float, Field(ge=0, le=1)] = 0.0
     max_incidence_deg: Annotated[float, Field(gt=0, le=90)] = 65.0
 
@@ -109,7 +109,7 @@ class Ultrasonic(Echo):
         forward_mm: Distance in front of the axle.
     """
 
-    forward_mm: float = 100.0
+    forward_mm: Offset = 100.0
 
 
 class TouchMount(Table):
@@ -123,7 +123,7 @@ class TouchMount(Table):
 
     kind: Literal["touch"] = "touch"
     port: Port
-    direction_deg: float = 0.0
+    direction_deg: Direction = 0.0
     width_deg: Annotated[float, Field(gt=0, le=360)] = 90.0
 
 
@@ -139,7 +139,7 @@ class LightMount(Table):
 
     kind: Literal["light"]
     port: Port
-    at_mm: Point = (80.0, 0.0)
+    at_mm: Mounting = (80.0, 0.0)
     looks: Literal["down", "ahead"] = "down"
     noise_percent: Annotated[float, Field(ge=0, le=50)] = 0.5
 
@@ -155,7 +155,7 @@ class ColorMount(Table):
 
     kind: Literal["color"]
     port: Port
-    at_mm: Point = (80.0, 0.0)
+    at_mm: Mounting = (80.0, 0.0)
     noise_percent: Annotated[float, Field(ge=0, le=50)] = 0.5
 
 
@@ -183,8 +183,8 @@ class UltrasonicMount(Echo):
 
     kind: Literal["ultrasonic"]
     port: Port
-    at_mm: Point = (0.0, 0.0)
-    direction_deg: float = 0.0
+    at_mm: Mounting = (0.0, 0.0)
+    direction_deg: Direction = 0.0
 
 
 class TemperatureMount(Table):

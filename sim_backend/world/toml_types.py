@@ -18,6 +18,14 @@ Length = Annotated[float, Field(ge=LEAST, le=FARTHEST_MM)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
 Percent = Annotated[float, Field(ge=0, le=100)]
+Direction = Annotated[float, Field(ge=-360, le=360)]
+"""Degrees clockwise, on the map or from the robot's front."""
+Offset = Annotated[float, Field(ge=-500, le=500)]
+"""From the middle of the robot's axle; the body's radius is 500 mm at most."""
+Mounting = tuple[Offset, Offset]
+"""A position on the robot: forward and right of the middle of the axle."""
+MOST_TIMES = 1_000_000
+"""Once a second in the longest simulation."""
 
 
 def _span(value: object) -> object:
@@ -32,7 +40,7 @@ def _span(value: object) -> object:
     raise ValueError(f"must be seconds, or [shortest, longest] to draw from, {LONGEST_S:.0f} at most, not {value!r}")
 
 
-Duration = Annotated[tuple[float, float], BeforeValidator(_span)]
+Duration = Annotated[tuple[Seconds, Seconds], BeforeValidator(_span)]
 """Shortest and longest time in seconds; durations are drawn uniformly with the simulation's seed."""
 
 PAINTS: dict[str, tuple[float, float, float]] = {

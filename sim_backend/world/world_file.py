@@ -14,7 +14,7 @@ from pydantic import Field, field_validator, model_validator
 
 from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
-from sim_backend.world.toml_types import PAINTS, Length, Name, Paint, Percent, Point, Table
+from sim_backend.world.toml_types import PAINTS, Direction, Length, Name, Offset, Paint, Percent, Point, Table
 
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
@@ -120,7 +120,7 @@ class Carpet(Table):
 
     at_mm: Point
     size_mm: tuple[Length, Length]
-    facing_deg: float = 0.0
+    facing_deg: Direction = 0.0
     grip: Length = 0.9
     drag_nm: Annotated[float, Field(ge=0, le=0.2)] = 0.0
     slip: Slip = Slip()
@@ -151,7 +151,7 @@ class Robot(Table):
     """
 
     start_mm: Point
-    heading_deg: float = 0.0
+    heading_deg: Direction = 0.0
     radius_mm: Annotated[float, Field(ge=LEAST_RADIUS_MM, le=500)] = 115.0
     wheel_diameter_mm: Annotated[float, Field(ge=10, le=300)] = 56.0
     track_mm: Annotated[float, Field(ge=30, le=600)] = 112.0
@@ -200,8 +200,8 @@ class Camera(Table):
 
     hfov_deg: Annotated[float, Field(ge=20, le=120)] = 60.0
     height_mm: Length = 200.0
-    forward_mm: float = 60.0
-    right_mm: Annotated[float, Field(ge=-500, le=500)] = 0.0
+    forward_mm: Offset = 60.0
+    right_mm: Offset = 0.0
     yaw_deg: Degrees = 0.0
     tilt_deg: Annotated[float, Field(ge=-30, le=30)] = 0.0
     roll_deg: Degrees = 0.0
@@ -259,7 +259,7 @@ class Box(Table):
     at_mm: Point
     size_mm: tuple[Length, Length]
     height_mm: Length
-    facing_deg: float = 0.0
+    facing_deg: Direction = 0.0
     mass_kg: Length | None = None
     absorbs: bool = False
     texture: Name = "carton"
@@ -300,7 +300,7 @@ class Picture(Table):
 
     name: Name
     at_mm: Point
-    facing_deg: float
+    facing_deg: Direction
     file: Path | None = None
     size_mm: tuple[Length, Length] = (210.0, 297.0)
     centre_height_mm: Length = 200.0

@@ -1,6 +1,8 @@
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
@@ -507,3 +509,33 @@ PICTURE = '[[pictures]]\nname = "lena"\nat_mm = [2500, 1000]\nfacing_deg = 180\n
 def test_numbers_with_which_a_simulation_cannot_compute_are_mistakes(table, where):
     (mistake,) = mistakes_in(f"{GOOD}{table}")
     assert mistake.startswith(where)
+
+
+def unlimited(schema: Any, path: str = "") -> Iterator[str]:
+    """Yield the paths of numbers in a JSON schema that lack a lower or an upper limit."""
+    if isinstance(schema, dict) and schema.get("type") in ("number", "integer"):
+        low, high = ({f"{end}imum", f"exclusive{end.capitalize()}imum"} for end in ("min", "max"))
+        if not (low & schema.keys() and high & schema.keys()):
+            yield path
+    elif isinstance(schema, dict | list):
+        for key, inner in schema.items() if isinstance(schema, dict) else enumerate(schema):
+            yield from unlimited(inner, f"{path}.{key}")
+
+
+def test_every_number_has_a_lower_and_an_upper_limit():
+    assert list(unlimited(WorldFile.model_json_schema())) == []
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("heading_deg = 361", "robot.heading_deg: must be 360 or less"),
+        ("heading_deg = -1e300", "robot.heading_deg: must be -360 or more"),
+        ("[camera]\nforward_mm = 1e300", "camera.forward_mm: must be 500 or less"),
+        ("[ultrasonic]\nnoise_mm = 1e300", "ultrasonic.noise_mm: must be 1000 or less"),
+        ("[[sensors]]\nkind = 'light'\nport = 2\nat_mm = [0, 501]", "sensors[0].at_mm[1]: must be 500 or less"),
+    ],
+)
+def test_a_number_beyond_its_range_is_a_mistake_with_the_range(table, expected):
+    [mistake] = mistakes_in(GOOD + table)
+    assert mistake.startswith(expected)
