@@ -27,6 +27,13 @@ CHUNK = 4096
 """Bytes read from a program at a time, which bounds the number of waiting telegrams."""
 
 
+ACCEPT_AGAIN_S = 0.1
+"""Pause after a connection that could not be accepted; until then the listener stays readable."""
+
+# epoll takes a file descriptor of its own, and there may be none left; Windows has no poll
+_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
+
+
 class Client(Protocol):
     """One connected program.
 
@@ -86,7 +93,7 @@ def completed(frames: FrameReader, data: bytes) -> list[bytes]:
 
 def wait_readable(files: Iterable[int], wait_s: float) -> bool:
     """Wait until one of the files is readable, for `wait_s` seconds at most; returns whether one is."""
-    with selectors.DefaultSelector() as selector:
+    with _Selector() as selector:
         for file in files:
             selector.register(file, selectors.EVENT_READ)
         return bool(selector.select(max(0.0, wait_s)))

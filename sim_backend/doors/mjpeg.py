@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_backend.doors.door import LOOPBACK, SEND_BUFFER
+from sim_backend.doors.door import ACCEPT_AGAIN_S, LOOPBACK, SEND_BUFFER
 from sim_backend.doors.loop_door import LoopDoor
 
 LOG = logging.getLogger(__name__)
@@ -39,9 +39,6 @@ REQUEST_S = 5.0
 
 STALLED_S = 5.0
 """A viewer that takes longer for a frame is disconnected."""
-
-ACCEPT_AGAIN_S = 0.1
-"""Pause after a connection that could not be accepted."""
 
 LINE_LIMIT = 8192
 """Longest line of a request in bytes."""

@@ -15,7 +15,7 @@ from ipaddress import ip_address
 
 from firmware_protocol.errors import ConfigError, system_words
 from firmware_protocol.framing import LENGTH_LIMIT, USB_TELEGRAM_LIMIT, FrameReader, frame
-from sim_backend.doors.door import CHUNK, LOOPBACK, PARTIAL_LIMIT_S, SEND_BUFFER, Client, completed
+from sim_backend.doors.door import ACCEPT_AGAIN_S, CHUNK, LOOPBACK, PARTIAL_LIMIT_S, SEND_BUFFER, Client, completed
 from sim_backend.doors.splitter import CLOSE, GET_LINK_TYPE, TelegramSplitter
 
 UNREAD_LIMIT = 1 << 16
@@ -182,6 +182,7 @@ class SocketDoor:
         """
         self.bluetooth = dialect.bluetooth
         self._dialect, self._now = dialect, now
+        self._accepts_at_s = -math.inf
         self._listener = listen(host, port)
         self._listener.setblocking(False)
         self.port: int = self._listener.getsockname()[1]
@@ -192,8 +193,8 @@ class SocketDoor:
         return list(self._connected())
 
     def fileno(self) -> int | None:
-        """Return the file descriptor of the listening socket."""
-        return self._listener.fileno()
+        """Return the file descriptor of the listening socket; None for a moment after it could not accept a program."""
+        return self._listener.fileno() if self._now() >= self._accepts_at_s else None
 
     def close(self) -> None:
         """Free the port; existing connections stay."""
@@ -203,7 +204,10 @@ class SocketDoor:
         for _ in range(BACKLOG):
             try:
                 connection, peer = self._listener.accept()
-            except OSError:  # no connection, or it is gone already
+            except BlockingIOError:  # no connection
+                return
+            except OSError:  # it is gone already, or too many files are open
+                self._accepts_at_s = self._now() + ACCEPT_AGAIN_S
                 return
             connection.setblocking(False)
             try:

@@ -1,8 +1,6 @@
 """The camera's stream: readable by OpenCV and by any other client, none of which the brick waits for."""
 
 import contextlib
-import os
-import resource
 import socket
 import threading
 import urllib.error
@@ -19,6 +17,7 @@ from sim_backend.doors import mjpeg
 from sim_backend.doors.door import wait_readable
 from sim_backend.doors.mjpeg import STREAM, VIEWER_LIMIT, WAITING_LIMIT, MjpegDoor
 from sim_backend.doors.uvc import UvcDoor
+from tests.sim_backend.doors.conftest import files_left
 
 LIMITS = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 10_000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 10_000]
 GRAY = np.full((120, 160, 3), 90, np.uint8)
@@ -231,12 +230,6 @@ def test_a_port_in_use_is_one_sentence(door):
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("make", [MjpegDoor, partial(UvcDoor, (320, 240), 15.0)])
 def test_a_camera_that_gets_no_file_descriptors_is_an_error(make):
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    spare = os.dup(0)
-    os.close(spare)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (spare + 1, hard))  # one for the listener, none for its event loop
-    try:
-        with pytest.raises(ConfigError, match="Too many open files"):
-            make()
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    # one for the listener, none for its event loop
+    with files_left(1), pytest.raises(ConfigError, match="Too many open files"):
+        make()

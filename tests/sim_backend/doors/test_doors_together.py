@@ -10,9 +10,11 @@ from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputS
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from firmware_protocol.framing import LENGTH_SIZE, frame
 from firmware_protocol.system import IOMapRead, OpenWrite, Write
+from sim_backend.doors.door import wait_readable
 from sim_backend.doors.sockets import SocketDoor, StreamClient, is_loopback
 from sim_backend.doors.switchboard import CLIENT_LIMIT, WAITING_LIMIT
 from sim_backend.simulation import LinkFaults
+from tests.sim_backend.doors.conftest import files_left
 
 GET_BATTERY = GetBatteryLevel().encode()
 
@@ -261,3 +263,13 @@ def test_a_program_that_is_gone_before_it_is_accepted_does_not_end_the_server(mo
             (client,) = door.arrivals()
             client.hang_up()
         assert first.recv(1) == b""
+
+
+def test_a_program_waits_outside_while_too_many_files_are_open(house):
+    door = house.add("tcp")
+    waiting = _Framed(house, door)
+    with files_left(0):
+        house.turn()
+        # readable would be the listener, at once and again and again
+        assert not wait_readable(house.board.files(), 0.0)
+    assert waiting.ask(GET_BATTERY)[:2] == b"\x02\x0b"
