@@ -14,6 +14,7 @@ from firmware_protocol.enums import InputPort, OutputPort
 from firmware_protocol.errors import LinkError
 from firmware_protocol.system import GetDeviceInfo, GetVersions, SetBrickName
 from firmware_protocol.telegram import Reply
+from nxtdrive.link.latency import TIMEOUT_RANGE_S
 from nxtdrive.link.link import Link
 from nxtdrive.link.threads import THREADS, Threads
 from nxtdrive.ports import MotorPort, SensorPort, in_range, input_port, output_port
@@ -38,8 +39,6 @@ STOPPING_S = 0.15
 """How long motors brake before they are switched off when the program ends."""
 LOW_BATTERY_MV = 7100
 """Voltage below which the brick itself warns if a rechargeable pack is in it. Source: docs/firmware.md section 8."""
-TIMEOUT_RANGE_S = (0.001, 3600.0)
-"""Longer ones mean to wait forever, which no transport can."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,11 +21,12 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
-from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, answer_s
+from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, TIMEOUT_RANGE_S, answer_s
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
 from nxtdrive.link.reconnect import PROBE_S, RECONNECT_TIMEOUT_S, Reconnector, interrupted
 from nxtdrive.link.scheduler import RESOLUTION_S, STEP_S, Motion, MotionScheduler
 from nxtdrive.link.threads import CLOSING_S, THREADS, Lock, Threads
+from nxtdrive.ports import in_range
 from nxtdrive.transports.base import Transport, drain
 
 R = TypeVar("R", bound=Reply)
@@ -100,13 +101,15 @@ class Link:
         a command that changes nothing is sent again, unless motors were driven: they have stopped; the caller decides.
 
         Raises:
-            LocalProtocolError: A value does not fit its field; nothing was sent.
+            LocalProtocolError: A value does not fit its field, or `timeout_s` is not 0.001..3600; nothing was sent.
             LinkError: The link is lost or closed, or (LinkTimeout) there was no reply in time.
             RemoteProtocolError: The reply does not match the command.
             BrickError: The brick refused; see its `status`.
         """
         if timeout_s is None:
             timeout_s = self.timeout_s
+        else:
+            in_range("timeout_s", timeout_s, *TIMEOUT_RANGE_S)
         try:
             now = self.now()
             if now >= self._check_due:

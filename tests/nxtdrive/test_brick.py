@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from firmware_protocol.direct import GetOutputState, KeepAlive, SetProperty
+from firmware_protocol.direct import GetBatteryLevel, GetOutputState, KeepAlive, SetProperty
 from firmware_protocol.enums import OutputPort, Property
 from firmware_protocol.errors import BrickError, LinkLost, LinkTimeout, LocalProtocolError
 from firmware_protocol.status import Status
@@ -35,6 +35,8 @@ def test_opening_checks_that_the_brick_answers():
 def test_a_timeout_that_no_link_can_keep_is_refused(timeout_s):
     with pytest.raises(LocalProtocolError, match="timeout_s"):
         open_brick("sim://open", timeout_s=timeout_s)
+    with open_brick("sim://open") as brick, pytest.raises(LocalProtocolError, match="timeout_s"):
+        brick.request(GetBatteryLevel(), timeout_s=timeout_s)
 
 
 def test_a_refusal_carries_its_status(lab):

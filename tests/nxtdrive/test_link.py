@@ -178,7 +178,7 @@ def test_after_ctrl_c_in_a_request_other_threads_use_the_link(direct, where):
         threads.interrupted = where
         with pytest.raises(KeyboardInterrupt):
             brick.request(GetBatteryLevel())
-        assert in_another_thread(lambda: brick.request(GetBatteryLevel(), timeout_s=0)).voltage_mv
+        assert in_another_thread(lambda: brick.request(GetBatteryLevel(), timeout_s=0.001)).voltage_mv
 
 
 @pytest.mark.parametrize("where", ["join", "acquire", "release"])
