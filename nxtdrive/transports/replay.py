@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Self, cast
 
 from firmware_protocol import errors
-from firmware_protocol.errors import AddressError, LinkError, LinkLost, NXTError, RemoteProtocolError
+from firmware_protocol.errors import AddressError, LinkError, LinkLost, LinkTimeout, NXTError, RemoteProtocolError
 from firmware_protocol.explain import explain
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import closed
@@ -81,6 +81,7 @@ class ReplayTransport:
         """Return the recorded reply if it arrived within `timeout_s`, else None.
 
         Raises:
+            LinkTimeout: There is none, because the recording ends here.
             LinkError: The recorded error.
         """
         self._check_open()
@@ -88,6 +89,8 @@ class ReplayTransport:
         due = entry is not None and entry.time_s <= deadline_s + EARLY_S
         if entry is None or not due or entry.kind not in (Kind.FROM_BRICK, Kind.ERROR):
             self._pause_until(deadline_s)
+            if entry is None:
+                raise LinkTimeout("the recording ends here, without a reply to the last request.")
             return None
         self._take(entry)
         if entry.error:

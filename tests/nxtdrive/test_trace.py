@@ -1,6 +1,7 @@
 """Recording dialogues, and using a recording as a brick."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -85,6 +86,17 @@ def test_a_recording_stands_in_for_the_brick(record):
     path, answers = record(talk)
     with Brick(ReplayTransport(read_trace(path), "replay://")) as brick:
         assert talk(brick) == answers
+
+
+def test_a_recording_that_ends_before_a_reply_does_not_ask_for_the_brick(record):
+    path, _ = record(lambda brick: brick.battery_v)
+    trace = read_trace(path)
+    cut = replace(trace, entries=trace.entries[:-1])
+    with (
+        Brick(ReplayTransport(cut, "replay://")) as brick,
+        pytest.raises(LinkTimeout, match=r"^the recording ends here, without a reply to the last request\.$"),
+    ):
+        _ = brick.battery_v
 
 
 @pytest.mark.parametrize("latency_ms", [2, 45])
