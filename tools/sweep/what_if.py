@@ -54,6 +54,11 @@ class GeneratedMission:
     seed: int
     profile: str
 
+    @property
+    def name(self) -> str:
+        """The same for each way to write it: ``open:100`` for ``open:100:adaptive``, too."""
+        return f"{self.kind}:{self.seed}" + ("" if self.profile == ADAPTIVE else f":{self.profile}")
+
 
 @dataclass(frozen=True, slots=True)
 class RecordedRun:
@@ -73,6 +78,11 @@ class RecordedRun:
     camera: str
     choices: tuple[tuple[float, str], ...]
 
+    @property
+    def name(self) -> str:
+        """Its folder."""
+        return str(self.path)
+
 
 @dataclass(frozen=True, slots=True)
 class RebuiltRun:
@@ -85,6 +95,11 @@ class RebuiltRun:
 
     path: Path
     scenario: Scenario
+
+    @property
+    def name(self) -> str:
+        """Its folder."""
+        return str(self.path)
 
 
 Source = GeneratedMission | RecordedRun | RebuiltRun

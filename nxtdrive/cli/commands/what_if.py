@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.tools.sweep.what_if_file import read_missions
     from nxtdrive.tools.sweep.what_if_result import Request, mean_figures
 
-    sources = {name: read_source(name) for name in args.run_paths}
+    sources = {source.name: source for source in map(read_source, args.run_paths)}
     kept = read_missions(args.out) if args.out else {}
     request = Request(args.decision, args.sample, args.futures)
     results: list[ExaminedMission] = []

@@ -68,12 +68,14 @@ def test_figures_over_missions_count_decisions_and_resample_missions():
 def test_missions_that_a_file_has_are_not_repeated(tmp_path, capsys):
     out = tmp_path / "regret.jsonl"
     decisions = [{**DECISION, "regret_s": regret_s} for regret_s in (2, 6)]
-    names = ["open:100", "flat:7:adaptive"]
+    names = ["open:100", "flat:7"]
     asked = {"decision": None, "sample": None, "futures": 2}
     out.write_text("".join(json.dumps({"run": name, **asked, "decisions": decisions}) + "\n" for name in names))
     before = out.read_bytes()
-    assert main(["what-if", *names, "--out", str(out), "--futures", "2", "--workers", "1", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["regret_s"] == [4.0, 4.0, 4.0]
+    asked_for = ["open:100", "open:100:adaptive", "open:0100", "flat:7:adaptive"]
+    assert main(["what-if", *asked_for, "--out", str(out), "--futures", "2", "--workers", "1", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert ([run["run"] for run in result["runs"]], result["regret_s"]) == (names, [4.0, 4.0, 4.0])
     assert out.read_bytes() == before
 
 
