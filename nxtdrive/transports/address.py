@@ -76,7 +76,7 @@ class Address:
         scheme, separator, rest = text.partition("://")
         if not separator:
             scheme, rest = _by_shape(text), text
-        if not _SCHEME.fullmatch(scheme):
+        if not _SCHEME.fullmatch(scheme) or "\0" in text:  # which neither paths nor hosts can have
             raise AddressError(f"{text!r} is not an address.", remedy=f"Try {DEFAULT!r} or 'sim://'.")
         target, _, query = rest.partition("?")
         pairs = parse_qsl(query, keep_blank_values=True)

@@ -94,6 +94,7 @@ def test_options_follow_the_question_mark():
         ("sim://?firmware=1.31", "1.29 or 1.05 or 1.32"),
         ("sim://?seed=1&seed=2", "more than once"),
         ("usb://?seed=1", "unknown option"),
+        ("record://\0?nxt=sim://", "is not an address"),
     ],
 )
 def test_a_mistake_is_named_with_its_remedy(text, says):

@@ -230,7 +230,7 @@ def test_an_unknown_digital_sensor_is_named_and_read_by_registers(lab):
     assert sensor.read(0x60, 1) == b"\x05"
 
 
-@pytest.mark.parametrize("address", [-2, 0, 0x100])
+@pytest.mark.parametrize("address", [-2, 0, 0x100, 2.0, "0x02"])
 def test_an_address_that_cannot_be_is_refused(lab, address):
     with pytest.raises(LocalProtocolError, match="address"):
         lab().brick.i2c(1, address)
