@@ -7,7 +7,6 @@ from collections import deque
 from pathlib import Path
 
 import pytest
-from lockstep import Lockstep, LockstepTransport
 
 from firmware_protocol.status import Status
 from nxtdrive.brick import Brick
@@ -17,6 +16,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
+from tests.nxtdrive.lockstep import Lockstep, LockstepTransport
 
 ROOM = """
 [floor]

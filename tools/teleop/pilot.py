@@ -18,7 +18,7 @@ STEP_S = 0.1
 SENSES_EVERY_S = 0.25
 BATTERY_EVERY_S = 5.0
 
-_OBJECTIONS = {
+_REASONS = {
     StopReason.OBSTACLE: "obstacle ahead",
     StopReason.CONTACT: "bumper pressed",
     StopReason.STALLED: "wheels are stuck",
@@ -126,14 +126,14 @@ class Pilot:
 
     def _drive(self, speed: float, turn: float) -> str:
         if _direction(speed, turn) == self._stuck:
-            return f"{_OBJECTIONS[StopReason.STALLED]}, let go"
+            return f"{_REASONS[StopReason.STALLED]}, let go"
         self._stuck = None
         if speed or turn:
-            objection = self._rover.drive(speed, turn)
-            if objection is StopReason.STALLED:
+            reason = self._rover.drive(speed, turn)
+            if reason is StopReason.STALLED:
                 self._stuck = _direction(speed, turn)
-            self.moving = objection is None
-            return "driving" if objection is None else _OBJECTIONS.get(objection, objection.value)
+            self.moving = reason is None
+            return "driving" if reason is None else _REASONS.get(reason, reason.value)
         if self.moving:
             self.stop()
         return "EMERGENCY STOP until Enter" if self._controls.stopped else "at rest"
