@@ -48,6 +48,9 @@ _SHAPES: tuple[tuple[re.Pattern[str], str], ...] = (
 _QUOTED = re.compile("%(3F|25)", re.IGNORECASE)
 _TO_QUOTE = re.compile(r"\?|%(?=3F|25)", re.IGNORECASE)
 
+_BYTES = "surrogateescape"
+"""Python's name for its way to keep the bytes of a file's name that are not text in the locale."""
+
 Options = Mapping[str, Callable[[str], Any]]
 
 
@@ -79,14 +82,14 @@ class Address:
         if not _SCHEME.fullmatch(scheme) or "\0" in text:  # which neither paths nor hosts can have
             raise AddressError(f"{text!r} is not an address.", remedy=f"Try {DEFAULT!r} or 'sim://'.")
         target, _, query = rest.partition("?")
-        pairs = parse_qsl(query, keep_blank_values=True)
+        pairs = parse_qsl(query, keep_blank_values=True, errors=_BYTES)
         names = [name for name, _ in pairs]
         if doubled := {name for name in names if names.count(name) > 1}:
             raise AddressError(f"{text!r} sets {', '.join(sorted(doubled))} more than once.")
         return cls(scheme.lower(), _QUOTED.sub(lambda quoted: unquote(quoted[0]), target), dict(pairs))
 
     def __str__(self) -> str:
-        query = urlencode(self.options, quote_via=quote)
+        query = urlencode(self.options, errors=_BYTES, quote_via=quote)
         target = _TO_QUOTE.sub(lambda found: quote(found[0]), self.target)
         return f"{self.scheme}://{target}{'?' if query else ''}{query}"
 

@@ -71,6 +71,11 @@ def test_a_question_mark_in_the_name_of_a_file_begins_no_options(target, text):
     assert Address.parse(text) == Address("sim", target)
 
 
+def test_the_name_of_a_file_in_an_option_may_be_any_bytes():
+    name = os.fsdecode(b"caf\xe9.toml")
+    assert Address.parse(str(Address("record", "x", {"nxt": f"sim://{name}"}))).options["nxt"] == f"sim://{name}"
+
+
 def test_options_follow_the_question_mark():
     address = Address.parse("sim://arena.toml?seed=7&latency_ms=30&pace=realtime")
     assert address.target == "arena.toml"
