@@ -38,7 +38,7 @@ FENCE_SIZES = range(1, 17)
 """Numbers that identify a fence, sent as the length it reads; the Ui IO map has 40 bytes."""
 
 REMEMBERED_LOSSES = 8
-"""Number of unanswered requests whose replies are told from a fence's; less than the number of fences."""
+"""Number of unanswered requests whose replies are distinguished from a fence's; less than the number of fences."""
 
 REMEMBERED_HEADS = 64
 """How many requests' reply heads are kept; programs poll a handful of them again and again."""

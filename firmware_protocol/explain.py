@@ -79,7 +79,7 @@ class Explanation:
     def title(self) -> str:
         """The telegram in one line."""
         opcode = f" 0x{self.telegram[1]:02X}" if len(self.telegram) > 1 else ""
-        ending = ", wants no reply" if self.kind.endswith("command") and not self.want_reply else ""
+        ending = ", requests no reply" if self.kind.endswith("command") and not self.want_reply else ""
         framing = ", with Bluetooth's length in front" if self.framed else ""
         name = self.name or "unknown"
         match self.kind:

@@ -13,7 +13,7 @@ from firmware_protocol.telegram import Ack, Command, Reply, counted_reply, reply
 from firmware_protocol.wire import U8, U16, U32, Block, BrickName, ByteCount, FileName, ReportedName, Tail, Text
 
 BOOT_TEXT = "Let's dance: SAMBA"
-"""What `Boot` wants to hear (docs/firmware.md section 5, 0x97)."""
+"""The text without which `Boot` is refused (docs/firmware.md section 5, 0x97)."""
 
 FILE_READ_LIMIT = 65535
 FILE_WRITE_LIMIT = 65532

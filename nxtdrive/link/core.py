@@ -168,7 +168,7 @@ class LinkCore:
             self.attempt_due = math.inf
 
     def take_unreported(self) -> LinkLost | None:
-        """Return the loss that the program has not been told of yet; from now on it counts as reported."""
+        """Return the loss that is not reported to the program yet; from now on it counts as reported."""
         with self._lock:
             lost, self.unreported = self.unreported, None
             return lost

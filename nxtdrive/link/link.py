@@ -142,7 +142,7 @@ class Link:
         return self.request(command, timeout_s)
 
     def send(self, command: Command[Any]) -> None:
-        """Send a command without requesting a reply, and so without knowing whether the brick obeys.
+        """Send a command without requesting a reply, and so without knowing whether the brick executes it.
 
         If this finds the link lost, it waits as `request` does; if the loss is known already, it fails at once.
 

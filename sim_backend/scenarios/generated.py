@@ -25,7 +25,7 @@ class GeneratedScenario:
         kind: The class.
         seed: The seed.
         world: The room, its events, and the robot as it is.
-        mission: The tables of a mission's file: targets in order, time limit, and the robot as the mission believes.
+        mission: The tables of a mission's file: targets in order, time limit, and the robot as it describes it.
         faults: Faults of the link.
         latency_ms: Round-trip time of the link.
         sight: Conditions that degrade the view.

@@ -179,22 +179,31 @@ def _big(random: Random) -> RoomBuilder:
     return builder
 
 
-def _among_boxes(*effects: str, asks: str) -> RoomGenerator:
-    """Return a class of cluttered rooms with effects of reality."""
+def _among_boxes(random: Random, effect: str) -> RoomBuilder:
+    """Generate a cluttered room with an effect of reality."""
+    builder = ROOMS["clutter"](random)
+    EFFECTS[effect](builder)
+    return builder
 
-    def generate(random: Random) -> RoomBuilder:
-        builder = ROOMS["clutter"](random)
-        for effect in effects:
-            EFFECTS[effect](builder)
-        return builder
 
-    generate.__doc__ = asks
-    return generate
+def _kidnap(random: Random) -> RoomBuilder:
+    """Notice that it was carried elsewhere, and begin again."""
+    return _among_boxes(random, "kidnapped")
+
+
+def _wheel_slip(random: Random) -> RoomBuilder:
+    """Keep the map right while a wheel slips for minutes."""
+    return _among_boxes(random, "wheel_slips")
+
+
+def _battery(random: Random) -> RoomBuilder:
+    """Get there with a battery that sags under load and runs down."""
+    return _among_boxes(random, "weak_battery")
 
 
 def _sonar_silent(random: Random) -> RoomBuilder:
     """Go on among objects that absorb ultrasound, with a sonar that gives no echo from some moment on."""
-    builder = _among_boxes("soft_things", asks="")(random)
+    builder = _among_boxes(random, "soft_things")
     fault = {"sensor": SONAR_PORT, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
     builder.events.append({"name": "the sonar falls silent", **fault})
     return builder
@@ -214,9 +223,9 @@ HARD: dict[str, RoomGenerator] = {
     "dusk": _dusk,
     "doorway": _doorway,
     "moving": _moving,
-    "kidnap": _among_boxes("kidnapped", asks="Notice that it was carried elsewhere, and begin again."),
-    "wheel_slip": _among_boxes("wheel_slips", asks="Keep the map right while a wheel slips for minutes."),
-    "battery": _among_boxes("weak_battery", asks="Get there with a battery that sags under load and runs down."),
+    "kidnap": _kidnap,
+    "wheel_slip": _wheel_slip,
+    "battery": _battery,
     "sonar_silent": _sonar_silent,
     "crowd": _crowd,
     "big": _big,

@@ -78,7 +78,7 @@ def test_a_length_that_is_also_a_reply_is_read_as_a_length_only_if_it_is_exact()
         ("", "It is too short."),
         ("030b", "The brick ignores such a first byte."),
         ("0055", "No command with this opcode is known."),
-        ("800d", "wants no reply"),
+        ("800d", "requests no reply"),
         ("0021 00", "Firmware before 1.28 does not know this command."),
         ("0006", "port  missing"),
         ("0003 b8", "cut off after b8"),

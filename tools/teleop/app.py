@@ -210,13 +210,13 @@ class Teleop(App[None]):
         reading = gamepad.read()
         self._gamepad_words = reading.words
         for button in reading.pressed:
-            self._obey(button)
+            self._act_on(button)
         if reading.lost:
             self._controls.let_go()
         if reading.sticks is not None:
             self._controls.steer(reading.sticks.ahead, reading.sticks.turn, self._now())
 
-    def _obey(self, button: Button) -> None:
+    def _act_on(self, button: Button) -> None:
         match button:
             case Button.STOP:
                 self._controls.emergency_stop()

@@ -30,7 +30,7 @@ class Look:
 
 
 class Picture:
-    """Takes frames from the camera's thread and looks from the spotter's; the screen asks for the latest."""
+    """Takes frames from the camera's thread and looks from the spotter's, and keeps the latest for the screen."""
 
     def __init__(self) -> None:
         self._frame: Frame | None = None
