@@ -97,8 +97,9 @@ class Link:
         """Send a command and return its reply.
 
         Waits at most `timeout_s` for the reply, or twice that if an earlier one is missing, and up to the same time for
-        other threads first. If the link is lost while `reconnecting`, waits at most `reconnect_timeout_s` for it. Then
-        a command that changes nothing is sent again, unless motors were driven: they have stopped; the caller decides.
+        other threads first. If the link is lost while `reconnecting`, waits at most `reconnect_timeout_s` for it, also
+        if it is lost several times. Then a command that changes nothing is sent again, unless motors were driven: they
+        have stopped; the caller decides.
 
         Raises:
             LocalProtocolError: A value does not fit its field, or `timeout_s` is not 0.001..3600; nothing was sent.
@@ -110,36 +111,38 @@ class Link:
             timeout_s = self.timeout_s
         else:
             in_range("timeout_s", timeout_s, *TIMEOUT_RANGE_S)
-        try:
-            now = self.now()
-            if now >= self._check_due:
-                now = self._check_before_request(now)
-            try:  # as in `PriorityLock.exclusive`; a call of it would cost time
-                if self._queue or not self._free.acquire(False):
-                    self._lock.wait(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
-                    now = self.now()
-                dialogue = self._dialogue
-                if self._waiting():
-                    dialogue.discard(drain(self.transport))
-                self._send(dialogue.open(command, now, timeout_s))
-                telegram = self._receive(timeout_s) if now < self._check_due else None
-                reply = None if telegram is None else dialogue.feed(telegram)
-                if reply is None:
-                    reply = self._await()
-                if self._measuring:
-                    self._latencies.append(self.now() - now)
-                    self._measuring = False
-                return reply  # type: ignore[return-value]
-            finally:
-                try:  # noqa: SIM105
-                    self._free.release()
-                except RuntimeError:
-                    pass
-                if self._queue:
-                    self._lock.call_next()
-        except LinkLost as lost:
-            self._reconnector.recover(lost, self.reconnect_timeout_s, command)
-        return self.request(command, timeout_s)
+        lost_s = math.inf
+        while True:
+            try:
+                now = self.now()
+                if now >= self._check_due:
+                    now = self._check_before_request(now)
+                try:  # as in `PriorityLock.exclusive`; a call of it would cost time
+                    if self._queue or not self._free.acquire(False):
+                        self._lock.wait(preempting=isinstance(command, PREEMPTING), timeout_s=timeout_s)
+                        now = self.now()
+                    dialogue = self._dialogue
+                    if self._waiting():
+                        dialogue.discard(drain(self.transport))
+                    self._send(dialogue.open(command, now, timeout_s))
+                    telegram = self._receive(timeout_s) if now < self._check_due else None
+                    reply = None if telegram is None else dialogue.feed(telegram)
+                    if reply is None:
+                        reply = self._await()
+                    if self._measuring:
+                        self._latencies.append(self.now() - now)
+                        self._measuring = False
+                    return reply  # type: ignore[return-value]
+                finally:
+                    try:  # noqa: SIM105
+                        self._free.release()
+                    except RuntimeError:
+                        pass
+                    if self._queue:
+                        self._lock.call_next()
+            except LinkLost as lost:
+                lost_s = min(lost_s, self.now())
+                self._reconnector.recover(lost, self.reconnect_timeout_s, command, lost_s)
 
     def send(self, command: Command[Any]) -> None:
         """Send a command without requesting a reply, and so without knowing whether the brick executes it.

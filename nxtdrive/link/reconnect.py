@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Any, Protocol
 
@@ -110,8 +111,8 @@ class Reconnector:
             raise lost
         link.announce()
 
-    def recover(self, lost: LinkLost, timeout_s: float, command: Command[Any]) -> None:
-        """Wait until the lost link is open again and `command` may be sent again.
+    def recover(self, lost: LinkLost, timeout_s: float, command: Command[Any], since_s: float = math.inf) -> None:
+        """Wait until the lost link is open again and `command` may be sent again; arguments as in `await_reconnect`.
 
         Raises:
             LinkLost: It does not reconnect, or not in time; or it is open again, but only the program can decide how to
@@ -122,11 +123,16 @@ class Reconnector:
         self.lose(lost)
         if not self._link.acts_for_program:
             raise lost
-        if self.await_reconnect(lost, timeout_s) or not isinstance(command, IDEMPOTENT):
+        if self.await_reconnect(lost, timeout_s, since_s) or not isinstance(command, IDEMPOTENT):
             raise interrupted(command) from lost
 
-    def await_reconnect(self, lost: LinkLost, timeout_s: float) -> bool:
+    def await_reconnect(self, lost: LinkLost, timeout_s: float, since_s: float = math.inf) -> bool:
         """Wait until the link is open again; this counts as reporting the loss to the program.
+
+        Args:
+            lost: The loss.
+            timeout_s: Longest wait.
+            since_s: When the wait began, on the link's clock; now at the latest.
 
         Returns:
             Whether motors were driven when it was lost.
@@ -135,7 +141,7 @@ class Reconnector:
             LinkLost: It was closed, or is not open after `timeout_s`.
         """
         core, link = self._core, self._link
-        deadline = link.now() + timeout_s
+        deadline = min(since_s, link.now()) + timeout_s
         while core.state is not LinkState.OPEN:
             if core.state is LinkState.CLOSED:
                 raise lost

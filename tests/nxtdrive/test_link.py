@@ -14,7 +14,8 @@ from nxtdrive.link.link import Link
 from nxtdrive.link.priority_lock import PriorityLock
 from nxtdrive.link.threads import Threads
 from nxtdrive.motion.outputs import coasting
-from sim_backend.simulation import LinkFaults
+from nxtdrive.transports.sim import SimTransport
+from sim_backend.simulation import LinkFaults, Simulation
 
 PATIENCE_S = 10
 FOR_EVER_MS = 10**9
@@ -226,6 +227,23 @@ def test_ctrl_c_while_the_link_is_reopened_releases_the_device(direct):
         link.reconnect()
     link.close()
     assert reopened.closed
+
+
+class Flapping(SimTransport):
+    """A link that is lost with each request for the battery level, and can always be opened again."""
+
+    def send(self, telegram):
+        if telegram == GetBatteryLevel().encode():
+            self.close()
+        super().send(telegram)
+
+
+def test_a_request_with_which_the_link_is_lost_each_time_ends():
+    with Brick(Flapping(Simulation("open")), reconnecting=True) as brick:
+        brick.link.reconnect_timeout_s = 200.0
+        with pytest.raises(LinkLost, match="did not come back within 200 s"):
+            brick.request(GetBatteryLevel())
+        assert 200.0 <= brick.now() < 201.0
 
 
 def test_a_motor_command_overtakes_polls_that_wait(direct):
