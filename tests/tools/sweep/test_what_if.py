@@ -161,6 +161,12 @@ def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
     assert "CLASS:SEED" in capsys.readouterr().err
 
 
+def test_more_futures_than_can_be_played_are_refused(capsys):
+    with pytest.raises(SystemExit):
+        main(["what-if", "clutter:100", "--futures", "1000000000000"])
+    assert "futures must be a whole number from 2 to 1000" in capsys.readouterr().err
+
+
 def test_one_decision_of_several_runs_is_refused(capsys):
     assert main(["what-if", "open:100", "open:101", "--decision", "1"]) == 2
     assert "--decision is for one run" in capsys.readouterr().err
