@@ -80,10 +80,16 @@ def read_mission_file(path: Path | None, robot: Path | None = None, usual: Path 
 
 
 def with_profile(mission: Mission, profile: str) -> Mission:
-    """Return the mission with a profile, whose class can be loaded.
+    """Return the mission with a profile; errors as for `check_profile`."""
+    check_profile(profile)
+    return mission.model_copy(update={"mission": mission.mission.model_copy(update={"profile": profile})})
+
+
+def check_profile(profile: str) -> None:
+    """Load a profile's class.
 
     Raises:
-        ConfigError: It cannot.
+        ConfigError: It cannot be loaded.
     """
     if profile not in BUILT_IN_PROFILES:
         from behaviors.profiles.registry import find_profile
@@ -92,4 +98,3 @@ def with_profile(mission: Mission, profile: str) -> Mission:
             find_profile(profile)
         except MissionError as error:
             raise ConfigError(str(error)) from None
-    return mission.model_copy(update={"mission": mission.mission.model_copy(update={"profile": profile})})

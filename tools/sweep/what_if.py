@@ -30,7 +30,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text, whole_number
 from nxtdrive.mission.assembly import MissionRun, open_robot
-from nxtdrive.mission.files import with_profile
+from nxtdrive.mission.files import check_profile, with_profile
 from nxtdrive.recording.run_folder import SUMMARY
 from nxtdrive.recording.run_reader import read_run
 from nxtdrive.simulated.episode import Episode
@@ -114,6 +114,7 @@ def read_source(name: str) -> Source:
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
     if kind in ALL_CLASSES and (number := whole_number(seed)) is not None and not os.path.exists(name):
+        check_profile(profile or ADAPTIVE)
         return GeneratedMission(kind, number, profile or ADAPTIVE)
     if not os.path.isdir(name):
         raise ConfigError(

@@ -161,6 +161,13 @@ def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
     assert "CLASS:SEED" in capsys.readouterr().err
 
 
+def test_a_profile_that_cannot_be_loaded_is_refused_before_any_mission_is_played(capsys):
+    assert main(["what-if", "open:100", "open:101:no_such_profile"]) == 2
+    said = capsys.readouterr()
+    assert (said.out, said.err.count("\n")) == ("", 1)
+    assert "profile 'no_such_profile' cannot be loaded" in said.err
+
+
 def test_more_futures_than_can_be_played_are_refused(capsys):
     with pytest.raises(SystemExit):
         main(["what-if", "clutter:100", "--futures", "1000000000000"])
