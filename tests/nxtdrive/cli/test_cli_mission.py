@@ -6,7 +6,7 @@ import cv2
 import pytest
 
 from behaviors.diagram import mermaid, transition_table
-from behaviors.mission import AdaptiveParameters, MissionError, ThesisParameters, load_mission
+from behaviors.mission import BUILT_IN, AdaptiveParameters, MissionError, ThesisParameters, load_mission
 from nxtdrive.cli.main import DONE, USAGE, exit_code, main
 from nxtdrive.cli.templates.mission import meanings, template
 from nxtdrive.tools.web.missions import Missions
@@ -239,3 +239,10 @@ def test_every_number_of_a_profile_has_a_meaning(profile):
 
 def test_a_mission_error_is_a_usage_error():
     assert exit_code(MissionError("two mistakes")) == USAGE
+
+
+def test_a_robot_file_describes_the_robot_of_the_built_in_mission_too(tmp_path, monkeypatch):
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[robot]\nleft = "A"\n[camera]\nhfov_deg = 70\n', encoding="utf-8")
+    mission = load_mission(BUILT_IN, [PICTURES], robot=robot)
+    assert (mission.robot.left, mission.camera.hfov_deg) == ("A", 70)
