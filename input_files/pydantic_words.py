@@ -39,6 +39,10 @@ WORDS = {
     "too_short": "must not be empty",
     "too_long": "must have {max_length} entries",
     "literal_error": "must be {expected}",
+    "date_type": "must be a date, as 2026-01-31",
+    "date_parsing": "must be a date, as 2026-01-31",
+    "date_from_datetime_parsing": "must be a date, as 2026-01-31",
+    "date_from_datetime_inexact": "must be a date, as 2026-01-31",
     "missing": "is missing",
 }
 """By pydantic's name of the kind of mistake, with its context to be filled in."""
