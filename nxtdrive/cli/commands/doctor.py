@@ -8,6 +8,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -136,21 +137,44 @@ class _Examination:
         if own_camera:
             yield _simulated_camera(brick)
         yield from patient.examine(brick)
+        yield from _other_brick(brick, _robot_file(self._args, self._mission))
         if self._args.wiggle and self._mission is not None:
             yield from _wiggle(brick, self._mission, asked=self._args.yes)
 
 
+def _robot_file(args: argparse.Namespace, mission: Mission | None) -> Path | None:
+    """Return the robot file that missions use."""
+    from behaviors.mission import chosen_robot_file
+    from nxtdrive.mission.files import usual_robot
+
+    named = None if mission is None else mission.mission.robot_file
+    return chosen_robot_file(named, args.mission, args.robot, usual_robot())
+
+
+def _other_brick(brick: Brick, robot_file: Path | None) -> Iterator[Finding]:
+    """Warn of a robot file that describes another brick."""
+    from behaviors.mission.robot import RobotFileError, brick_id, load_robot_file
+    from nxtdrive.tools.doctor.finding import warning
+
+    if robot_file is None:
+        return
+    with suppress(RobotFileError):  # reported before the brick was opened
+        described = load_robot_file(robot_file).calibration
+        address = brick.info().bluetooth_address
+        if described.describes_another(address):
+            said = f"{robot_file} describes the brick {described.brick_id}, and this one is {brick_id(address)}."
+            yield warning("robot file", said, "Name this robot's file with --robot, or measure this robot.")
+
+
 def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     """Return which values the robot file that missions use has calibrated."""
-    from behaviors.mission import chosen_robot_file
     from behaviors.mission.robot import RobotFileError, load_robot_file
-    from nxtdrive.mission.files import ROBOT_FILE, usual_robot
+    from nxtdrive.mission.files import ROBOT_FILE
     from nxtdrive.tools.doctor.finding import ok, problem, warning
     from nxtdrive.transports.address import Address
     from nxtdrive.transports.record import brick_address
 
-    named = None if mission is None else mission.mission.robot_file
-    path = chosen_robot_file(named, args.mission, args.robot, usual_robot())
+    path = _robot_file(args, mission)
     brick = brick_address(Address.parse(args.nxt))
     options = "" if brick.scheme == "sim" else f" --nxt {brick} --camera {args.camera or 0}"
     if path is None and os.path.lexists(ROBOT_FILE):

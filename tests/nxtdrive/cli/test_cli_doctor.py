@@ -351,3 +351,15 @@ def test_each_motor_that_does_not_turn_is_a_problem_of_its_own(capsys):
     assert (code, report["problems"]) == (NOT_ACHIEVED, 2)
     assert [findings[f"motor {port}"]["text"] for port in "BC"] == ["does not turn."] * 2
     assert {f"sensor {port}" for port in range(1, 5)} <= findings.keys()
+
+
+@pytest.mark.parametrize(("brick", "warns"), [("0016530A1B2C", True), ("001653010203", False), ("", False)])
+def test_a_robot_file_of_another_brick_is_a_warning(capsys, tmp_path, brick, warns):
+    path = tmp_path / "robot.toml"
+    path.write_text(f'[calibration]\nformat = 1\nbrick_id = "{brick}"\n', encoding="utf-8")
+    _, report, findings = _examine(capsys, "--nxt", "sim://", "--robot", str(path))
+    assert report["problems"] == 0
+    assert ("robot file" in findings) is warns
+    if warns:
+        assert findings["robot file"]["verdict"] == "warning"
+        assert "0016530A1B2C, and this one is 001653010203" in findings["robot file"]["text"]
