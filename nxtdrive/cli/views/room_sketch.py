@@ -143,14 +143,21 @@ def _object_lines(world: WorldFile) -> Iterator[str]:
             + absence(present=picture.present)
         )
     for wall in world.walls:
-        yield f"=  wall from {_at(wall.from_mm)} to {_at(wall.to_mm)}, {wall.height_mm:g} high"
+        yield f"=  wall from {_at(wall.from_mm)} to {_at(wall.to_mm)}, {wall.height_mm:g} high" + _echo(
+            absorbs=wall.absorbs
+        )
     for box in world.boxes:
         size = f"{box.size_mm[0]:g} x {box.size_mm[1]:g} mm"
-        yield f"#  box {box.name!r} at {_at(box.at_mm)}, {size}, {box.height_mm:g} high" + absence(present=box.present)
+        notes = _echo(absorbs=box.absorbs) + absence(present=box.present)
+        yield f"#  box {box.name!r} at {_at(box.at_mm)}, {size}, {box.height_mm:g} high{notes}"
     for person in world.people:
-        yield f"() {person.name!r} comes in at {_at(person.enters_from_mm)}"
+        yield f"() {person.name!r} comes in at {_at(person.enters_from_mm)}" + _echo(absorbs=person.absorbs)
     for event in world.events:
         yield f"   event: {event.name}"
+
+
+def _echo(*, absorbs: bool) -> str:
+    return ", gives no echo" if absorbs else ""
 
 
 def absence(*, present: bool) -> str:

@@ -208,3 +208,16 @@ def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, c
     assert len(rows[0]) <= 80
     assert main(["world", "show", "odd.toml", "--out", "odd.png"]) == DONE
     assert max(cv2.imread("odd.png").shape) <= 1700
+
+
+def test_a_room_as_text_names_what_gives_no_echo(capsys):
+    text = "[floor]\nsize_mm = [3000, 3000]\n[robot]\nstart_mm = [500, 500]\n"
+    text += "[[walls]]\nfrom_mm = [2000, 0]\nto_mm = [2000, 900]\nabsorbs = true\n"
+    for name, absorbs in (("curtain", "true"), ("crate", "false")):
+        text += f"[[boxes]]\nname = '{name}'\nat_mm = [1500, 1500]\nsize_mm = [50, 50]\nheight_mm = 90\n"
+        text += f"absorbs = {absorbs}\n"
+    text += "[[people]]\nname = 'anna'\nenters_from_mm = [2500, 2500]\nabsorbs = true\n"
+    Path("soft.toml").write_text(text, encoding="utf-8")
+    assert main(["world", "show", "soft.toml"]) == DONE
+    silent = [line for line in capsys.readouterr().out.splitlines() if line.endswith(", gives no echo")]
+    assert [line.split()[1] for line in silent] == ["wall", "box", "'anna'"]
