@@ -99,7 +99,8 @@ function show({ values, misfit_px, remark, views, saved, file, running: busy }) 
 
 function row({ key, before, after, standard_error }) {
   const made = document.createElement("tr");
-  made.append(element("th", key), ...[before, after, standard_error ?? ""].map((each) => element("td", short(each))));
+  const unsure = standard_error === null ? "" : String(Number(standard_error.toPrecision(2)));
+  made.append(element("th", key), ...[short(before), short(after), unsure].map((each) => element("td", each)));
   made.firstChild.scope = "row";
   return made;
 }
