@@ -120,7 +120,8 @@ class SimulatedCamera:
                 return Frame(image, number / fps, number)
             if now_s >= deadline_s - ALMOST:
                 raise CameraError(
-                    f"the simulated camera gave no frame for {timeout_s:g} s.", remedy="Has an event unplugged it?"
+                    f"the simulated camera gave no frame for {timeout_s:g} s.",
+                    remedy="Has an event unplugged it, or is drop_rate high?",
                 )
             self._clock.sleep(min(next_tick(now_s, fps), deadline_s) - now_s)
 
