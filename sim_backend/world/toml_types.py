@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 FARTHEST_MM = 1e6
 """A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
@@ -31,8 +31,6 @@ MOST_TIMES = 1_000_000
 def _span(value: object) -> object:
     """Convert a number of seconds to a range of zero width; check the order of a given range."""
     match value:
-        case bool():
-            pass
         case int() | float() if 0 <= value <= LONGEST_S:
             return value, value
         case [int() | float() as shortest, int() | float() as longest] if 0 <= shortest <= longest <= LONGEST_S:
@@ -97,3 +95,12 @@ class Table(BaseModel):
     """A table of the world file; unknown keys are rejected."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, keys: object) -> object:
+        """Refuse true and false where a number belongs: pydantic takes them for 1 and 0."""
+        for key, value in keys.items() if isinstance(keys, dict) else ():
+            if isinstance(value, bool) and key in cls.model_fields and cls.model_fields[key].annotation is not bool:
+                raise ValueError(f"{key} must not be {str(value).lower()}")
+        return keys
