@@ -550,3 +550,8 @@ def test_a_truth_value_is_not_a_number(value):
     assert mistakes_in(GOOD + f'[[sensors]]\nkind = "compass"\nport = 2\nnoise_deg = {value}\n') == [
         f"sensors[0]: noise_deg must not be {value}"
     ]
+
+
+def test_noise_of_the_sonar_is_limited():
+    [mistake] = mistakes_in(GOOD + "[ultrasonic]\nnoise_mm = 1001\n")
+    assert mistake.startswith("ultrasonic.noise_mm: must be 1000 or less")
