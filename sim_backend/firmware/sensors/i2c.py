@@ -28,10 +28,6 @@ Steps = Generator[None, None, None]
 """The steps of the firmware's end; every `yield` waits for the next interrupt of the timer."""
 
 
-class _ClockHeldError(Exception):
-    """The clock line differs from the level that the firmware set."""
-
-
 class I2CBus(Wires):
     """The bus of one port: the firmware's end of its wires.
 
@@ -50,6 +46,7 @@ class I2CBus(Wires):
         self._suspended: Steps | None = None
         self._bits_left = self._unread = self._place = 0
         self._turns = self._sent = self._waiting = self._acknowledged = self._complete = self._bit_open = False
+        self._restarted = self._clock_differs = False
         self._buffer = bytearray(BUFFER)
 
     @property
@@ -73,7 +70,9 @@ class I2CBus(Wires):
         self._suspend()
         if rx_size:
             self._unread, self._place, self._complete, self._turns = rx_size, 0, False, restarts
-            self._suspended = None
+            self._suspended, self._restarted = None, False
+        elif self._restarted:
+            self._turns = False
         self.sensor.prepare(self._unread)
         self._sent = self._acknowledged = self._waiting = False
         self._sending = self._send(message)
@@ -142,13 +141,16 @@ class I2CBus(Wires):
     def _step(self, steps: Steps) -> Steps | None:
         """Do the work of one interrupt; return the rest of the steps, None after the last one.
 
-        A transfer is given up when the clock line is held low, and ends when the line is high again.
+        A transfer is given up when the clock line differs, and ends when the line is high; a read is suspended there.
         """
-        try:
-            return None if next(steps, _END) else steps
-        except _ClockHeldError:
-            waiting = self._wait_for_clock()
-            return None if next(waiting, _END) else waiting
+        ended = next(steps, _END)
+        if self._clock_differs:
+            self._clock_differs = False
+            if steps is self._reading:
+                self._suspended = steps
+            steps = self._wait_for_clock()
+            ended = next(steps, _END)
+        return None if ended else steps
 
     def stop(self) -> None:
         """Release both lines. Newer versions suspend a read after its bit; in older ones a transfer goes on unseen."""
@@ -167,7 +169,7 @@ class I2CBus(Wires):
 
     def _suspend(self) -> None:
         """End the message, but keep the rest of a read for the end of the next message without one."""
-        if self._reading is not None:
+        if self._reading is not None and not self._waiting:
             self._suspended = self._reading
         self._sending = self._reading = None
 
@@ -205,20 +207,25 @@ class I2CBus(Wires):
     def _pulse(self) -> Steps:
         """Let the clock line rise at the next interrupt, and wait for the one after it."""
         yield
+        yield from self._check_low()
         self._raise_clock()
         yield
-        self._check_clock()
+        yield from self._check_high()
 
     def _raise_clock(self) -> None:
-        if self._waits and self.clock_high:
-            raise _ClockHeldError
         self.set_clock(True)
         self._bit_open = True
 
-    def _check_clock(self) -> None:
+    def _check_low(self) -> Steps:
+        if self._waits and self.clock_high:
+            self._clock_differs = True
+            yield
+
+    def _check_high(self) -> Steps:
         self._bit_open = False
         if self._waits and not self.clock:
-            raise _ClockHeldError
+            self._clock_differs = True
+            yield
 
     def _send(self, message: Sequence[int]) -> Steps:
         """Write the bytes; only the first one must be acknowledged.
@@ -253,10 +260,7 @@ class I2CBus(Wires):
             self._bits_left = bits_left
             self.set_clock(False)
             self.set_data(bool(message[place] >> bits_left & 1))
-            yield
-            self._raise_clock()
-            yield
-            self._check_clock()
+            yield from self._pulse()
         self.set_clock(False)
         self.set_data(False)  # the sensor sees that level, also while the pin is an input
         self.free_data()
@@ -274,8 +278,10 @@ class I2CBus(Wires):
         yield
         yield from self._pulse()
         self.pull_data()
+        self._restarted = True
         yield from _pause(_START_PAUSE)
-        self._check_clock()
+        self._restarted = self.clock or not self._waits
+        yield from self._check_high()
         self.set_clock(False)
         self._bits_left = BYTE_BITS
         yield
@@ -293,18 +299,24 @@ class I2CBus(Wires):
         yield from _pause(_WRITE_PAUSE)
         yield from reading
 
+    def _read_pause(self, steps: int) -> Steps:
+        for _ in range(steps):
+            yield
+            yield from self._check_low()
+
     def _read(self) -> Steps:
         """Read the bytes that are wanted; all but the last are acknowledged."""
         self.pull_data()
-        yield from _pause(_TURN_PAUSE)
+        yield from self._read_pause(_TURN_PAUSE)
         self.free_data()
         while self._unread:
             for bits_left in _PLACES:
                 yield
+                yield from self._check_low()
                 self.set_data(True)  # seen as the acknowledge by a sensor that counts the bits of another byte
                 self._raise_clock()
                 yield
-                self._check_clock()
+                yield from self._check_high()
                 value = self._buffer[self._place] | self.data
                 self._buffer[self._place] = value << 1 & 0xFF if bits_left else value
                 self.set_clock(False)
@@ -315,7 +327,7 @@ class I2CBus(Wires):
             self.set_clock(False)
             self.free_data()
             if self._unread:
-                yield from _pause(_READ_PAUSE)
+                yield from self._read_pause(_READ_PAUSE)
         yield
         self.set_clock(True)
         self._complete = True
