@@ -13,8 +13,8 @@ from sim_backend.firmware.ui.radio_dialog import RadioDialog
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
-_MELODY_PASSES, _MESSAGE_PASSES = 1000, 1500
-"""The counts at which the states 3 and 14 end."""
+_MELODY_PASSES = 1000
+"""The count at which state 3 ends."""
 
 
 class OffStates:
@@ -46,10 +46,12 @@ class OffStates:
                 began_ms = now_ms + max(times.PICTURE_MS - count, 0)
                 self._melody_ends_ms = began_ms + _MELODY_PASSES
                 registers.next_step_ms = began_ms + times.PICTURE_MS + 1
+            case UiState.MELODY if count >= _MELODY_PASSES:
+                self._switch_on()
             case UiState.MELODY:
                 registers.next_step_ms = now_ms + _MELODY_PASSES - count
             case UiState.RUNNING:  # it counts twice in a pass
-                registers.next_step_ms = self._message_ends_ms = now_ms + (_MESSAGE_PASSES - count) // 2 + 1
+                registers.next_step_ms = self._message_ends_ms = now_ms + (times.MESSAGE_PASSES - count) // 2 + 1
             case UiState.MENU:
                 registers.next_step_ms = now_ms
             case UiState.START | UiState.ENTRY:

@@ -46,7 +46,9 @@ class PowerOff:
 
     @property
     def count(self) -> int:
-        """Passes since the power was switched off, up to those in which keys do not count."""
+        """Passes since the power was switched off, up to those in which keys do not count; before, all have passed."""
+        if self._down_ms == NEVER:
+            return times.MESSAGE_PASSES
         return min(max(self._clock.now_ms - self._down_ms + 1, 0), times.DEAF_MS)
 
     @property
@@ -59,8 +61,8 @@ class PowerOff:
             return now_ms + 1
         return NEVER if self._was_down else self._down_ms + times.DEAF_MS
 
-    def follow(self) -> None:
-        """Decide whether to switch off, or take the next step of it."""
+    def follow(self, before: int) -> None:
+        """Decide whether to switch off, or take the next step of it; `before` is the state at the pass's begin."""
         registers, now_ms = self._registers, self._clock.now_ms
         if self._sleep_timer.expired:
             registers.force_off = 1
@@ -69,29 +71,36 @@ class PowerOff:
                 self._io_control.take_back()
             registers.off_ms, self._down_ms = now_ms, NEVER
             registers.state, registers.next_step_ms, registers.from_menu = int(UiState.DRAWING), NEVER, False
-        elif not registers.is_on and registers.state != UiState.DRAWING and self._before_power_down(now_ms):
+        elif self._keeps_on and (before != UiState.DRAWING or self._before_power_down(now_ms)):
             self._screen.on &= now_ms < registers.off_ms + times.DISPLAY_OFF_MS - 1
             registers.off_ms = NEVER
         elif now_ms == registers.off_ms + 1 and self._programs.active:
             self._programs.stop()
         registers.force_off = 0
-        self._switch_off(now_ms - registers.off_ms)
+        self._switch_off(now_ms - registers.off_ms, may_power_down=before == UiState.DRAWING)
+
+    @property
+    def _keeps_on(self) -> bool:
+        """Whether the state ends the power-down; some lead back to the one in which the brick switches itself off."""
+        registers, state = self._registers, self._registers.state
+        ends = state not in states.LEAD_OFF and (state != UiState.RUNNING or registers.runs_file)
+        return ends and self._down_ms == NEVER and not registers.is_on
 
     def _before_power_down(self, now_ms: int) -> bool:
         """Return whether the decision to switch off was made, but the radio has not ended its connections."""
         deciding = now_ms < self._registers.off_ms + times.DISPLAY_OFF_MS
         return deciding or (self._leaves_radio and self._radio.seems_busy)
 
-    def _switch_off(self, passed_ms: int) -> None:
+    def _switch_off(self, passed_ms: int, *, may_power_down: bool) -> None:
         """Switch display and power off, each a pass after the maps show it; later take keys again."""
         now_ms = self._clock.now_ms
         if passed_ms == times.DISPLAY_OFF_MS - 1:
             self._screen.on = False
             self._leaves_radio = self._radio.disconnect()
-        elif passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
+        elif may_power_down and passed_ms >= 0 and self._down_ms == NEVER and not self._before_power_down(now_ms):
             self._down_ms = now_ms
         down_ms = now_ms - self._down_ms
-        if down_ms == times.DEAF_MS and not self._registers.from_menu and self._registers.state not in states.COUNTING:
+        if down_ms == times.DEAF_MS and self._registers.state == UiState.DRAWING and not self._registers.from_menu:
             self._io_control.take_back()
             self._deaf = False
         elif down_ms == 0:

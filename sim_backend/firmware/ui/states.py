@@ -39,8 +39,8 @@ MENU_STATES = (UiState.MELODY, UiState.ENTRY, UiState.MENU, UiState.DRAWING, *KE
 STARTED = (UiState.OPENING, UiState.RUNNING)
 """States in which a file is opened, runs, or its end is shown."""
 
-COUNTING = (UiState.LOGO, UiState.MELODY, *STARTED)
-"""States in which the passes since the power was switched off are not counted up to those in which keys count."""
+LEAD_OFF = (UiState.MENU, UiState.DRAWING, UiState.LOGO, UiState.MELODY, *KEY_STATES.values())
+"""States that do not keep the brick on while it switches itself off."""
 
 RADIO_SHOWN = (UiState.QUESTION, UiState.REPORT)
 

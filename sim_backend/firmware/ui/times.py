@@ -32,3 +32,6 @@ EMPTY_MS = 2000
 
 PLAYING_MS = 125
 """Interval at which the picture of a running file changes."""
+
+MESSAGE_PASSES = 1500
+"""The count at which state 14 ends while the brick is off."""

@@ -222,7 +222,7 @@ class UiModule:
 
     def run(self, now_ms: int) -> None:
         """Run one pass: battery's sample, keys, the radio's request, the next step, status bar, battery, power."""
-        registers = self.registers
+        registers, before = self.registers, self.registers.state
         self._watch.follow()
         self._follow_radio(now_ms - 1)
         if self.battery.since_sample_ms(now_ms) == 0:
@@ -240,7 +240,7 @@ class UiModule:
         self._boot.follow()
         self._follow_exit()
         self._warning.follow()
-        self._power_off.follow()
+        self._power_off.follow(before)
         self._follow_radio(now_ms)
         self._schedule()
 
