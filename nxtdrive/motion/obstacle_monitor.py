@@ -86,7 +86,7 @@ class ObstacleMonitor:
         self._link = link
         self._echo: Echo | None = None
         self._asked: Echo | None = None
-        self._bumper_turn = False
+        self._bumper_turn = self._pressed = False
         self.sonar_health = SensorHealth("sonar", link)
         self.bumper_health = SensorHealth("bumper", link)
         self.uses_sonar = True
@@ -114,7 +114,8 @@ class ObstacleMonitor:
     def touching(self) -> bool:
         """Return whether the bumper is pressed; False without one."""
         bumper = self._bumper
-        return bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
+        self._pressed = bumper is not None and self.bumper_health.ask(lambda: bumper.pressed, False)
+        return self._pressed
 
     def clear_to_go(self, pose: Pose) -> StopReason | None:
         """Read both sensors before a motion; return the reason not to begin it, or None."""
@@ -129,8 +130,8 @@ class ObstacleMonitor:
     def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
         """Check during a motion; return the reason to end it, or None.
 
-        Makes one request at most, to bumper and sonar in turn. The sonar measures while the wheels are controlled; the
-        distance driven since the measurement began is subtracted.
+        Makes one request at most, to bumper and sonar in turn; while the bumper is pressed, to the bumper. The sonar
+        measures while the wheels are controlled; the distance driven since the measurement began is subtracted.
 
         Args:
             pose: Where the robot is now.
@@ -144,12 +145,12 @@ class ObstacleMonitor:
             return None
         if ask:
             sonar = self._sonar is not None and self.uses_sonar and not self.sonar_health.lost
-            self._bumper_turn = not sonar or (self._bumper is not None and not self._bumper_turn)
-            if not self._bumper_turn:
+            self._bumper_turn = self._pressed or not sonar or (self._bumper is not None and not self._bumper_turn)
+            if self._bumper_turn:
+                self.touching()
+            else:
                 self._listen(pose)
-            elif self.touching():
-                return StopReason.CONTACT
-        return self._judge(pose)
+        return StopReason.CONTACT if self._pressed else self._judge(pose)
 
     def _judge(self, pose: Pose) -> StopReason | None:
         if self._echo is None or not self.uses_sonar or self._older_than(self._forgotten_s):

@@ -182,6 +182,24 @@ def test_a_real_contact_presses_it(lab):
     assert room.simulation.truth.contacts == 1
 
 
+def test_a_robot_that_touches_something_does_not_push_while_the_sonar_hears_nothing(lab):
+    """Bumper and sonar are asked in turn: the sonar's turn must not let the robot drive against what it touches."""
+    room = lab()
+    touching = [True]
+    room.attach(1, TouchSensor(lambda: touching[0]))
+    room.attach(4, UltrasonicSensor(lambda: 255))
+    rover = Rover(room.brick.link)
+    stops = []
+    for _ in range(8):
+        stops.append(rover.drive(200, 0))
+        room.brick.sleep(0.1)
+    first = stops.index(StopReason.CONTACT)
+    assert first <= 1
+    assert stops[first:] == [StopReason.CONTACT] * (8 - first)
+    touching[0] = False
+    assert rover.drive(200, 0) is None
+
+
 def test_the_safety_stop_can_be_switched_off(lab):
     room = lab()
     room.attach(1, TouchSensor(lambda: True))
