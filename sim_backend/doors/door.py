@@ -71,7 +71,7 @@ class Door(Protocol):
     address: str
     bluetooth: bool
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the programs that connected since the last call."""
 
     def fileno(self) -> int | None:

@@ -62,7 +62,7 @@ class PtyDoor:
         self._spoken = False
         self._failed_s = -math.inf
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the terminal, once a program has written to it."""
         if self._terminal is None:
             return []

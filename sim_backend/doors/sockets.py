@@ -188,7 +188,7 @@ class SocketDoor:
         self.port: int = self._listener.getsockname()[1]
         self.address = f"{dialect.scheme}://{bracketed(host)}:{self.port}"
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the programs that connected since the last call."""
         return list(self._connected())
 
@@ -235,7 +235,7 @@ class UsbDoor(SocketDoor):
         self._owner: SocketClient | None = None
         self._queue: list[tuple[float, SocketClient]] = []
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the program that gets the cable, if it was free."""
         now_s = self._now()
         self._queue += [(now_s, client) for client in self._connected()]

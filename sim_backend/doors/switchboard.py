@@ -16,7 +16,7 @@ CLIENT_LIMIT = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Visit:
+class ConnectionEvent:
     """A program connected or disconnected, or was refused; of several refusals in a row only the first is reported.
 
     Attributes:
@@ -44,8 +44,8 @@ class _Session:
     link: SimLink
     telegrams: int = 0
 
-    def visit(self, event: str) -> Visit:
-        return Visit(event, self.number, self.door.address, self.client.name, self.telegrams)
+    def report(self, event: str) -> ConnectionEvent:
+        return ConnectionEvent(event, self.number, self.door.address, self.client.name, self.telegrams)
 
 
 class Switchboard:
@@ -60,7 +60,7 @@ class Switchboard:
         self,
         doors: Sequence[Door],
         plug_in: Callable[[bool], SimLink],
-        on_visit: Callable[[Visit], object] = lambda _: None,
+        on_event: Callable[[ConnectionEvent], object] = lambda _: None,
     ) -> None:
         """Connect the doors.
 
@@ -68,11 +68,11 @@ class Switchboard:
             doors: The doors.
             plug_in: Makes a link to the brick, over Bluetooth if the argument is True, otherwise over USB; raises
                 ConnectionError if the cable is unplugged.
-            on_visit: Called when a program connects or disconnects.
+            on_event: Called when a program connects or disconnects.
         """
         self.telegrams = 0
         self.last = b""
-        self._doors, self._plug_in, self._on_visit = doors, plug_in, on_visit
+        self._doors, self._plug_in, self._on_event = doors, plug_in, on_event
         self._sessions: list[_Session] = []
         self._arrived = 0
         self._refusing = False
@@ -89,7 +89,7 @@ class Switchboard:
             if session.link.under_way < WAITING_LIMIT:
                 self._listen(session)
         for door in self._doors:
-            for client in door.arrivals():
+            for client in door.accept():
                 self._admit(door, client)
         return self.telegrams - before
 
@@ -120,7 +120,7 @@ class Switchboard:
             client.hang_up()
             if not self._refusing:
                 self._refusing = True
-                self._on_visit(Visit("refused", 0, door.address, client.name, 0))
+                self._on_event(ConnectionEvent("refused", 0, door.address, client.name, 0))
             return
         try:
             link = self._plug_in(door.bluetooth)
@@ -130,7 +130,7 @@ class Switchboard:
         self._arrived += 1
         session = _Session(self._arrived, door, client, link)
         self._sessions.append(session)
-        self._on_visit(session.visit("connected"))
+        self._on_event(session.report("connected"))
         self._listen(session)
 
     def _make_room(self) -> bool:
@@ -155,7 +155,7 @@ class Switchboard:
         self._refusing = False
         session.link.close()
         session.client.hang_up()
-        self._on_visit(session.visit("disconnected"))
+        self._on_event(session.report("disconnected"))
 
 
 def _over(session: _Session) -> bool:

@@ -115,7 +115,7 @@ class UsbIpDoor(SocketDoor):
         self._owner: UsbIpClient | None = None
         self._asking: list[UsbIpClient] = []
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the computer that has just plugged the brick in."""
         self._asking += [client for client in self._connected() if isinstance(client, UsbIpClient)]
         asking, self._asking = self._asking, []

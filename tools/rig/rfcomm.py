@@ -69,7 +69,7 @@ class RfcommDoor(LoopDoor):
         self._thread.start()
         self._ready.wait()
 
-    def arrivals(self) -> list[Client]:
+    def accept(self) -> list[Client]:
         """Return the programs that connected since the last call."""
         found: list[Client] = []
         with contextlib.suppress(queue.Empty):

@@ -19,7 +19,7 @@ from sim_backend.doors.mjpeg import MjpegDoor
 from sim_backend.doors.pty import PtyDoor
 from sim_backend.doors.server import RealTimeServer, Status
 from sim_backend.doors.sockets import NxtServerClient, SocketDoor, StreamClient, is_loopback
-from sim_backend.doors.switchboard import CLIENT_LIMIT, Switchboard, Visit
+from sim_backend.doors.switchboard import CLIENT_LIMIT, ConnectionEvent, Switchboard
 from sim_backend.doors.usbip import UsbIpClient, UsbIpDoor
 from sim_backend.doors.uvc import UvcDoor
 from sim_backend.faults_file import load_faults
@@ -52,7 +52,7 @@ def serve(args: argparse.Namespace) -> int:
             closing.enter_context(contextlib.closing(UvcDoor(args.size, fps, port, host=args.host)))
             for port in args.uvc
         ]
-        switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.visit)))
+        switchboard = closing.enter_context(contextlib.closing(Switchboard(doors, plug_in, out.connection)))
         server = RealTimeServer(simulation, switchboard, [stream, *webcams], fps=fps, now=clock.now, wait=wait_readable)
         if not is_loopback(args.host):
             complain(f"warning: anyone who can reach {args.host} can drive this brick.")
@@ -130,18 +130,18 @@ class Output:
         if self._live:
             self._live.start()
 
-    def visit(self, visit: Visit) -> None:
+    def connection(self, event: ConnectionEvent) -> None:
         """Report that a program has connected or disconnected."""
         if self._json:
-            values = asdict(visit)
+            values = asdict(event)
             self._event(values.pop("event"), **values)
             return
-        if visit.event == "refused":
+        if event.event == "refused":
             full = f"and further ones: {CLIENT_LIMIT} programs are connected"
-            write_line(f"refused: {visit.name} at {visit.door}, {full}", flush=True)
+            write_line(f"refused: {event.name} at {event.door}, {full}", flush=True)
             return
-        count = f" after {visit.telegrams} telegrams" if visit.event == "disconnected" else ""
-        write_line(f"{visit.event}: program {visit.client} at {visit.door}{count}", flush=True)
+        count = f" after {event.telegrams} telegrams" if event.event == "disconnected" else ""
+        write_line(f"{event.event}: program {event.client} at {event.door}{count}", flush=True)
 
     def status(self, status: Status) -> None:
         """Report the current state."""

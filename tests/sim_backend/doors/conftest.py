@@ -69,10 +69,10 @@ class House:
     SERIAL_NUMBER = "001653010203"
 
     def __init__(self, stack, wall, folder):
-        self.wall, self.simulation, self.visits = wall, Simulation("open"), []
+        self.wall, self.simulation, self.events = wall, Simulation("open"), []
         self.faults = LinkFaults()
         self.folder, self._stack, self.doors = folder, stack, []
-        self.board = Switchboard(self.doors, self._plug_in, self.visits.append)
+        self.board = Switchboard(self.doors, self._plug_in, self.events.append)
         self.server = RealTimeServer(self.simulation, self.board, now=wall.now, wait=wall.wait)
         stack.callback(self.board.close)
 

@@ -169,14 +169,14 @@ def test_after_any_garbage_and_a_pause_telegrams_pass(garbage, telegram):
 
 
 def test_the_door_has_a_visitor_once_a_program_writes(door):
-    assert door.arrivals() == []
+    assert door.accept() == []
     with _open(door.path) as port:
-        assert door.arrivals() == []
+        assert door.accept() == []
         port.write(frame(GET_BATTERY))
         select.select([door], [], [], 10)
-        (visitor,) = door.arrivals()
+        (visitor,) = door.accept()
         assert visitor.receive() == [GET_BATTERY]
-        assert door.arrivals() == []
+        assert door.accept() == []
         assert door.fileno() is None
 
 
@@ -184,15 +184,15 @@ def test_a_lost_link_ends_the_terminal_and_the_next_program_finds_a_new_one(door
     with _open(door.path) as port:
         port.write(frame(GET_BATTERY))
         select.select([door], [], [], 10)
-        (visitor,) = door.arrivals()
+        (visitor,) = door.accept()
         visitor.hang_up()
         with pytest.raises((OSError, serial.SerialException)):
             port.read(1)
-    assert door.arrivals() == []
+    assert door.accept() == []
     with _open(door.path) as port:
         port.write(frame(KEEP_ALIVE))
         select.select([door], [], [], 10)
-        (visitor,) = door.arrivals()
+        (visitor,) = door.accept()
         assert visitor.receive() == [KEEP_ALIVE]
 
 
@@ -203,18 +203,18 @@ def test_while_the_name_cannot_be_made_again_the_server_goes_on_and_tries_later(
     with _open(door.path) as port:
         port.write(frame(GET_BATTERY))
         select.select([door], [], [], 10)
-        (visitor,) = door.arrivals()
+        (visitor,) = door.accept()
         visitor.hang_up()
     door.path.unlink()
     folder.rmdir()
     for _ in range(3):
-        assert door.arrivals() == []
+        assert door.accept() == []
         assert door.fileno() is None
         clock.now_s += 0.5
     assert caplog.text.count("the port cannot be named") == 1
     folder.mkdir()
     clock.now_s += REOPEN_S
-    assert door.arrivals() == []
+    assert door.accept() == []
     assert door.path.is_char_device()
     door.close()
 
@@ -257,7 +257,7 @@ def test_a_door_does_not_take_another_ones_name_away(tmp_path):
     with _open(first.path) as port:
         port.write(frame(GET_BATTERY))
         select.select([first], [], [], 10)
-        assert first.arrivals()[0].receive() == [GET_BATTERY]
+        assert first.accept()[0].receive() == [GET_BATTERY]
     first.path.unlink()
     second = PtyDoor(tmp_path / "port", now=time.monotonic)
     first.close()

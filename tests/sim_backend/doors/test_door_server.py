@@ -24,7 +24,7 @@ class _Mailbox:
         self.replies = []
         self.here = False
 
-    def arrivals(self):
+    def accept(self):
         new, self.here = not self.here, True
         return [self] if new else []
 

@@ -212,7 +212,7 @@ def test_the_brick_answers_through_the_door(house, door):
     heard = house.hear(line, 2 * HEADER.size + 5)
     assert HEADER.unpack_from(heard)[1:6] == (2, 0, 0, 0, 0)
     assert heard[2 * HEADER.size :][:3] == b"\x02\x0b\x00"
-    assert [visit.event for visit in house.visits] == ["connected"]
+    assert [each.event for each in house.events] == ["connected"]
 
 
 def test_one_computer_at_a_time_has_the_brick(house, door):
@@ -234,7 +234,7 @@ def test_a_client_that_only_asks_gets_no_link_and_may_not_stay(house, door):
     house.wall.now_s += 6
     house.turn(2)
     assert silent.recv(1) == b""
-    assert house.visits == []
+    assert house.events == []
 
 
 def test_a_pulled_cable_ends_the_connection_and_can_be_plugged_in_again(house, door):

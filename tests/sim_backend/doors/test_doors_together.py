@@ -134,7 +134,7 @@ def test_programs_that_come_and_go_are_counted(house):
     assert house.board.clients == 1
     program.line.close()
     assert house.until(lambda: house.board.clients == 0)
-    assert [(visit.event, visit.client, visit.door, visit.telegrams) for visit in house.visits] == [
+    assert [(each.event, each.client, each.door, each.telegrams) for each in house.events] == [
         ("connected", 1, door.address, 0),
         ("disconnected", 1, door.address, 2),
     ]
@@ -204,7 +204,7 @@ def test_too_many_programs_are_refused_once_all_have_spoken(house):
     for _ in range(3):
         assert house.hear(house.connect(door)) == b""
     assert house.board.clients == CLIENT_LIMIT
-    assert [visit.event for visit in house.visits].count("refused") == 1
+    assert [each.event for each in house.events].count("refused") == 1
     programs[0].line.close()
     assert house.until(lambda: house.board.clients == CLIENT_LIMIT - 1)
     assert PROGRAMS["tcp"](house, door).ask(GET_BATTERY)[1] == 0x0B
@@ -238,7 +238,7 @@ def test_closing_sends_everybody_away(house):
     program.ask(GET_BATTERY)
     house.board.close()
     assert program.line.recv(1) == b""
-    assert house.visits[-1].event == "disconnected"
+    assert house.events[-1].event == "disconnected"
 
 
 @pytest.mark.parametrize(
@@ -260,7 +260,7 @@ def test_a_program_that_is_gone_before_it_is_accepted_does_not_end_the_server(mo
     monkeypatch.setattr(socket.socket, "setsockopt", setsockopt, raising=False)
     with contextlib.closing(door), socket.create_connection(("127.0.0.1", door.port)) as first:
         with socket.create_connection(("127.0.0.1", door.port)):
-            (client,) = door.arrivals()
+            (client,) = door.accept()
             client.hang_up()
         assert first.recv(1) == b""
 
