@@ -99,10 +99,12 @@ class ColorPort:
         """Begin the end of a sensor's use, which reads its calibration once."""
         self.waited = self._attempt = 0
 
-    def go_on_with_exit(self) -> None:
-        """Continue reading the calibration once."""
-        if self._attempt >= 0:
+    def go_on_with_exit(self) -> bool:
+        """Continue reading the calibration once; return whether that was not over yet."""
+        reads = self._attempt >= 0
+        if reads:
             self.fails()
+        return reads
 
     def fails(self) -> bool:
         """Continue the calibration of a sensor that does not answer; return whether it fails and begins again."""

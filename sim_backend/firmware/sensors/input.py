@@ -362,10 +362,10 @@ class InputModule:
             port.configure(self._settling(port), self._pins(port.type))
         elif lacks_color_sensor and port.type == COLOR_EXIT:
             port.ask_for_calibration()
-            port.color.go_on_with_exit()
+            reads = port.color.go_on_with_exit()
             if port.voltage > _EXIT_RAW:
                 port.type = SensorType.NONE  # which starts the exit again: without a sensor it never ends
-            else:
+            elif reads:
                 port.settle(passes)
         elif lacks_color_sensor and port.type in COLOR_TYPES:
             self._miss_color_sensor(port, passes)
