@@ -103,7 +103,7 @@ class LiveMap:
             self._on_write()
 
     def store(self, offset: int, data: bytes) -> None:
-        """Write bytes, of which the module hears only by `settle`; the caller has checked the range."""
+        """Write bytes, which the module handles only in `settle`; the caller has checked the range."""
         end = offset + len(data)
         self._refresh(offset, end)
         self._bytes[offset:end] = data

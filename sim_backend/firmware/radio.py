@@ -54,7 +54,7 @@ class Radio:
     Attributes:
         own_address: Six bytes.
         address: The firmware's copy of the address.
-        shown_state: The state as the user interface knows it: changes come after its turn in a pass.
+        shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
     """

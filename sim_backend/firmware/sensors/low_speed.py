@@ -46,7 +46,7 @@ class LowSpeedModule:
         channels: Ports 1 to 4.
         active: A bit per port that has work; the module rests while all are 0.
         at_once: A bit per port whose transfers take one pass.
-        no_restart: A bit per port that reads without a second start; the firmware obeys only that of port 1.
+        no_restart: A bit per port that reads without a second start; only that of port 1 has an effect.
     """
 
     def __init__(self, clock: Clock, inputs: Sequence[InputPort], version: Version) -> None:

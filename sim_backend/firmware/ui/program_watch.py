@@ -33,7 +33,7 @@ class ProgramWatch:
 
     @property
     def due(self) -> bool:
-        """Whether to check in the next pass whether a program has ended: nothing else tells of that end."""
+        """Whether to check in the next pass whether a program has ended: nothing else reports that."""
         programs = self._programs
         return programs.busy and not (programs.running and self._registers.runs_file)
 

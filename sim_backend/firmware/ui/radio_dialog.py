@@ -43,14 +43,14 @@ class RadioDialog:
         registers = self._registers
         if registers.state == UiState.REPORT and self._clock.now_ms >= registers.next_step_ms:
             self._go_on_with_report()
-        asks = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
-        shown = UiState.QUESTION if asks & RadioState.ASKING else UiState.REPORT
+        pending = self._radio.state & (RadioState.ASKING | RadioState.REPORTING)
+        shown = UiState.QUESTION if pending & RadioState.ASKING else UiState.REPORT
         busy = registers.flags & UiFlag.BUSY or registers.from_menu or registers.starting
-        if asks and not busy and registers.state != shown:
+        if pending and not busy and registers.state != shown:
             registers.state = int(shown)
             self.begin(shown, delay_ms=1)
             self._menu.interrupt()
-        if asks and registers.state in states.RADIO_SHOWN:
+        if pending and registers.state in states.RADIO_SHOWN:
             registers.set(UiFlag.BUSY)
 
     def begin(self, state: int, *, delay_ms: int = 0) -> None:

@@ -133,24 +133,24 @@ class _Path(NamedTuple):
         words: The words at which they begin.
         quiet: Whether they change variables and ports only, and the same ones give the same result within a pass.
         ports: Their use of ports.
-        asks: How many of them read the time.
+        clock_reads: How many of them read the time.
     """
 
     words: tuple[int, ...] = ()
     quiet: bool = True
     ports: int = 0
-    asks: int = 0
+    clock_reads: int = 0
 
     def after(self, at: int, translation: Translation) -> _Path:
         """Return the path with one instruction more."""
-        quiet, ports, asks = self.quiet, self.ports, self.asks
+        quiet, ports, clock_reads = self.quiet, self.ports, self.clock_reads
         if isinstance(translation, Effect):
             quiet = quiet and translation.ports is not None and not translation.takes_time
             ports |= int(translation.ports or 0)
-            asks += translation.asks
+            clock_reads += translation.reads_clock
         elif not isinstance(translation, str | Next | Branch):
             quiet = False
-        return _Path((*self.words, at), quiet, ports, asks)
+        return _Path((*self.words, at), quiet, ports, clock_reads)
 
 
 class Compiler:
@@ -276,7 +276,7 @@ class _Tree:
                 if translation.takes_time and instruction.following == at:
                     return [*lines, *self._itself(translation.statements, at, count)]
                 lines.extend(translation.statements)
-                self.plain = self.plain and translation.ports is not None and not translation.asks
+                self.plain = self.plain and translation.ports is not None and not translation.reads_clock
                 if translation.takes_time:
                     lines.append(self._rest(instruction, count))
             elif isinstance(translation, Branch):
@@ -331,7 +331,7 @@ class _Tree:
         lines = [f"left -= {count}"]
         if path.quiet and path.ports != Ports.BOTH and not self._grows(path):
             self._watches = True
-            rest = f"without_repeats(left, {count}, {path.asks})" if path.asks else f"left % {count}"
+            rest = f"without_repeats(left, {count}, {path.clock_reads})" if path.clock_reads else f"left % {count}"
             lines += ["after = pool[low:high]", f"if after == before: left = {rest}", "before = after"]
         return [*lines, "continue"]
 

@@ -1,4 +1,4 @@
-"""Calibrations of sensors that a running program knows: an array in its memory pool.
+"""Calibrations of sensors in a running program: an array in its memory pool.
 
 Source: docs/firmware.md section 8.4.
 """

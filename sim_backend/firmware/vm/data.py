@@ -133,7 +133,7 @@ class Data:
         return _unsigned(value) if kind in self._wide else truncated(value)
 
     def integer(self, argument: int, offset: int = 0) -> int:
-        """Return the value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        """Return the value of a scalar that must be an integer: a float is rounded."""
         value = self.get(argument, offset)
         return rounded(value) if isinstance(value, float) else value
 

@@ -89,7 +89,7 @@ def _seek(call: Call) -> None:
 
 
 def _tell(call: Call) -> None:
-    """Ask where a file is read on, or was written on after the last seek: status, handle, position."""
+    """Return where a file is read on, or was written on after the last seek: status, handle, position."""
     loader, number = call.devices.loader, call.number(1)
     handle = loader.opened(number)
     if handle is None:
@@ -111,7 +111,7 @@ def _high_speed_control(call: Call) -> None:
 
 
 def _memory_sizes(call: Call) -> None:
-    """Ask for the sizes of pool and variables: status, whether to move the arrays together first, pool, variables."""
+    """Read the sizes of pool and variables: status, whether to move the arrays together first, pool, variables."""
     memory = call.machine.memory
     if call.number(1):
         memory.compact()
@@ -121,7 +121,7 @@ def _memory_sizes(call: Call) -> None:
 
 
 def _last_response(call: Call) -> None:
-    """Ask for another brick's last reply: status, whether to clear it, length, command, bytes. There is none."""
+    """Read the last reply of another brick: status, whether to clear it, length, command, bytes. There is none."""
     call.put(2, 0)
     call.put_bytes(4, b"")
     call.put(0, Status.OK)

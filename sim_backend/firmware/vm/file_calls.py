@@ -83,7 +83,7 @@ def _close(call: Call) -> None:
 
 
 def _resolve(call: Call) -> None:
-    """Ask for the handle that the program opened a file by: status, handle, whether it is for writing, name."""
+    """Return the handle by which the program opened a file: status, handle, whether it is for writing, name."""
     name, opened = name_at(call, 3), call.machine.handles
     for handle in range(HANDLES):
         kept, writes = opened.get(handle, _NOTHING)

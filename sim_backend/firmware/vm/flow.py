@@ -253,7 +253,7 @@ def _tick(machine: Machine, instruction: Instruction) -> Translation:
     operands, target = machine.operands, instruction.arguments[0]
     statement = operands.assignment(target, f"{operands.function('now', machine.ask_time)}()")
     if statement:
-        return Effect((statement,), Ports.NOTHING, asks=True)
+        return Effect((statement,), Ports.NOTHING, reads_clock=True)
     return lambda: machine.data.put(target, machine.ask_time())
 
 

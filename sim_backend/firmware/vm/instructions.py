@@ -95,13 +95,13 @@ class Effect(NamedTuple):
     Attributes:
         statements: Statements that do it.
         ports: Its use of ports; None if it has further effects.
-        asks: Whether it reads the time.
+        reads_clock: Whether it reads the time.
         takes_time: Whether it works on whole arrays, which counts against the work that a pass has time for.
     """
 
     statements: tuple[str, ...]
     ports: Ports | None = None
-    asks: bool = False
+    reads_clock: bool = False
     takes_time: bool = False
 
 

@@ -46,7 +46,7 @@ def _read(call: Call) -> None:
 
 
 def _connection(call: Call) -> None:
-    """Ask for a Bluetooth connection: status, connection; while something is being sent, the state of that."""
+    """Read a Bluetooth connection: status, connection; while something is being sent, the state of that."""
     known = Status.PENDING if call.machine.sending else Status.CHANNEL_NOT_CONFIGURED
     call.put(0, known if call.number(1) < CONNECTIONS else Status.BAD_INPUT_OUTPUT)
 

@@ -46,7 +46,7 @@ class Operands:
         return f"get({argument})" if cell is None else f"{SCALARS[cell[0]].format[-1]}[{cell[1]}]"
 
     def integer(self, argument: int) -> str:
-        """Return the value of a scalar that an instruction wants to be an integer: a float is rounded."""
+        """Return the value of a scalar that must be an integer: a float is rounded."""
         value = self.value(argument)
         return f"rounded({value})" if self._data.kind(argument) == Type.FLOAT else value
 

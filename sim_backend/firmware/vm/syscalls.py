@@ -80,7 +80,7 @@ def _volume(call: Call, position: int) -> int:
 
 
 def _sound_state(call: Call) -> None:
-    """Ask for the sound module's state: state, flags."""
+    """Read the state of the sound module: state, flags."""
     call.put(0, call.devices.sound.state)
     call.put(1, call.devices.sound.flags)
 
@@ -94,7 +94,7 @@ def _set_sound_state(call: Call) -> None:
 
 
 def _read_button(call: Call) -> None:
-    """Ask for a button: status, number, pressed, times released, whether to clear its counters of releases."""
+    """Read a button: status, number, pressed, times released, whether to clear its counters of releases."""
     number = call.number(1)
     if number >= _BUTTON_COUNT:
         for position, value in ((0, Status.BAD_INPUT_OUTPUT), (2, 0), (3, 0)):
@@ -139,7 +139,7 @@ def _ls_read(call: Call) -> None:
 
 
 def _ls_status(call: Call) -> None:
-    """Ask for an I2C port: status, port, bytes ready."""
+    """Read the state of an I2C port: status, port, bytes ready."""
     port, bus = call.number(1), call.devices.low_speed
     if port >= len(bus.channels):
         call.put(2, 0)
@@ -233,7 +233,7 @@ def _set_sleep_time(call: Call) -> None:
 
 
 def _log_times(call: Call) -> None:
-    """Ask for the data log's clock: nothing, time, the brick's time at that moment."""
+    """Read the clock of the data log: nothing, time, the brick's time at that moment."""
     for position, value in enumerate(call.devices.log_times(), 1):
         call.put(position, value)
 
@@ -277,7 +277,7 @@ def _high_speed_read(call: Call) -> None:
 
 
 def _high_speed_status(call: Call) -> None:
-    """Ask for the high speed port: whether it is sending, whether there are bytes."""
+    """Read the state of the high speed port: whether it is sending, whether there are bytes."""
     call.put(0, 0)
     call.put(1, 0)
 
