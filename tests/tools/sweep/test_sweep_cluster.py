@@ -13,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from behaviors.executive import Ending
 from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
@@ -163,8 +162,8 @@ def test_a_mission_that_kills_its_workers_is_a_line_and_the_others_are_done(impa
     with impatient_dask.join(3) as cluster:
         found = sweep(TASKS[:2], tmp_path / "out.jsonl", cluster.workers).results
     assert found[1] == results[1]
-    assert found[0]["ending"] == Ending.BROKEN
-    assert found[0]["error"] == "WorkersDied: 1 workers died over it, one after the other"
+    assert found[0].broke
+    assert found[0].error == "WorkersDied: 1 workers died over it, one after the other"
 
 
 @pytest.mark.nightly
