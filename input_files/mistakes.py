@@ -69,8 +69,8 @@ def hint(name: str, known: Collection[str]) -> str:
 
 
 def excerpt(value: object) -> str:
-    """Return the value as Python writes it, cut if it is long."""
-    return _cut(repr(value), LONGEST_VALUE)
+    """Return the value as Python writes it, but true and false as TOML does; it is cut if it is long."""
+    return _cut(str(value).lower() if isinstance(value, bool) else repr(value), LONGEST_VALUE)
 
 
 def _cut(text: str, length: int) -> str:

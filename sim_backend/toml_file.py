@@ -98,7 +98,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
             return f"{path}: {error['ctx']['error']}"
         case "tuple_type" if len(location) == 1:
             return f"{path}: needs two brackets, [[{path}]], once for each of them"
-    message = words(error["type"], error.get("ctx", {}), error["msg"])
+    message = words(error["type"], error.get("ctx", {}), error["msg"], error["input"])
     return f"{path}: {message}, not {excerpt(error['input'])}"
 
 

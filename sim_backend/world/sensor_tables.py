@@ -6,7 +6,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from sim_backend.world.toml_types import Direction, Length, Mounting, Offset, Paint, Point, Seconds, Table
+from sim_backend.world.toml_types import (
+    Direction,
+    Entries,
+    Length,
+    Mounting,
+    Offset,
+    Paint,
+    Point,
+    Seconds,
+    Size,
+    Table,
+)
 
 Port = Annotated[int, Field(ge=1, le=4)]
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -26,9 +37,9 @@ class Patch(Table):
 
     color: Paint
     at_mm: Point | None = None
-    size_mm: tuple[Length, Length] | None = None
+    size_mm: Size | None = None
     facing_deg: Direction = 0.0
-    along_mm: tuple[Point, ...] = ()
+    along_mm: Entries[Point] = ()
     width_mm: Length = 20.0
 
     @model_validator(mode="after")
@@ -237,7 +248,7 @@ class I2CMount(Table):
     kind: Literal["i2c"]
     port: Port
     address: Annotated[int, Field(ge=2, le=254, multiple_of=2)] = 0x02
-    registers: Annotated[dict[str, str | tuple[Byte, ...]], AfterValidator(_registers)] = Field(default_factory=dict)
+    registers: Annotated[dict[str, str | Entries[Byte]], AfterValidator(_registers)] = Field(default_factory=dict)
 
 
 Mount = Annotated[

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
 
+Entry = TypeVar("Entry")
+Entries = Annotated[tuple[Entry, ...], Strict(False)]
+"""A tuple that may be given as a list: TOML has no tuples."""
 FARTHEST_MM = 1e6
 """A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
 Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
-Point = tuple[Coordinate, Coordinate]
+Point = Annotated[tuple[Coordinate, Coordinate], Strict(False)]
 LEAST = 1e-3
 """A micrometre, or a gram: products of much smaller sizes and masses are 0."""
 LONGEST_S = 1e6
 """Eleven days, more than any simulation runs."""
 Length = Annotated[float, Field(ge=LEAST, le=FARTHEST_MM)]
+Size = Annotated[tuple[Length, Length], Strict(False)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
 Percent = Annotated[float, Field(ge=0, le=100)]
@@ -22,7 +26,7 @@ Direction = Annotated[float, Field(ge=-360, le=360)]
 """Degrees clockwise, on the map or from the robot's front."""
 Offset = Annotated[float, Field(ge=-500, le=500)]
 """From the middle of the robot's axle; the body's radius is 500 mm at most."""
-Mounting = tuple[Offset, Offset]
+Mounting = Annotated[tuple[Offset, Offset], Strict(False)]
 """A position on the robot: forward and right of the middle of the axle."""
 MOST_TIMES = 1_000_000
 """Once a second in the longest simulation."""
@@ -87,20 +91,11 @@ def paint_name(paint: tuple[float, float, float]) -> str:
     return next((name for name, each in PAINTS.items() if each == paint), text)
 
 
-Paint = Annotated[tuple[Percent, Percent, Percent], BeforeValidator(_paint)]
+Paint = Annotated[tuple[Percent, Percent, Percent], Strict(False), BeforeValidator(_paint)]
 """A colour by name, or as reflected red, green and blue light in percent."""
 
 
 class Table(BaseModel):
-    """A table of the world file; unknown keys are rejected."""
+    """A table of the world file; unknown keys and values of other types are rejected."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_truth_for_a_number(cls, keys: object) -> object:
-        """Refuse true and false where a number belongs: pydantic takes them for 1 and 0."""
-        for key, value in keys.items() if isinstance(keys, dict) else ():
-            if isinstance(value, bool) and key in cls.model_fields and cls.model_fields[key].annotation is not bool:
-                raise ValueError(f"{key} must not be {str(value).lower()}")
-        return keys
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)

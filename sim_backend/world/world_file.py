@@ -10,11 +10,23 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
-from sim_backend.world.toml_types import PAINTS, Direction, Length, Name, Offset, Paint, Percent, Point, Table
+from sim_backend.world.toml_types import (
+    PAINTS,
+    Direction,
+    Entries,
+    Length,
+    Name,
+    Offset,
+    Paint,
+    Percent,
+    Point,
+    Size,
+    Table,
+)
 
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
@@ -36,7 +48,7 @@ class Floor(Table):
         color: Colour of the floor outside all patches, for light and colour sensors.
     """
 
-    size_mm: tuple[Length, Length]
+    size_mm: Size
     color: Paint = PAINTS["grey"]
     wall_height_mm: Length = 600.0
     wall_texture: Name = "wall"
@@ -119,7 +131,7 @@ class Carpet(Table):
     """
 
     at_mm: Point
-    size_mm: tuple[Length, Length]
+    size_mm: Size
     facing_deg: Direction = 0.0
     grip: Length = 0.9
     drag_nm: Annotated[float, Field(ge=0, le=0.2)] = 0.0
@@ -257,7 +269,7 @@ class Box(Table):
 
     name: Name
     at_mm: Point
-    size_mm: tuple[Length, Length]
+    size_mm: Size
     height_mm: Length
     facing_deg: Direction = 0.0
     mass_kg: Length | None = None
@@ -301,8 +313,8 @@ class Picture(Table):
     name: Name
     at_mm: Point
     facing_deg: Direction
-    file: Path | None = None
-    size_mm: tuple[Length, Length] = (210.0, 297.0)
+    file: Annotated[Path, Strict(False)] | None = None
+    size_mm: Size = (210.0, 297.0)
     centre_height_mm: Length = 200.0
     present: bool = True
 
@@ -325,18 +337,18 @@ class WorldFile(Table):
     floor: Floor
     robot: Robot
     light: Light = Light()
-    shades: tuple[Shade, ...] = ()
+    shades: Entries[Shade] = ()
     computer: Computer = Computer()
     camera: Camera = Camera()
     ultrasonic: Ultrasonic = Ultrasonic()
     surroundings: Surroundings = Surroundings()
-    sensors: tuple[Mount, ...] = ()
-    carpets: tuple[Carpet, ...] = ()
-    patches: tuple[Patch, ...] = ()
-    sounds: tuple[Sound, ...] = ()
-    magnets: tuple[Magnet, ...] = ()
-    walls: tuple[Wall, ...] = ()
-    boxes: tuple[Box, ...] = ()
-    people: tuple[Person, ...] = ()
-    pictures: tuple[Picture, ...] = ()
-    events: tuple[Event, ...] = ()
+    sensors: Entries[Mount] = ()
+    carpets: Entries[Carpet] = ()
+    patches: Entries[Patch] = ()
+    sounds: Entries[Sound] = ()
+    magnets: Entries[Magnet] = ()
+    walls: Entries[Wall] = ()
+    boxes: Entries[Box] = ()
+    people: Entries[Person] = ()
+    pictures: Entries[Picture] = ()
+    events: Entries[Event] = ()

@@ -545,11 +545,27 @@ def test_a_number_beyond_its_range_is_a_mistake_with_the_range(table, expected):
 def test_a_truth_value_is_not_a_number(value):
     found = mistakes_in(GOOD + f"backlash_deg = {value}\n[camera]\nfps = {value}\n[light]\nexposure = {value}\n")
     assert found == [
-        f"{place} must not be {value}" for place in ("robot: backlash_deg", "light: exposure", "camera: fps")
+        f"robot.backlash_deg: must be a number, not {value}",
+        f"light.exposure: must be a number, not {value}",
+        f"camera.fps: must be a whole number, not {value}",
     ]
     assert mistakes_in(GOOD + f'[[sensors]]\nkind = "compass"\nport = 2\nnoise_deg = {value}\n') == [
-        f"sensors[0]: noise_deg must not be {value}"
+        f"sensors[0].noise_deg: must be a number, not {value}"
     ]
+
+
+def test_a_number_in_quotation_marks_is_a_mistake():
+    found = mistakes_in(GOOD + "backlash_deg = '5'\n[camera]\nfps = '5'\n[[shades]]\nat_mm = [900, '5']\n")
+    assert found[:3] == [
+        "robot.backlash_deg: must be a number without quotation marks, not '5'",
+        "shades[0].at_mm[1]: must be a number without quotation marks, not '5'",
+        "shades[0].radius_mm: is missing",
+    ]
+    assert "camera.fps: must be a whole number without quotation marks, not '5'" in found
+
+
+def test_a_count_is_a_whole_number():
+    assert mistakes_in(GOOD + "[camera]\nfps = 10.0\n") == ["camera.fps: must be a whole number, not 10.0"]
 
 
 def test_noise_of_the_sonar_is_limited():
