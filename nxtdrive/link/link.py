@@ -8,9 +8,7 @@ while it sleeps. Both call `Link.work`.
 
 from __future__ import annotations
 
-import logging
 import math
-import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,10 +16,11 @@ from typing import Any, TypeVar
 
 from firmware_protocol.direct import KeepAlive
 from firmware_protocol.enums import OutputPort
-from firmware_protocol.errors import LinkError, LinkLost, LinkTimeout, NXTError
+from firmware_protocol.errors import LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, TIMEOUT_RANGE_S, answer_s
+from nxtdrive.link.link_thread import LinkThread
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
 from nxtdrive.link.reconnect import PROBE_S, RECONNECT_TIMEOUT_S, Reconnector, interrupted
 from nxtdrive.link.scheduler import RESOLUTION_S, STEP_S, Motion, MotionScheduler
@@ -30,7 +29,6 @@ from nxtdrive.ports import in_range
 from nxtdrive.transports.base import Transport, drain
 
 R = TypeVar("R", bound=Reply)
-log = logging.getLogger(__name__)
 
 AWAKE, PROBE = "awake", "probe"
 LONGEST_SILENCE_S = 60.0
@@ -84,10 +82,7 @@ class Link:
         self.motions = MotionScheduler(self, threads.lock(reentrant=True))
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._measuring = False
-        self._thread: threading.Thread | None = None
-        self._worker = 0
-        self._starting = threading.Lock()
-        self._news = threading.Event()
+        self._thread = None if self._stepped else LinkThread(self, self._core, threads)
         self._reconnector = Reconnector(self, self._core, self._lock)
         self.reconnecting = reconnecting
 
@@ -228,10 +223,8 @@ class Link:
     def announce(self) -> None:
         """Have the schedule checked before the next request, and in the link's thread."""
         self._check_due = -math.inf
-        self._news.set()
-        if not self._stepped and self._thread is None and self._core.state is not LinkState.CLOSED:
-            with self._starting:
-                self._thread = self._thread or self._threads.start(self._run, "nxtdrive link")
+        if self._thread:
+            self._thread.announce()
 
     def wait_for(self, motion: Motion[Any]) -> None:
         """Wait until a motion may have advanced; the caller repeats this."""
@@ -300,8 +293,8 @@ class Link:
         try:
             self._core.close()
             self.announce()
-            if self._thread is not None:
-                self._threads.join(self._thread, CLOSING_S)
+            if self._thread:
+                self._thread.join()
             self.motions.end_all()
             with suppress(LinkTimeout):
                 self._lock.exclusive(self.transport.close, timeout_s=CLOSING_S)  # not amid a request, unless that lasts
@@ -312,7 +305,7 @@ class Link:
     @property
     def acts_for_program(self) -> bool:
         """Whether the calling thread acts for the program, not for a motion or for the link itself."""
-        return not self.motions.stepping and threading.get_ident() != self._worker
+        return not self.motions.stepping and not (self._thread and self._thread.current)
 
     def pause(self, duration_s: float) -> None:
         """Let up to `duration_s` pass while the link is lost, and in the simulator do the work."""
@@ -362,21 +355,6 @@ class Link:
         """Send `first` and the timed telegrams that are due; the caller holds the lock."""
         for telegram in (*first, *self._core.timers.take(self.now())):
             self._send(telegram)
-
-    def _run(self) -> None:
-        """Do the work in the link's thread, so that it gets done while the program waits for its user."""
-        self._worker = threading.get_ident()
-        while self._core.state is not LinkState.CLOSED:
-            self._news.clear()
-            pause_s = self._core.due - self.now()
-            if pause_s > 0:
-                self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
-            try:
-                self.work()
-            except LinkError:
-                pass  # the program's next request meets the same error and can handle it
-            except Exception:  # leases and motions depend on this thread, so it survives a defect
-                log.exception("unexpected error in the thread of %s", self.transport.address)
 
     def work(self, *, step: bool = True) -> None:
         """Do the work due now: timed telegrams, steps of motions, an attempt to reopen the link.

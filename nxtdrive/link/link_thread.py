@@ -1,0 +1,76 @@
+"""The thread that does the scheduled work of a link on real hardware, so that it gets done while the program waits."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from typing import Protocol
+
+from firmware_protocol.errors import LinkError
+from nxtdrive.link.core import LinkCore, LinkState
+from nxtdrive.link.threads import CLOSING_S, Threads
+
+log = logging.getLogger(__name__)
+
+
+class WorkingLink(Protocol):
+    """What the thread needs of `nxtdrive.link.link.Link`, which imports this module."""
+
+    def now(self) -> float:
+        """Return the time on the link's clock."""
+        ...
+
+    def work(self) -> None:
+        """Do the work due now."""
+        ...
+
+
+class LinkThread:
+    """The thread of one link; it starts when there is work for the first time, and ends when the link is closed.
+
+    Args:
+        link: The link.
+        core: Its state, with the time of the next work.
+        threads: Starts threads and waits for them.
+    """
+
+    def __init__(self, link: WorkingLink, core: LinkCore, threads: Threads) -> None:
+        self._link = link
+        self._core = core
+        self._threads = threads
+        self._thread: threading.Thread | None = None
+        self._ident = 0
+        self._starting = threading.Lock()
+        self._news = threading.Event()
+
+    @property
+    def current(self) -> bool:
+        """Whether this is the calling thread."""
+        return threading.get_ident() == self._ident
+
+    def announce(self) -> None:
+        """Have the thread look at the schedule, which has changed; starts it if necessary."""
+        self._news.set()
+        if self._thread is None and self._core.state is not LinkState.CLOSED:
+            with self._starting:
+                self._thread = self._thread or self._threads.start(self._run, "nxtdrive link")
+
+    def join(self) -> None:
+        """Wait until the thread has noticed that the link is closed; at most 2 s, as it may be reopening the link."""
+        if self._thread is not None:
+            self._threads.join(self._thread, CLOSING_S)
+
+    def _run(self) -> None:
+        self._ident = threading.get_ident()
+        while self._core.state is not LinkState.CLOSED:
+            self._news.clear()
+            pause_s = self._core.due - self._link.now()
+            if pause_s > 0:
+                self._threads.wait(self._news, None if math.isinf(pause_s) else pause_s)
+            try:
+                self._link.work()
+            except LinkError:
+                pass  # the program's next request meets the same error and can handle it
+            except Exception:  # leases and motions depend on this thread, so it survives a defect
+                log.exception("unexpected error in the link's thread")
