@@ -112,7 +112,15 @@ def test_the_wheel_runs_a_mission_outside_a_checkout(installed, tmp_path):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("words", [("uv", "tool", "run", "--from"), ("pipx", "run", "--spec")], ids=["uv", "pipx"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("uv", "tool", "run", "--from"),
+        ("uv", "tool", "run", "--resolution", "lowest-direct", "--from"),
+        ("pipx", "run", "--spec"),
+    ],
+    ids=["uv", "uv-oldest-dependencies", "pipx"],
+)
 def test_the_wheel_runs_a_mission_without_being_installed(words, published, tmp_path):
     """These tools fetch its dependencies from the index."""
     pytest.importorskip(words[0], reason=f"{words[0]} is not installed")
