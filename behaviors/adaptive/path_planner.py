@@ -36,7 +36,7 @@ class PlannerNumbers:
         narrow: Cost of a cell that is known as free but too near to an obstacle: the sonar's beam is wide, and a gap
             looks narrower on the map than it is.
         frontier_cells: Unknown floor this near to free floor counts as known where nothing suspected lies between.
-        rounds: Paths grow by at least a cell a round; this is twice across the whole map.
+        together: Paths whose costs differ by no more than this grow at the same time, which changes the speed only.
     """
 
     clearance_mm: float = 40.0
@@ -53,7 +53,7 @@ class PlannerNumbers:
     touched: float = 0.05
     narrow: float = 15.0
     frontier_cells: int = 5
-    rounds: int = 400
+    together: float = 8.0
 
 
 N = PlannerNumbers()
@@ -235,19 +235,27 @@ def _shifted(step: int, size: int) -> slice:
 
 
 def _spread(cost: NDArray[np.float64], start: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the cost of the shortest path to every cell: all are relaxed at once until nothing changes."""
-    padded = np.full((cost.shape[0] + 2, cost.shape[1] + 2), np.inf)
-    inner = padded[1:-1, 1:-1]
-    inner[start] = 0.0
-    views = [
-        (padded[1 + i : padded.shape[0] - 1 + i, 1 + j : padded.shape[1] - 1 + j], cost * step)
-        for i, j, step in _NEIGHBOURS
-    ]
-    through = np.empty_like(cost)
-    for _ in range(N.rounds):
-        before = inner.copy()
-        for view, price in views:
-            np.minimum(inner, np.add(view, price, out=through), out=inner)
-        if np.array_equal(before, inner):
-            break
-    return inner.copy()
+    """Return the cost of the shortest path to every cell.
+
+    As in Dijkstra's algorithm the nearest cells go first, but many at once; one that a shorter path reaches later goes
+    again.
+    """
+    width = cost.shape[1] + 2
+    prices = np.pad(cost, 1, constant_values=np.inf).ravel()  # no path leads over the rim
+    offsets = np.array([[i * width + j] for i, j, _ in _NEIGHBOURS])
+    lengths = np.array([[length] for *_, length in _NEIGHBOURS])
+    field, waits = np.full(prices.shape, np.inf), np.zeros(prices.shape, np.bool_)
+    cells = np.array([(start[0] + 1) * width + start[1] + 1])
+    field[cells] = 0.0
+    while len(cells):
+        reached = field[cells]
+        near = reached <= reached.min() + N.together
+        waits[cells] = ~near
+        beside = cells[near] + offsets
+        through = reached[near] + prices[beside] * lengths
+        shorter = through < field[beside]
+        beside, through = beside[shorter], through[shorter]
+        np.minimum.at(field, beside, through)
+        waits[beside] = True
+        cells = np.flatnonzero(waits)
+    return field.reshape(-1, width)[1:-1, 1:-1].copy()
