@@ -49,8 +49,9 @@ HARD = ("far", "clutter", "block_transient", "block_permanent", "absent", "moved
 """Classes with many decisions."""
 SEEDS = range(100, 105)
 """Seeds of their missions, which have some two hundred decisions."""
-FACT_US, DECISION_MS, PACE_PER_MIN = 500.0, 50.0, 40.0
-"""Goals."""
+FACT_US, DECISION_MS = 500.0, 50.0
+EASY_PER_MIN, BIG_PER_MIN = 100.0, 30.0
+"""Goals; the last two for missions of the easy suite, and in flats of eight to twelve rooms."""
 SHARE = 0.99
 """Share of the decisions that must meet the goal."""
 
@@ -60,20 +61,23 @@ def measure_behaviors(
     turns: int = TURNS,
     hard: Sequence[str] = HARD,
     seeds: Sequence[int] = SEEDS,
-    kinds: Sequence[str] = tuple(CLASSES),
+    easy: Sequence[str] = tuple(CLASSES),
+    big: Sequence[str] = ("big",),
 ) -> Iterable[Figure]:
-    """Yield every figure as it is measured; takes some two minutes.
+    """Yield every figure as it is measured; takes some three minutes.
 
     Args:
         turns: How often the facts in `FACTS` are reported to the chart in each repeat.
         hard: Classes of the missions in which frames and decisions are timed.
         seeds: Their seeds.
-        kinds: Classes of the missions whose rate is measured, one mission each.
+        easy: Classes of the missions whose rate is measured, one mission each.
+        big: The same with larger rooms.
     """
     yield from _chart_figures(turns)
     yield from _model_figures(list(product(hard, seeds)))
     for agent in "thesis", "adaptive":
-        yield _pace(agent, kinds)
+        yield _pace(agent, easy, EASY_PER_MIN)
+        yield _pace(agent, big, BIG_PER_MIN)
 
 
 FACTS: dict[str, tuple[Event, ...]] = {
@@ -247,11 +251,11 @@ def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
     return statistics.median(ordered) * 1000, ordered[math.ceil(SHARE * len(ordered)) - 1] * 1000
 
 
-def _pace(agent: str, kinds: Sequence[str]) -> Figure:
+def _pace(agent: str, kinds: Sequence[str], goal_per_min: float) -> Figure:
     """Measure how many missions one core performs in a minute, judging included."""
     begun_s = cpu_s()
     for index, kind in enumerate(kinds):
         evaluate(Task(index, kind, SEEDS[0], agent, GEOMETRIC))
     pace_per_min = len(kinds) * 60.0 / (cpu_s() - begun_s)
-    name = f"missions a minute of CPU, {agent}, {len(kinds)} classes"
-    return Figure(name, pace_per_min, "1/min", f">= {PACE_PER_MIN:g}", pace_per_min >= PACE_PER_MIN)
+    name = f"missions a minute of CPU, {agent}, {kinds[0] if len(kinds) == 1 else f'{len(kinds)} classes'}"
+    return Figure(name, pace_per_min, "1/min", f">= {goal_per_min:g}", pace_per_min >= goal_per_min)
