@@ -8,6 +8,7 @@ missed keeps its probability where it is, and one that is elsewhere gains it the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -15,84 +16,12 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.adaptive.belief_numbers import N
 from behaviors.adaptive.grid_cells import CELL_MM
 from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.occupancy_grid import DIRECTIONS, Grid, OccupancyGrid
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Point, Pose
-
-
-@dataclass(frozen=True, slots=True)
-class BeliefNumbers:
-    """The numbers of the belief and of the detector model behind it.
-
-    Attributes:
-        spacing_mm: Between neighbouring places.
-        edge_mm: Between the farthest place and the edge of the map.
-        facings: Directions in which a picture may face.
-        half_slant_deg: A picture seen more obliquely is found in less than half of the looks. Source: docs/vision.md
-            section 1.2, 45 and 60 degrees to the side.
-        slant_width_deg: How gradually; the grid of facings is coarse.
-        sure: No number of frames from one place counts for more than this: what a detector misses, it misses again.
-        stand_mm: Looks from places no farther apart than this are looks from one place.
-        round_frames: Frames that show each place when the robot scans.
-        sure_share: Share of its range up to which the detector finds every target; from there on its hit rate falls.
-        poor_share: Share of its range at which the hit rate is `poor`; low, since the light is not known.
-        poor: Hit rate at `poor_share` of the range.
-        blind_share: Share of its range from which the hit rate is 0.
-        empty: How plausible a picture is where the sonar found nothing, against 1 at an obstacle.
-        unknown: How plausible it is where nothing is known, since there may be no floor at all.
-        likely_mm: Standard deviation of the prior around the floor that is known to be free.
-        free_cells: A place is on free floor if the cell in its middle is free, or one that far beside it.
-        slant_sd_deg: Standard deviation of a picture's slant by its width; half the grid of facings.
-        turned: How likely it faces another way than was believed, against 1 for all.
-        steepest_deg: A picture that is seen at all is seen no more obliquely than this.
-        scatters: Probability that a target that vanished has moved.
-        spike_mm: A target seen at a place is at one of the grid's places this near to it.
-        refuted: Share of the belief in a place that remains when the target turned out not to be there.
-        trust: Share of the belief that a sighting moves to where it was.
-        renews_s: Targets move: belief returns to the prior with this time constant.
-        frontier_mm: Unknown floor farther away than this, two rooms, is not seen from a viewpoint at its frontier.
-        empty_share: A place is empty when more than this share of the cells around it are free.
-        unknown_share: A place is unknown when more than this share of them are.
-        overhead_s: Cost of a scan besides the turn: getting here and deciding.
-        arc_step_deg: Arcs to look at are multiples of this width.
-        arc_bins: Number of these in a full turn.
-    """
-
-    spacing_mm: float = 400.0
-    edge_mm: float = 400.0
-    facings: int = 8
-    half_slant_deg: float = 52.0
-    slant_width_deg: float = 5.0
-    sure: float = 0.95
-    stand_mm: float = 350.0
-    round_frames: int = 6
-    sure_share: float = 0.45
-    poor_share: float = 0.95
-    poor: float = 0.55
-    blind_share: float = 1.05
-    empty: float = 0.1
-    unknown: float = 0.5
-    likely_mm: float = 2500.0
-    free_cells: int = 2
-    slant_sd_deg: float = 22.5
-    turned: float = 0.05
-    steepest_deg: float = half_slant_deg + 8.0
-    scatters: float = 0.7
-    spike_mm: float = 350.0
-    refuted: float = 0.02
-    trust: float = 0.85
-    renews_s: float = 1000.0
-    frontier_mm: float = 4000.0
-    empty_share: float = 0.8
-    unknown_share: float = 0.9
-    overhead_s: float = 9.0
-    arc_step_deg: float = 10.0
-    arc_bins: int = 36
-
-
-N = BeliefNumbers()
 
 _FACING_DEG = np.arange(N.facings) * 360.0 / N.facings
 
@@ -140,25 +69,30 @@ class _View:
 
     Attributes:
         at: The place.
-        possible: Probability that a target can be found from here at all, (places, facings): not hidden, not oblique.
-        each: Probability that one frame finds it, if it can be found, (places,).
-        bearing_deg: Direction in which it would be, (places,).
+        near: Indices of the places that are near enough, (n,).
+        possible: Probability that a target can be found from here at all, (n, facings): not hidden, not oblique.
+        each: Probability that one frame finds it, if it can be found, (n,).
+        bearing_deg: Direction in which it would be, (n,).
     """
 
     at: Point
+    near: NDArray[np.int64]
     possible: Array
     each: Array
     bearing_deg: Array
 
 
-@lru_cache(maxsize=1)  # all targets that a frame does not show are looked for from one place
-def _seen_from(x_mm: float, y_mm: float, reach_mm: float) -> tuple[Array, Array, Array]:
-    """Return distance and bearing of all places from one, and the share of the facings' slants that is recognised."""
+@lru_cache(maxsize=1)  # targets that a frame does not show are looked for from one place
+def _seen_from(
+    x_mm: float, y_mm: float, reach_mm: float, far_mm: float
+) -> tuple[NDArray[np.int64], Array, Array, Array]:
+    """Return the places near one: their indices, distance and bearing, and the share of slants that is recognised."""
     xs_mm, ys_mm = _places(reach_mm)
-    dx, dy = xs_mm - x_mm, ys_mm - y_mm
+    near = np.flatnonzero((np.abs(xs_mm - x_mm) <= far_mm) & (np.abs(ys_mm - y_mm) <= far_mm))
+    dx, dy = xs_mm[near] - x_mm, ys_mm[near] - y_mm
     bearing_deg = np.degrees(np.arctan2(dy, dx))
     slant_deg = np.abs(wrapped_deg(_FACING_DEG[None, :] - (bearing_deg + 180.0)[:, None]))
-    return np.hypot(dx, dy), bearing_deg, _found_at(slant_deg)
+    return near, np.hypot(dx, dy), bearing_deg, _found_at(slant_deg)
 
 
 def _found_at(slant_deg: Array) -> Array:
@@ -179,8 +113,9 @@ class _Stand:
 
     Attributes:
         at: The place.
-        missed: Probability of having missed it in all frames so far although it can be found, (places,).
-        left: Factor by which the belief was lowered from here, (places, facings).
+        missed: Probability of having missed it in all frames so far although it can be found, (places,); 1 where it
+            is too far away.
+        left: Factor by which the belief was lowered from here, (places, facings); 1 where nothing was missed.
     """
 
     at: Point
@@ -202,6 +137,8 @@ class Belief:
 
     def __init__(self, range_mm: float, half_view_deg: float, likely: Array) -> None:
         self._range_mm = range_mm
+        # beyond the second stretch no frame finds it, also from the other side of the stand
+        self._far_mm = max(N.frontier_mm, N.blind_share * range_mm + 2 * N.stand_mm)
         self._half_view_deg = half_view_deg
         self._learned = np.ones((len(likely), N.facings))  # what was learned, as a factor on how likely it was
         self._unlearned = 1.0  # this factor where nothing was learned
@@ -251,10 +188,10 @@ class Belief:
         stand = self._stand
         off_deg = np.abs(wrapped_deg(view.bearing_deg - pose.heading_deg))
         inside = off_deg <= self._half_view_deg
-        stand.missed[inside] *= (1.0 - view.each[inside]) ** frames
-        left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed)[:, None]
-        self._learned *= left / stand.left
-        stand.left = left
+        stand.missed[view.near[inside]] *= (1.0 - view.each[inside]) ** frames
+        left = 1.0 - view.possible * np.minimum(N.sure, 1.0 - stand.missed[view.near])[:, None]
+        self._learned[view.near] *= left / stand.left[view.near]
+        stand.left[view.near] = left
         self._normalize()
 
     def see(self, place: Point, seen_from: Point, slant_deg: float | None = None) -> None:
@@ -318,19 +255,29 @@ class Belief:
 
     def chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
         """Return the probability that one scan from a place finds it."""
-        return float(self._gain(x_mm, y_mm, floor).sum())
+        return self.chances_from([(x_mm, y_mm)], floor)[0]
 
-    def frontier_chance_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> float:
-        """Return the probability that it is on unknown floor with nothing suspected between there and a place.
+    def chances_from(self, viewpoints: Sequence[Point], floor: OccupancyGrid) -> list[float]:
+        """Return for each viewpoint the probability that one scan from there finds it."""
+        plausible = self._plausible_mass(floor)
+        total = plausible.sum()
+        return [float((self._gain(at, floor, plausible) / total).sum()) for at in viewpoints]
+
+    def frontier_chances_from(self, viewpoints: Sequence[Point], floor: OccupancyGrid) -> list[float]:
+        """Return for each viewpoint the probability that it is on unknown floor with nothing suspected in between.
 
         Looking round from the place does not show it, but that floor becomes known from there.
         """
-        distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm)
         plausible = self._plausible(floor)
         mass = self._mass().sum(axis=1) * plausible
-        free = _along(floor.visibility(x_mm, y_mm, N.frontier_mm, N.frontier_mm), distance, bearing_deg)
-        beyond = (plausible == N.unknown) & (distance <= N.frontier_mm)
-        return float((mass * free)[beyond].sum() / mass.sum())
+        unknown, total = plausible == N.unknown, mass.sum()
+        chances = []
+        for x_mm, y_mm in viewpoints:
+            near, distance, bearing_deg, _ = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
+            free = _along(floor.visibility(x_mm, y_mm, N.frontier_mm, N.frontier_mm), distance, bearing_deg)
+            beyond = unknown[near] & (distance <= N.frontier_mm)
+            chances.append(float((mass[near] * free)[beyond].sum() / total))
+        return chances
 
     def arc_from(self, x_mm: float, y_mm: float, floor: OccupancyGrid, turn_deg_s: float) -> tuple[float, float]:
         """Return the arc of bearings with the best gain per time, from and to in degrees clockwise.
@@ -341,7 +288,8 @@ class Belief:
             floor: The map, for what may hide the target.
             turn_deg_s: How fast the robot turns while it looks.
         """
-        gain = self._gain(x_mm, y_mm, floor)
+        plausible = self._plausible_mass(floor)
+        gain = self._gain((x_mm, y_mm), floor, plausible) / plausible.sum()
         bearing_deg = np.degrees(np.arctan2(self._y - y_mm, self._x - x_mm)) % 360.0
         bins = np.bincount(
             (bearing_deg / N.arc_step_deg).astype(np.int64) % N.arc_bins, weights=gain, minlength=N.arc_bins
@@ -355,25 +303,30 @@ class Belief:
         best, first = np.unravel_index(int(np.argmax(gain_per_s)), gain_per_s.shape)
         return float(first * N.arc_step_deg), float((first + widths[best]) * N.arc_step_deg)
 
-    def _gain(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> Array:
-        """Return the probability of finding it at each place by scanning from here, (places,)."""
-        view = self._view(x_mm, y_mm, floor)
-        missed, left = np.ones(len(self._x)), np.ones_like(self._learned)
-        if self._stand is not None and math.dist(self._stand.at, view.at) <= N.stand_mm:
-            missed, left = self._stand.missed, self._stand.left
-        missed = missed * (1.0 - view.each) ** N.round_frames
+    def _gain(self, at: Point, floor: OccupancyGrid, plausible: Array) -> Array:
+        """Return how much of the plausible mass at each place a scan from here would find, (places,)."""
+        view = self._view(*at, floor)
+        missed = (1.0 - view.each) ** N.round_frames
+        left: Array | float = 1.0
+        if self._stand is not None and math.dist(self._stand.at, at) <= N.stand_mm:
+            missed, left = self._stand.missed[view.near] * missed, self._stand.left[view.near]
         found = 1.0 - (1.0 - view.possible * np.minimum(N.sure, 1.0 - missed)[:, None]) / left
-        plausible = self._mass() * self._plausible(floor)[:, None]
-        return np.asarray((plausible * np.maximum(0.0, found)).sum(axis=1) / plausible.sum())
+        gain = np.zeros(len(self._x))
+        gain[view.near] = (plausible[view.near] * np.maximum(0.0, found)).sum(axis=1)
+        return gain
+
+    def _plausible_mass(self, floor: OccupancyGrid) -> Array:
+        """Return the probability of each place and facing, weighed by how plausible it is, (places, facings)."""
+        return self._mass() * self._plausible(floor)[:, None]
 
     def _view(self, x_mm: float, y_mm: float, floor: OccupancyGrid) -> _View:
         """Return what can be seen from a place, turning round."""
-        distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm, self.reach_mm)
+        near, distance, bearing_deg, by_slant = _seen_from(x_mm, y_mm, self.reach_mm, self._far_mm)
         share = distance / self._range_mm
         each = np.interp(share, [0.0, N.sure_share, N.poor_share, N.blind_share], [1.0, 1.0, N.poor, 0.0])
         # the place itself is as large as the grid's spacing, and the picture echoes
         sight = _along(floor.visibility(x_mm, y_mm, self._range_mm), distance - N.spacing_mm, bearing_deg)
-        return _View((x_mm, y_mm), by_slant * sight[:, None], each, bearing_deg)
+        return _View((x_mm, y_mm), near, by_slant * sight[:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
         """Return how plausible a picture is at each place, as far as the map tells, (places,)."""

@@ -120,14 +120,17 @@ class CandidateGenerator:
         travel_s = paths.seconds_to(places) + N.turn_s
         far = np.hypot(places[:, 0] - world.here[0], places[:, 1] - world.here[1]) >= N.nearest_mm
         places, travel_s = places[far], travel_s[far]
-        found = []
-        for i in np.argsort(travel_s)[: N.considered]:
-            place = float(places[i, 0]), float(places[i, 1])
-            if not world.attempts.tried(target, world.here, place):
-                chance = world.targets.chance_from(target, place)
-                chance += N.frontier_hit * world.targets.frontier_chance_from(target, place)
-                found.append(ViewpointGain(place, float(travel_s[i]), chance * world.targets.novelty(target, place)))
-        return found
+        nearest = np.argsort(travel_s)[: N.considered]
+        untried = [
+            ((x_mm, y_mm), seconds)
+            for (x_mm, y_mm), seconds in zip(places[nearest].tolist(), travel_s[nearest].tolist(), strict=True)
+            if not world.attempts.tried(target, world.here, (x_mm, y_mm))
+        ]
+        chances = world.targets.chances_from(target, [place for place, _ in untried])
+        return [
+            ViewpointGain(place, seconds, (chance + N.frontier_hit * beyond) * world.targets.novelty(target, place))
+            for (place, seconds), (chance, beyond) in zip(untried, chances, strict=True)
+        ]
 
     def others(self, targets: Iterable[str], now_s: float) -> tuple[AlternativeTarget, ...]:
         """Return those of other targets that were seen and to which a path leads."""

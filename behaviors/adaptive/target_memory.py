@@ -230,9 +230,14 @@ class TargetMemory:
         """Return the probability that one scan from a place finds the target."""
         return self.beliefs[target].chance_from(*place, self._floor)
 
-    def frontier_chance_from(self, target: str, place: Point) -> float:
-        """Return the probability that the target is on unknown floor that lies open before a place."""
-        return self.beliefs[target].frontier_chance_from(*place, self._floor)
+    def chances_from(self, target: str, places: Sequence[Point]) -> list[tuple[float, float]]:
+        """Return for each place the probability that a scan from there finds it, and that it is beyond the frontier.
+
+        Beyond the frontier is unknown floor that lies open before the place.
+        """
+        belief = self.beliefs[target]
+        found, beyond = belief.chances_from(places, self._floor), belief.frontier_chances_from(places, self._floor)
+        return list(zip(found, beyond, strict=True))
 
     def faces(self, target: str, place: Point, viewpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the probability that a target at `place` can be recognised from each of the viewpoints (n, 2)."""

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.adaptive.belief import N as BELIEF
+from behaviors.adaptive.belief_numbers import N as BELIEF
 from behaviors.adaptive.candidate_generator import CandidateGenerator
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.grid_numbers import N as GRID

@@ -96,7 +96,8 @@ def test_unknown_floor_opens_from_a_doorway_and_not_from_beside_a_wall():
     away_mm = np.maximum(np.abs(x_mm), np.abs(y_mm))
     door = (x_mm > 0.0) & (np.abs(y_mm) < 400.0)
     floor.log_odds[(away_mm > 2000.0) & (away_mm < 2150.0) & ~door] = GRID.most
-    assert belief.frontier_chance_from(1900.0, 0.0, floor) > 3 * belief.frontier_chance_from(1900.0, 1200.0, floor)
+    before_it, beside_it = belief.frontier_chances_from([(1900.0, 0.0), (1900.0, 1200.0)], floor)
+    assert before_it > 3 * beside_it
 
 
 def test_what_is_hidden_behind_something_loses_less():
