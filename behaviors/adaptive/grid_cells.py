@@ -48,7 +48,8 @@ class Cells:
 
     def index(self, value_mm: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the indices of the cells at places along one axis; outside of the grid, of the nearest cell."""
-        return np.clip(self.unclipped_index(value_mm), 0, self.side - 1)
+        # `np.clip` takes longer
+        return np.minimum(np.maximum(self.unclipped_index(value_mm), 0), self.side - 1)
 
     def around(
         self, x_mm: float, y_mm: float, radius_mm: float

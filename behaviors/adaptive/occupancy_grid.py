@@ -168,15 +168,19 @@ class OccupancyGrid:
             free_mm, end_mm = self._reconciled(lens, view, free_mm, heard)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
         ends_mm, known = end_mm[:, None] + CELL_MM / 4, np.isfinite(end_mm)
-        self.include(*map(lens.ahead, np.where(known, ends_mm[:, 0], free_mm).tolist(), view.bearing_deg.tolist()))
-        free = self._mask(lens, view, along_mm, (along_mm >= view.near_mm[:, None]) & (along_mm <= free_mm[:, None]))
-        ends = self._mask(lens, view, ends_mm, known[:, None])
-        exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])
-        free &= ~ends & ~(self._unseen & (self.log_odds > 0.0))
-        self.log_odds[free] = np.maximum(self.log_odds[free] - N.free_seen, N.freest)
+        far_mm = np.where(known, ends_mm[:, 0], free_mm)
+        self.include(*map(lens.ahead, far_mm.tolist(), view.bearing_deg.tolist()))
+        window, *_ = self.cells.around(*lens.point, max(float(each.max(initial=0.0)) for each in (far_mm, free_mm)))
+        near = along_mm >= view.near_mm[:, None]
+        free = self._mask(lens, view, along_mm, near & (along_mm <= free_mm[:, None]))[window]
+        ends = self._mask(lens, view, ends_mm, known[:, None])[window]
+        exact = self._mask(lens, view, ends_mm, (known & view.exact)[:, None])[window]
+        cells = self.log_odds[window]
+        free &= ~ends & ~(self._unseen[window] & (cells > 0.0))
+        cells[free] = np.maximum(cells[free] - N.free_seen, N.freest)
         most = np.where(exact, N.most, N.solid - 0.1)[ends]
-        self.log_odds[ends] = np.maximum(self.log_odds[ends], np.minimum(self.log_odds[ends] + N.hit_seen, most))
-        self.seen |= exact
+        cells[ends] = np.maximum(cells[ends], np.minimum(cells[ends] + N.hit_seen, most))
+        self.seen[window] |= exact
 
     def _reconciled(
         self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], heard: tuple[Pose, float]

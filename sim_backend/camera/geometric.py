@@ -231,7 +231,9 @@ class GeometricSensor:
         if min(depth0, depth1, *depths) < NEAR_MM:
             return None
         points = _grid(panel)
-        free = self._in_frame(points, viewpoint) & ~_covered(points, panel, panels, viewpoint)
+        free = self._in_frame(points, viewpoint)
+        if free.any():  # most pictures are outside of the frame, which is found out quickly
+            free &= ~_covered(points, panel, panels, viewpoint)
         if not free.any():
             return None
         right, depth = in_level_frame(*panel.center_mm, viewpoint)

@@ -84,14 +84,15 @@ class GeometricFloor:
 
 def _depths_mm(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> Array:
     """Return the depth along the heading, (n,), at which panels hide the floor, for rays by their angle's tangent."""
-    if not panels:
-        return np.full(len(rays), FARTHEST_MM)
-    x0, y0, x1, y1, bottom = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm) for p in panels], np.float64).T
+    ends = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm) for p in panels], np.float64)
+    x0, y0, x1, y1, bottom = ends.reshape(-1, 5).T
     (right0, depth0), (right1, depth1) = in_level_frame(x0, y0, viewpoint), in_level_frame(x1, y1, viewpoint)
+    ahead = (depth0 > 0.0) | (depth1 > 0.0)
+    right0, depth0, right1, depth1, bottom = (each[ahead] for each in (right0, depth0, right1, depth1, bottom))
     along_right, along_depth = right1 - right0, depth1 - depth0
     ray = rays[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = (ray * depth0 - right0) / (along_right - ray * along_depth)
         depth = (depth0 + share * along_depth) * viewpoint.height_mm / (viewpoint.height_mm - bottom)
     depth = np.where((share >= 0.0) & (share <= 1.0) & (depth > NEAR_MM), depth, FARTHEST_MM)
-    return np.asarray(np.minimum(depth.min(axis=1), FARTHEST_MM), np.float64)
+    return np.asarray(depth.min(axis=1, initial=FARTHEST_MM), np.float64)
