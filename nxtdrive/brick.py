@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -130,8 +131,12 @@ class Brick:
         return self.link.now()
 
     def sleep(self, duration_s: float) -> None:
-        """Sleep on the link's clock while motions go on. See `Link.sleep`."""
-        self.link.sleep(duration_s)
+        """Sleep on the link's clock while motions go on. See `Link.sleep`.
+
+        Raises:
+            LocalProtocolError: `duration_s` is not a number.
+        """
+        self.link.sleep(in_range("duration_s", duration_s, -math.inf, math.inf))
 
     def info(self) -> BrickInfo:
         """Read name, address, versions and state, in three requests."""

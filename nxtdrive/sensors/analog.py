@@ -6,7 +6,7 @@ import math
 
 from firmware_protocol.enums import SensorMode, SensorType
 from nxtdrive.link.link import Link
-from nxtdrive.ports import SensorPort
+from nxtdrive.ports import SensorPort, in_range
 from nxtdrive.sensors.port import Sensor, SensorTimeout
 from nxtdrive.sensors.reading import Measuring
 
@@ -38,7 +38,11 @@ class Touch(Sensor, Measuring[bool]):
 
         Returns:
             Whether it was pressed in time.
+
+        Raises:
+            LocalProtocolError: `timeout_s` is not a number.
         """
+        in_range("timeout_s", timeout_s, -math.inf, math.inf)
         link, end, was_down = self.link, self.link.now() + timeout_s, self.pressed
         while link.now() < end:
             link.sleep(POLL_S)

@@ -88,6 +88,8 @@ def test_a_screenshot_shows_the_display(lab):
         (lambda brick: brick.motor("A").run_angle(360, "720"), "angle_deg"),
         (lambda brick: brick.motor("A").run_time(360, None), "duration_s"),
         (lambda brick: brick.motor("A").dc(True), "power"),
+        (lambda brick: brick.sleep(float("nan")), "duration_s"),
+        (lambda brick: brick.touch(1).wait_for_press(float("nan")), "timeout_s"),
         (lambda brick: brick.motor(1), "1"),
         (lambda brick: brick.touch("1"), "'1'"),
         (lambda brick: brick.tone("a", 100), "frequency_hz"),
