@@ -267,7 +267,7 @@ def _entry(value: dict[str, Any]) -> Entry:
     texts = (error, text, *(value.get(kind, "") for kind in (Kind.TO_BRICK, Kind.FROM_BRICK)))
     if not isinstance(time_s, int | float) or not all(isinstance(each, str) for each in texts):
         raise ValueError(value)
-    if not 0 <= time_s <= MAX_TIME_S or value.get(Kind.TO_BRICK) == "":
+    if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S or value.get(Kind.TO_BRICK) == "":
         raise ValueError(value)
     for kind in (Kind.TO_BRICK, Kind.FROM_BRICK):
         if kind in value:
