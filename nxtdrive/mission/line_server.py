@@ -216,6 +216,8 @@ class LineServer:
     def _receive(self, wait_s: float) -> bool:
         """Read from the clients and accept new ones; returns whether there was anything."""
         ready = [key.data for key, _ in self._selector.select(wait_s)]
+        if self._listener not in self._selector.get_map():
+            self._selector.register(self._listener, selectors.EVENT_READ)
         for client in ready:
             if isinstance(client, _Client):
                 client.read()
@@ -228,8 +230,9 @@ class LineServer:
     def _welcome(self) -> None:
         try:
             connection, address = self._listener.accept()
-        except OSError:
-            return  # the client has left already
+        except OSError:  # the client has left already, or too many files are open: not accepted until the next select
+            self._selector.unregister(self._listener)
+            return
         connection.setblocking(False)
         try:  # detects a client's computer that was switched off
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)

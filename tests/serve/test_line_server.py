@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
+import itertools
 import select
 import socket
 import threading
+import time
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -19,6 +22,7 @@ from firmware_protocol.errors import BrickBusy, BrickError
 from nxtdrive.brick import Brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.eyes import geometric_eyes
+from nxtdrive.mission.line_server import CHECK_INTERVAL_S, LineServer
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.sim import SimTransport
@@ -27,6 +31,7 @@ from sim_backend.doors.sockets import SocketDoor, StreamClient
 from sim_backend.doors.switchboard import Switchboard
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.simulation import Simulation
+from tests.sim_backend.doors.conftest import files_left
 
 LONG_MM = 1500.0
 """An advance of some eight seconds, and there is room for it in world open."""
@@ -490,6 +495,22 @@ def test_any_conversation_has_one_known_answer_a_line(serve, lines):
     served.server.close()
     client.leave()
     assert served.at_rest
+
+
+def test_while_too_many_files_are_open_the_server_pauses_and_accepts_the_client_later():
+    rounds = itertools.count(1)
+    with contextlib.ExitStack() as stack:
+        brick = stack.enter_context(Brick(SimTransport(Simulation("open"))))
+        server = LineServer(brick, pytest.fail, port=0, stopped=lambda: next(rounds) % 11 == 0)
+        stack.callback(server.close)
+        client = stack.enter_context(socket.create_connection(server.address))
+        client.sendall(b"dance\n")
+        with files_left(0):
+            begun_s = time.monotonic()
+            server.run()
+            assert time.monotonic() - begun_s > 4 * CHECK_INTERVAL_S
+        server.run()
+        assert client.recv(64) == b"%d\n" % ErrorReply.UNKNOWN_VERB
 
 
 # --- time ---
