@@ -20,7 +20,7 @@ from nxtdrive.motion.lease import stopping_on_error
 
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
-from .picture import FPS, Picture
+from .latest_frame import FPS, LatestFrame
 from .pilot import Pilot, View
 from .widgets import LEGEND, CameraView, KeysScreen
 
@@ -53,8 +53,8 @@ class Teleop(App[None]):
         now: The clock of the controls.
         name: Which brick, for the title.
         gamepad: The gamepad, if one is used; read between the keys.
-        picture: The camera's, if there is one.
-        camera: Why there is none, in words.
+        latest: The latest frame of the camera, if there is one.
+        why_no_camera: In words, for the screen.
         stopped: Checked between the pilot's steps; once it returns True, the robot stops and the screen closes.
 
     Attributes:
@@ -99,8 +99,8 @@ class Teleop(App[None]):
         now: Callable[[], float],
         name: str = "",
         gamepad: Gamepad | None = None,
-        picture: Picture | None = None,
-        camera: str = "",
+        latest: LatestFrame | None = None,
+        why_no_camera: str = "",
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__()
@@ -108,7 +108,7 @@ class Teleop(App[None]):
         self.failure: Exception | None = None
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
-        self._picture, self._camera = picture, camera
+        self._latest, self._why_no_camera = latest, why_no_camera
         self._view: View | None = None
         self._stopped = stopped
         self._leaving = threading.Event()
@@ -121,8 +121,8 @@ class Teleop(App[None]):
         yield Header(icon="")  # it would open the palette
         with Container(id="body"):
             with Vertical(id="sight"):
-                if self._picture is not None:
-                    yield CameraView(self._picture)
+                if self._latest is not None:
+                    yield CameraView(self._latest)
                 yield floor
             yield Static(id="panel", markup=False)
         yield Footer()
@@ -190,7 +190,7 @@ class Teleop(App[None]):
         size = floor.content_size
         floor.update("\n".join(self._pilot.map.draw(view.pose, size.width, size.height)))
         panel.set_class(self._controls.stopped, "alarm")
-        panel.update(describe(view, self._gamepad_words, self._camera, compact=screen.has_class("-narrow")))
+        panel.update(describe(view, self._gamepad_words, self._why_no_camera, compact=screen.has_class("-narrow")))
         for camera in screen.query(CameraView):
             if camera.display:
                 camera.show(self._now())

@@ -20,7 +20,7 @@ from textual.widgets import Static
 from nxtdrive.vision.detection import Image
 
 from .floor_map import ARROWS, ECHO, PATH, TARGET
-from .picture import STALE_S, Picture
+from .latest_frame import STALE_S, LatestFrame
 
 HALF_BLOCK = "▀"
 COLOR_STEP = 8
@@ -53,12 +53,12 @@ boxes: green found, orange unsure"""
 class CameraView(Widget):
     """The camera's latest picture, two pixels in each character cell."""
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, latest: LatestFrame) -> None:
         super().__init__(id="camera")
         self.border_title = "camera"
-        self._picture = picture
+        self._latest = latest
         self._lines: list[Strip] = []
-        self._aspect = picture.aspect
+        self._aspect = latest.aspect
 
     def get_content_height(self, container: Size, _viewport: Size, width: int) -> int:
         """Take the height of the picture at this width, or most of the screen's."""
@@ -67,14 +67,14 @@ class CameraView(Widget):
     def show(self, now_s: float) -> None:
         """Draw the latest frame; `now_s` is the time on the frames' clock."""
         width, height = self.content_size
-        age_s, image = self._picture.age_s(now_s), self._picture.fitted(width, height * 2)
+        age_s, image = self._latest.age_s(now_s), self._latest.fitted(width, height * 2)
         if image is None or age_s is None:
             return
         stale = age_s > STALE_S
         self.set_class(stale, "alarm")
         self.border_subtitle = f"NO PICTURE for {age_s:.0f} s" if stale else ""
         self._lines = list(half_blocks(image // 3 if stale else image, width, height, self.rich_style))
-        changed, self._aspect = self._aspect != self._picture.aspect, self._picture.aspect
+        changed, self._aspect = self._aspect != self._latest.aspect, self._latest.aspect
         self.refresh(layout=changed)
 
     def render_line(self, y: int) -> Strip:

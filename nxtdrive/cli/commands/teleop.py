@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from nxtdrive.brick import Brick
     from nxtdrive.tools.teleop.gamepad import Gamepad
-    from nxtdrive.tools.teleop.picture import Picture
+    from nxtdrive.tools.teleop.latest_frame import LatestFrame
     from nxtdrive.tools.teleop.spotter import Spotter
     from nxtdrive.vision.camera import Camera
 
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.teleop.app import Teleop
     from nxtdrive.tools.teleop.controls import Controls
-    from nxtdrive.tools.teleop.picture import FPS, Picture
+    from nxtdrive.tools.teleop.latest_frame import FPS, LatestFrame
     from nxtdrive.tools.teleop.pilot import Pilot
     from nxtdrive.tools.teleop.terminal import lasting_terminal
 
@@ -91,16 +91,16 @@ def run(args: argparse.Namespace) -> int:
         rover = build_rover(brick, mission.robot)
         controls = Controls(args.speed, rover.settings.turn_deg_s)
         camera, why_none = _open_camera(args, brick, target, stack)
-        picture, spotter = None, None
+        latest, spotter = None, None
         if camera is not None:
-            picture = Picture()
-            watch_frames(camera, brick, picture.frame, FPS)
+            latest = LatestFrame()
+            watch_frames(camera, brick, latest.frame, FPS)
             if target:
-                spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, picture)))
+                spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, latest)))
         stopped = stack.enter_context(until_signal())
         stack.enter_context(lasting_terminal())
         pilot, name = Pilot(brick, rover, controls, spotter), brick.link.transport.address
-        app = Teleop(pilot, controls, brick.now, name, gamepad, picture=picture, camera=why_none, stopped=stopped)
+        app = Teleop(pilot, controls, brick.now, name, gamepad, latest=latest, why_no_camera=why_none, stopped=stopped)
         stack.callback(app.finish)
         app.run()
     if app.failure is not None:
@@ -165,11 +165,11 @@ def _open_camera(
     return camera, ""
 
 
-def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, picture: Picture) -> Spotter:
+def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, latest: LatestFrame) -> Spotter:
     from nxtdrive.mission.eyes import camera_eyes
     from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
 
     eyes = camera_eyes(camera, mission)
-    eyes.on_look(picture.look)
+    eyes.on_look(latest.look)
     spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
     return spotter(eyes, target)

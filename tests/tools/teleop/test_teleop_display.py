@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from behaviors.ports import Sighting
-from nxtdrive.tools.teleop.picture import BOXES_LAST_S, STALE_S, Picture
+from nxtdrive.tools.teleop.latest_frame import BOXES_LAST_S, STALE_S, LatestFrame
 from nxtdrive.vision.annotate import CONFIRMED, UNCONFIRMED
 from nxtdrive.vision.camera import Frame
 from nxtdrive.vision.detection import Detection
@@ -26,44 +26,44 @@ def sighting(box=BOX):
     ("room", "size"), [((78, 40), (53, 40)), ((36, 200), (36, 27)), ((1, 1), (1, 1)), ((640, 480), (640, 480))]
 )
 def test_the_picture_fits_and_keeps_its_shape(room, size):
-    picture = Picture()
-    picture.frame(frame())
-    assert picture.fitted(*room).shape[1::-1] == size
+    latest = LatestFrame()
+    latest.frame(frame())
+    assert latest.fitted(*room).shape[1::-1] == size
 
 
 @pytest.mark.parametrize("room", [(0, 10), (10, 0)])
 def test_without_room_or_frame_there_is_no_picture(room):
-    picture = Picture()
-    assert picture.fitted(80, 48) is None
-    assert picture.age_s(3.0) is None
-    picture.frame(frame())
-    assert picture.fitted(*room) is None
+    latest = LatestFrame()
+    assert latest.fitted(80, 48) is None
+    assert latest.age_s(3.0) is None
+    latest.frame(frame())
+    assert latest.fitted(*room) is None
 
 
 def test_only_the_latest_frame_is_shown():
-    picture = Picture()
-    picture.frame(frame(1.0, RED))
-    picture.frame(frame(2.0, BLUE))
-    assert tuple(picture.fitted(4, 3)[0, 0]) == BLUE
-    assert picture.age_s(2.5) == 0.5
+    latest = LatestFrame()
+    latest.frame(frame(1.0, RED))
+    latest.frame(frame(2.0, BLUE))
+    assert tuple(latest.fitted(4, 3)[0, 0]) == BLUE
+    assert latest.age_s(2.5) == 0.5
 
 
 def test_found_boxes_are_green_and_others_orange_in_later_frames_too():
-    picture = Picture()
-    picture.frame(frame(1.0))
-    picture.look(frame(0.9), "lena", sighting(), [Detection(BOX, 0.9), Detection((200, 100, 40, 40), 0.4)])
-    small = picture.fitted(80, 60)
+    latest = LatestFrame()
+    latest.frame(frame(1.0))
+    latest.look(frame(0.9), "lena", sighting(), [Detection(BOX, 0.9), Detection((200, 100, 40, 40), 0.4)])
+    small = latest.fitted(80, 60)
     assert tuple(small[15, 20]) == tuple(small[25, 30]) == CONFIRMED
     assert tuple(small[25, 50]) == UNCONFIRMED
     assert tuple(small[20, 25]) == RED
-    picture.frame(frame(1.0 + BOXES_LAST_S))
-    assert tuple(picture.fitted(80, 60)[15, 20]) == RED
+    latest.frame(frame(1.0 + BOXES_LAST_S))
+    assert tuple(latest.fitted(80, 60)[15, 20]) == RED
 
 
 def test_frames_that_only_looks_have_are_shown():
-    picture = Picture()
-    picture.look(frame(1.0, BLUE), "lena", None, [])
-    assert tuple(picture.fitted(4, 3)[0, 0]) == BLUE
+    latest = LatestFrame()
+    latest.look(frame(1.0, BLUE), "lena", None, [])
+    assert tuple(latest.fitted(4, 3)[0, 0]) == BLUE
 
 
 def test_two_pixels_share_a_character():
@@ -82,7 +82,7 @@ def test_two_pixels_share_a_character():
 
 @pytest.fixture
 def screen(room):
-    """Plays on a screen of a size: screen(size, act, picture=None, camera="") and checks that it ended well."""
+    """Plays on a screen of a size: screen(size, act, latest=None, why_no_camera="") and checks that it ended well."""
 
     def show(size, act, **options):
         _, brick = room(realtime=True)
@@ -106,10 +106,10 @@ def screen(room):
     [((40, 20), False), ((40, 40), True), ((80, 24), True), ((120, 40), True), ((24, 8), False)],
 )
 def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, seen):
-    picture = Picture()
+    latest = LatestFrame()
 
     async def act(app, pilot, now):
-        picture.frame(frame(now() + 60))
+        latest.frame(frame(now() + 60))
         app._controls.emergency_stop()
         await until(pilot, lambda: "EMERGENCY" in text(app, "panel"))
         camera, panel = widget(app, "camera"), widget(app, "panel")
@@ -124,21 +124,21 @@ def test_every_size_shows_the_state_and_the_picture_goes_first(screen, size, see
         assert "EMERGENCY" in shown
         assert "STOP" in shown
 
-    screen(size, act, picture=picture)
+    screen(size, act, latest=latest)
 
 
 @pytest.mark.slow
 def test_a_picture_that_no_longer_comes_is_said(screen):
-    picture = Picture()
+    latest = LatestFrame()
 
     async def act(app, pilot, now):
-        picture.frame(frame(now() - STALE_S - 3))
+        latest.frame(frame(now() - STALE_S - 3))
         await until(pilot, lambda: widget(app, "camera").has_class("alarm"))
         assert "NO PICTURE" in str(widget(app, "camera").border_subtitle)
-        picture.frame(frame(now() + 60))
+        latest.frame(frame(now() + 60))
         await until(pilot, lambda: not widget(app, "camera").has_class("alarm"))
 
-    screen((80, 24), act, picture=picture)
+    screen((80, 24), act, latest=latest)
 
 
 @pytest.mark.slow
@@ -148,7 +148,7 @@ def test_without_a_camera_one_line_says_so(screen, size):
         await until(pilot, lambda: "camera 0 gives no frames." in text(app, "panel"))
         assert not app.query("#camera")
 
-    screen(size, act, camera="camera 0 gives no frames.")
+    screen(size, act, why_no_camera="camera 0 gives no frames.")
 
 
 def listed(app):

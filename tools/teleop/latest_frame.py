@@ -29,7 +29,7 @@ class Look:
     boxes: tuple[tuple[tuple[int, int, int, int], tuple[int, int, int]], ...]
 
 
-class Picture:
+class LatestFrame:
     """Takes frames from the camera's thread and looks from the spotter's, and keeps the latest for the screen."""
 
     def __init__(self) -> None:
