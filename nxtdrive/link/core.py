@@ -79,6 +79,7 @@ class LinkCore:
         attempt_due: When to try to reopen a lost link; infinity if no attempt is planned.
         motors_driven: Whether motors were driven since the last loss that was reported to the program.
         interrupted: Whether motors were driven when the link was lost, and this is not reported to the program yet.
+        last_failure: Message of the last failed attempt since the loss; empty before one.
         unreported: The loss of a link that does not reconnect, until it is reported to the program.
     """
 
@@ -92,6 +93,7 @@ class LinkCore:
         self.motors_driven = False
         self.interrupted = False
         self.unreported: LinkLost | None = None
+        self.last_failure = ""
         self._pause_s = FIRST_PAUSE_S
         self._lock = threading.Lock()
 
@@ -118,6 +120,7 @@ class LinkCore:
                 return
             self.state = LinkState.LOST
             self._pause_s = FIRST_PAUSE_S
+            self.last_failure = ""
             if self.reconnecting:
                 self.interrupted, self.attempt_due = self.motors_driven, now + FIRST_PAUSE_S
             else:
@@ -148,6 +151,7 @@ class LinkCore:
         with self._lock:
             if self.state is LinkState.REOPENING:
                 self.state = LinkState.LOST
+            self.last_failure = str(error)
             if self.reconnecting:
                 self._pause_s = min(2 * self._pause_s, LONGEST_PAUSE_S)
                 self.attempt_due = now + self._pause_s

@@ -149,7 +149,9 @@ class Reconnector:
             if left <= 0:
                 core.acknowledge()
                 waited = f"did not come back within {timeout_s:g} s" if timeout_s else "is not back yet"
-                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy="Is it on?") from lost
+                failure = core.last_failure
+                remedy = f"The last attempt to reopen it failed: {failure}" if failure else "Is it on?"
+                raise LinkLost(f"the link is lost, and the brick {waited}.", remedy=remedy) from lost
             link.pause(left)
         driven = core.interrupted
         core.acknowledge()
