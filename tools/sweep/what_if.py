@@ -61,22 +61,14 @@ class GeneratedMission:
 
 
 @dataclass(frozen=True, slots=True)
-class RecordedRun:
-    """A run of ``nxtdrive run`` with a simulated robot.
+class _Run:
+    """A run of ``nxtdrive run``.
 
     Attributes:
         path: Its folder.
-        mission: What it did.
-        nxt: Address of its brick, as fast as the computer allows.
-        camera: Its camera.
-        choices: Mission time and name of each choice.
     """
 
     path: Path
-    mission: Mission
-    nxt: Address
-    camera: str
-    choices: tuple[tuple[float, str], ...]
 
     @property
     def name(self) -> str:
@@ -85,21 +77,31 @@ class RecordedRun:
 
 
 @dataclass(frozen=True, slots=True)
-class RebuiltRun:
+class RecordedRun(_Run):
+    """A run with a simulated robot.
+
+    Attributes:
+        mission: What it did.
+        nxt: Address of its brick, as fast as the computer allows.
+        camera: Its camera.
+        choices: Mission time and name of each choice.
+    """
+
+    mission: Mission
+    nxt: Address
+    camera: str
+    choices: tuple[tuple[float, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RebuiltRun(_Run):
     """A run of a real robot, to be repeated in a room made from its map.
 
     Attributes:
-        path: Its folder.
         scenario: Mission and room.
     """
 
-    path: Path
     scenario: Scenario
-
-    @property
-    def name(self) -> str:
-        """Its folder."""
-        return str(self.path)
 
 
 Source = GeneratedMission | RecordedRun | RebuiltRun

@@ -23,7 +23,7 @@ from .regret import over_missions, regret
 from .runner import Workers
 from .summary import Estimate, estimate
 from .what_if import RebuiltRun, RecordedRun, Rollout, Source, all_costs, play
-from .what_if_file import ExaminedMission
+from .what_if_file import ExaminedMission, Key
 
 Tell = Callable[[str], None]
 
@@ -41,6 +41,10 @@ class Request:
     decision: int | None
     sample: int | None
     futures: int
+
+    def key(self, name: str) -> Key:
+        """Identify the result of a mission, as `ExaminedMission.key` does."""
+        return name, self.decision, self.sample, self.futures
 
     def answered(self, name: str, decisions: list[DecisionCosts]) -> ExaminedMission:
         """Return the result of a mission."""

@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         open_workers(args, "Repeat the command with fewer --workers.") as workers,
     ):
         for name, source in sources.items():
-            result = kept.get(request.answered(name, []).key)
+            result = kept.get(request.key(name))
             if result is None:
                 result = request.answered(name, list(_played(name, source, request, workers, show)))
                 if file:
