@@ -44,18 +44,26 @@ WORDS = {
     "date_from_datetime_parsing": "must be a date, as 2026-01-31",
     "date_from_datetime_inexact": "must be a date, as 2026-01-31",
     "missing": "is missing",
+    "extra_forbidden": "is unknown",
+    "union_tag_not_found": "{discriminator} is missing",
+    "union_tag_invalid": "{discriminator} must be one of {expected_tags}",
 }
 """By pydantic's name of the kind of mistake, with its context to be filled in."""
 
+OBJECT_KINDS = ("model_type", "model_attributes_type", "dict_type")
+"""What is a table in TOML is an object in JSON."""
+
 
 def first_mistake(mistakes: Sequence[Mapping[str, Any]]) -> str:
-    """Return where the first of pydantic's `mistakes` is, such as ``a.b``, and its message.
+    """Return where the first of pydantic's `mistakes` in a JSON object is, such as ``a.b``, and what is wrong.
 
     Args:
-        mistakes: As pydantic's ``ValidationError.errors()`` returns them; one without a place has only its message.
+        mistakes: As pydantic's ``ValidationError.errors()`` returns them; for one without a place only what is wrong.
     """
-    where = ".".join(map(str, mistakes[0]["loc"]))
-    return f"{where}: {mistakes[0]['msg']}" if where else str(mistakes[0]["msg"])
+    first = mistakes[0]
+    where, kind = ".".join(map(str, first["loc"])), first["type"]
+    wrong = "must be an object" if kind in OBJECT_KINDS else words(kind, first.get("ctx", {}), first["msg"])
+    return f"{where}: {wrong}" if where else wrong
 
 
 def words(kind: str, context: Mapping[str, object], message: str, value: object = None) -> str:

@@ -113,8 +113,8 @@ from dataclasses import replace
 @pytest.mark.parametrize(
     ("wrong", "text"),
     [
-        ("spent_s='long'", "spent_s: Input should be a valid number"),
-        ("spent_s=float('inf')", "spent_s: Input should be a valid number"),
+        ("spent_s='long'", "spent_s: must be a number"),
+        ("spent_s=float('inf')", "spent_s: must be a number"),
         ("others=(object(),)", "cannot be written into a journal"),
     ],
 )
