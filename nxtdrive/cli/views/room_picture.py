@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 EDGE_MM, ARROW_PX = 150.0, 26.0
 PERSON: Color = (60, 110, 160)
 BOX: Color = (190, 194, 200)
+NO_ECHO: Color = (225, 180, 225)
+"""Fill of what absorbs ultrasound."""
 CARPET: Color = (232, 218, 200)
 IRON: Color = (150, 40, 120)
 NOISE: Color = (190, 90, 0)
@@ -108,6 +110,8 @@ def _keys(world: WorldFile) -> Iterator[Key]:
         yield Key("wall", patch_sample(INK, INK))
     if world.people:
         yield Key("where a person comes in", ring_sample(9.0, PERSON, 2.5))
+    if any(each.absorbs for each in (*world.walls, *world.boxes, *world.people)):
+        yield Key("gives no ultrasonic echo", patch_sample(NO_ECHO, INK))
     yield from _floor_keys(world)
 
 
@@ -156,13 +160,15 @@ def _paint(view: FloorView, world: WorldFile) -> None:
     _paint_floor(view, world)
     for box in world.boxes:
         if box.present:
-            sheet.polygon(view.all_at(outline_of_box(box).points(1.0)), BOX, INK, 1.5)
+            sheet.polygon(view.all_at(outline_of_box(box).points(1.0)), NO_ECHO if box.absorbs else BOX, INK, 1.5)
     for wall in world.walls:
-        sheet.polygon(view.all_at(outline_of_wall(wall, "wall").points(1.0)), INK, INK, 1.5)
+        corners = view.all_at(outline_of_wall(wall, "wall").points(1.0))
+        sheet.polygon(corners, NO_ECHO if wall.absorbs else INK, INK, 1.5)
     (left, top), (right, bottom) = view.all_at([(0.0, 0.0), (width_mm, depth_mm)])
     sheet.box((left, top, right, bottom), None, INK, 4.0)
     for person in world.people:
-        sheet.circle(view.at(person.enters_from_mm), person.radius_mm * view.scale, None, PERSON, 2.5)
+        fill = NO_ECHO if person.absorbs else None
+        sheet.circle(view.at(person.enters_from_mm), person.radius_mm * view.scale, fill, PERSON, 2.5)
     for i, picture in enumerate(world.pictures):
         corners = view.all_at(outline_of_picture(picture).points(1.0))
         sheet.line([*corners, corners[0]], target_color(i), 5.0)

@@ -14,8 +14,9 @@ import pytest
 import nxtdrive
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.cli.views.room_picture import room_page
+from nxtdrive.cli.views.room_picture import NO_ECHO, room_page
 from nxtdrive.drawing.floor_view import FloorView
+from nxtdrive.drawing.page import draw_page
 from nxtdrive.drawing.sheet import Sheet
 from sim_backend.bundled import WORLDS
 from sim_backend.camera.textures import TextureLibrary
@@ -210,7 +211,7 @@ def test_a_drawing_has_a_limited_size_whatever_the_room_and_its_names(size_mm, c
     assert max(cv2.imread("odd.png").shape) <= 1700
 
 
-def test_a_room_as_text_names_what_gives_no_echo(capsys):
+def test_a_room_as_text_names_and_as_an_image_marks_what_gives_no_echo(capsys):
     text = "[floor]\nsize_mm = [3000, 3000]\n[robot]\nstart_mm = [500, 500]\n"
     text += "[[walls]]\nfrom_mm = [2000, 0]\nto_mm = [2000, 900]\nabsorbs = true\n"
     for name, absorbs in (("curtain", "true"), ("crate", "false")):
@@ -221,3 +222,12 @@ def test_a_room_as_text_names_what_gives_no_echo(capsys):
     assert main(["world", "show", "soft.toml"]) == DONE
     silent = [line for line in capsys.readouterr().out.splitlines() if line.endswith(", gives no echo")]
     assert [line.split()[1] for line in silent] == ["wall", "box", "'anna'"]
+    keys, marked = {}, {}
+    for absorbs in (True, False):
+        Path("soft.toml").write_text(text if absorbs else text.replace("absorbs = true", ""), encoding="utf-8")
+        page = room_page(load_world("soft.toml"))
+        keys[absorbs] = {key.text for key in page.keys}
+        marked[absorbs] = np.all(np.asarray(draw_page(page)) == NO_ECHO, axis=-1).sum()
+    assert keys[True] - keys[False] == {"gives no ultrasonic echo"}
+    assert marked[True] > 1000
+    assert not marked[False]
