@@ -150,8 +150,7 @@ class Executive:
             raise
         finally:
             self._stop_motors()
-            outcomes = {progress.target: progress.outcome.value for progress in self._queue.targets}
-            self.note(Kind.END, ending=ending, targets=outcomes, error=self._error)
+            self.note(Kind.END, ending=ending, targets=self._queue.outcomes, error=self._error)
             self._body.trust_sonar()  # the next mission judges it by echoes of its own
         failures = dict(self._observers.failures)
         return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)

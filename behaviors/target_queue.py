@@ -78,6 +78,15 @@ class TargetQueue:
         return all(progress.outcome is TargetOutcome.REACHED for progress in self.targets)
 
     @property
+    def outcomes(self) -> dict[str, TargetOutcome]:
+        """The outcome of each target; one that is listed several times is reached if it was each time."""
+        outcomes: dict[str, TargetOutcome] = {}
+        for progress in self.targets:
+            if outcomes.get(progress.target, TargetOutcome.REACHED) is TargetOutcome.REACHED:
+                outcomes[progress.target] = progress.outcome
+        return outcomes
+
+    @property
     def later(self) -> list[str]:
         """The other targets that still have a round."""
         return [progress.target for progress in self._waiting() if progress is not self.current]

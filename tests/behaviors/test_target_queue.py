@@ -97,3 +97,19 @@ def test_going_on_when_nothing_is_left_is_an_error():
     queue.decide(TargetOutcome.REACHED)
     with pytest.raises(IndexError):
         queue.next_target()
+
+
+@pytest.mark.parametrize(
+    ("first", "again", "whole"),
+    [
+        (TargetOutcome.REACHED, TargetOutcome.REACHED, TargetOutcome.REACHED),
+        (TargetOutcome.GIVEN_UP, TargetOutcome.REACHED, TargetOutcome.GIVEN_UP),
+        (TargetOutcome.REACHED, TargetOutcome.GIVEN_UP, TargetOutcome.GIVEN_UP),
+    ],
+)
+def test_a_target_that_is_listed_twice_is_reached_if_it_was_each_time(first, again, whole):
+    queue = TargetQueue(["a", "b", "a"])
+    _decide(queue, first)
+    _decide(queue, TargetOutcome.REACHED)
+    queue.decide(again)
+    assert queue.outcomes == {"a": whole, "b": TargetOutcome.REACHED}
