@@ -168,7 +168,7 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
             )
         raise ConfigError(
             f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
-            f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm it has too few details for that.",
+            f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm its details are too small for that.",
             remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
             if target.height_mm < STAMP_MM
             else "Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
