@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from sim_backend.world.sensor_tables import Patch
     from sim_backend.world.toml_types import Point
-    from sim_backend.world.world_file import WorldFile
+    from sim_backend.world.world_file import Box, Person, Wall, WorldFile
 
 EDGE_MM, ARROW_PX = 150.0, 26.0
 PERSON: Color = (60, 110, 160)
@@ -110,7 +110,8 @@ def _keys(world: WorldFile) -> Iterator[Key]:
         yield Key("wall", patch_sample(INK, INK))
     if world.people:
         yield Key("where a person comes in", ring_sample(9.0, PERSON, 2.5))
-    if any(each.absorbs for each in (*world.walls, *world.boxes, *world.people)):
+    solids: list[Wall | Box | Person] = [*world.walls, *world.boxes, *world.people]
+    if any(solid.absorbs for solid in solids):
         yield Key("gives no ultrasonic echo", patch_sample(NO_ECHO, INK))
     yield from _floor_keys(world)
 
