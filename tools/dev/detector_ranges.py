@@ -301,7 +301,7 @@ def _print_ranges(bench: Bench, measured: Iterable[Subject], slant_deg: float) -
     for subject in measured:
         cells = (bench.cell(subject, distance_m, slant_deg) for distance_m in DISTANCES_M)
         texts = (
-            f"{c.hits:.0%} {c.distance_bias * 100:+.0f}±{c.distance_sd * 100:.0f} {c.bearing_error_deg:.1f}°"
+            f"{c.hits:.0%} {c.distance_bias * 100:+z.0f}±{c.distance_sd * 100:.0f} {c.bearing_error_deg:.1f}°"
             if c.hits
             else "-"
             for c in cells

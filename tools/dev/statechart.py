@@ -22,7 +22,9 @@ The states of a mission and the transitions between them, for readers of a [jour
 developers of profiles. `python -m tools.dev.statechart` writes this page from the class `behaviors.chart.MissionChart`;
 a test keeps both in step.
 
-![The statechart of a mission as a picture](images/statechart.svg)
+[![The statechart of a mission as a picture](images/statechart.svg)](images/statechart.svg)
+
+On a narrow screen, open the picture by itself and enlarge it.
 
 Five regions run side by side. Skills act in the states of *mission* and report facts: an event with its reason and its
 measurements. An event without a transition from the current state changes nothing. The motors never wait for the chart:
