@@ -7,14 +7,15 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from behaviors.profile_names import ADAPTIVE
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import writing
-from nxtdrive.cli.output import make_console, write_line
+from nxtdrive.cli.output import complain, make_console, write_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from behaviors.adaptive.chances import Counts
     from nxtdrive.recording.predictions import Prediction
@@ -55,7 +56,6 @@ def run(args: argparse.Namespace) -> int:
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
     earlier: list[Counts] = []
-    others: set[str] = set()
     for path in args.run_paths:
         if path.suffix == ".json" and path.is_file():
             kept, origins = _read_counts(path)
@@ -66,12 +66,11 @@ def run(args: argparse.Namespace) -> int:
         if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:
             more, source = _read_sweep(path)
         else:
-            (profile, more), source = _read_run(path), {}
-            others |= {profile} - {"", "adaptive"}
+            more, source = _read_run(path), {}
         found += more
         sources.append({"name": whole.resolve().name, "choices": len(more), **source})
     if not found and not earlier:
-        raise _nothing_to_count(sorted(others))
+        raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name some that had failures.")
     if found:
         _show(found)
     numbers = summed([*earlier, counts(found)])
@@ -96,26 +95,19 @@ def _read_counts(path: Path) -> tuple[Counts, list[dict[str, Any]]]:
         raise ConfigError(f"{path} has no counts.", remedy=REMEDY) from error
 
 
-def _nothing_to_count(others: Sequence[str]) -> ConfigError:
-    """Return the error of runs without a choice of the adaptive profile, with the other profiles that they have."""
-    if not others:
-        return ConfigError("no choices of the adaptive profile in these runs.", remedy="Name runs that had failures.")
-    return ConfigError(
-        f"no choices of the adaptive profile in these runs; the profile {' or '.join(others)} predicts no chances.",
-        remedy="Run the mission with --profile adaptive.",
-    )
-
-
-def _read_run(path: Path) -> tuple[str, list[Prediction]]:
-    """Read a run's profile, empty if its mission is lost, and its choices if that is the adaptive one."""
+def _read_run(path: Path) -> list[Prediction]:
+    """Read a run's choices; print why a run has none that count."""
     from nxtdrive.recording.predictions import predictions
     from nxtdrive.recording.run_reader import read_run
 
     past = read_run(path)
     if past.mission is None:
-        return "", []
-    profile = past.mission.mission.profile
-    return profile, predictions(past.records, profile, past.mission) if profile == "adaptive" else []
+        complain(f"{path} is not counted: its mission is not recorded.", sender="")
+    elif (profile := past.mission.mission.profile) != ADAPTIVE:
+        complain(f"{path} is not counted: its profile {profile} predicts no chances.", sender="")
+    else:
+        return predictions(past.records, profile, past.mission)
+    return []
 
 
 def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
@@ -126,7 +118,7 @@ def _read_sweep(path: Path) -> tuple[list[Prediction], dict[str, Any]]:
     from nxtdrive.tools.sweep.summary_file import summary_path
 
     try:
-        results = [result for result in read_results(path) if result.agent == "adaptive"]
+        results = [result for result in read_results(path) if result.agent == ADAPTIVE]
     except ConfigError as error:
         raise ConfigError(error.args[0], remedy=REMEDY) from None
     try:

@@ -106,8 +106,11 @@ def test_a_run_of_another_profile_has_no_chances_to_count(tmp_path, capsys):
     settings = MISSION.mission.model_copy(update={"profile": "thesis"})
     text = MISSION.model_copy(update={"mission": settings}).model_dump_json()
     (tmp_path / "run" / "mission.json").write_text(text)
+    said = f"{run} is not counted: its profile thesis predicts no chances."
     assert main(["chances", run]) == USAGE
-    assert "the profile thesis predicts no chances. Run the mission with --profile adaptive." in capsys.readouterr().err
+    assert said in capsys.readouterr().err
+    assert main(["chances", run, _run(tmp_path / "adaptive", seen=True)]) == DONE
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["chances", "nothing-there"], ["chances"]])
