@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from behaviors.events import Reason
 from behaviors.failures import Blocker
@@ -92,6 +92,8 @@ class Evidence:
         failures: How often attempts failed at this place for this reason in this turn of the target, this one included.
         run: How many of them in a row.
     """
+
+    __pydantic_config__: ClassVar = ConfigDict(allow_inf_nan=False)
 
     target: str
     reason: Reason

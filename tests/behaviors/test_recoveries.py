@@ -1,6 +1,7 @@
 """The thesis's rule."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -46,6 +47,20 @@ def test_after_two_researches_the_target_is_changed(seen_since_search):
 def test_journals_of_earlier_versions_are_understood():
     evidence = evidence_from("lena", {"reason": "target_lost", "exist": True, "researches": 1})
     assert evidence == Evidence("lena", Reason.TARGET_LOST, seen_since_search=True, researches=1)
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", math.nan])
+@pytest.mark.parametrize(
+    "place",
+    [
+        lambda number: {"spent_s": number},
+        lambda number: {"here": {"travel_s": 1, "scan_s": 2, "chance": number}},
+        lambda number: {"detour": {"extra_s": 1, "route": [[number, 0]]}},
+    ],
+)
+def test_evidence_with_a_number_that_is_not_finite_is_none(number, place):
+    with pytest.raises(ValueError, match="finite number"):
+        evidence_from("lena", {"reason": "target_lost", "seen_since_search": True, "researches": 1, **place(number)})
 
 
 @pytest.mark.parametrize("recovery", RECOVERIES.values(), ids=RECOVERIES)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, FiniteFloat, ValidationError
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
@@ -41,7 +41,7 @@ class _Summary(BaseModel):
     mission: str = ""
     ending: str
     achieved: bool
-    duration_s: float | None = None
+    duration_s: FiniteFloat | None = None
     targets: list[_Target] = []
 
 

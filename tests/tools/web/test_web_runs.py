@@ -80,11 +80,12 @@ def test_a_run_of_another_program_is_running_while_its_journal_grows(folder):
         {},
         {**SUMMARY, "ending": 5},
         {**SUMMARY, "duration_s": "long"},
+        {**SUMMARY, "duration_s": "nan"},
         '{"ending":"achieved","achieved":true,"duration_s":NaN}',
         {**SUMMARY, "targets": "all"},
         {**SUMMARY, "targets": [None]},
     ],
-    ids=range(11),
+    ids=range(12),
 )
 def test_a_run_without_a_summary_that_can_be_read_is_listed_by_its_journal(folder, summary):
     _run(folder, "x-001", summary)
