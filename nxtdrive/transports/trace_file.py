@@ -267,11 +267,14 @@ def _entry(value: dict[str, Any]) -> Entry:
     texts = (error, text, *(value.get(kind, "") for kind in (Kind.TO_BRICK, Kind.FROM_BRICK)))
     if not isinstance(time_s, int | float) or not all(isinstance(each, str) for each in texts):
         raise ValueError(value)
-    if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S or value.get(Kind.TO_BRICK) == "":
+    if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S:
         raise ValueError(value)
     for kind in (Kind.TO_BRICK, Kind.FROM_BRICK):
         if kind in value:
-            return Entry(time_s, kind, bytes.fromhex(value[kind]), error, text)
+            telegram = bytes.fromhex(value[kind])
+            if kind is Kind.TO_BRICK and not telegram:
+                raise ValueError(value)
+            return Entry(time_s, kind, telegram, error, text)
     if error:
         return Entry(time_s, Kind.ERROR, error=error, text=text)
     if Kind.REOPENED in value:

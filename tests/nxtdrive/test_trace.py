@@ -58,7 +58,13 @@ def test_a_bad_line_is_named_and_a_cut_last_line_left_out_with_a_warning(tmp_pat
     path.write_text(good + '{"t": 0.1, "fr')
     assert len(read_trace(path).entries) == 1
     assert f"the trace {path} was cut off in its last line" in caplog.text
-    for bad in ('{"t": 0.1, "fr', '{"t": 0.1, "to": ""}', '{"t": true, "to": "000b"}', '{"t": NaN, "to": "000b"}'):
+    for bad in (
+        '{"t": 0.1, "fr',
+        '{"t": 0.1, "to": ""}',
+        '{"t": 0.1, "to": " "}',
+        '{"t": true, "to": "000b"}',
+        '{"t": NaN, "to": "000b"}',
+    ):
         path.write_text(good + bad + '\n{"t": 0.2, "to": "000b"}\n')
         with pytest.raises(ConfigError, match="line 3"):
             read_trace(path)
