@@ -46,7 +46,7 @@ WORDS = {
     "missing": "is missing",
     "extra_forbidden": "is unknown",
     "union_tag_not_found": "{discriminator} is missing",
-    "union_tag_invalid": "{discriminator} must be one of {expected_tags}",
+    "union_tag_invalid": "{discriminator} must be one of {expected_tags}, not '{tag}'",
 }
 """By pydantic's name of the kind of mistake, with its context to be filled in."""
 

@@ -33,7 +33,7 @@ PART = TypeAdapter(Annotated[Gear | Lever, Field(discriminator="kind")])
         ('{"kind": "gear", "wheels": [5]}', "gear.wheels.0: must be an object"),
         ('{"kind": "gear"}', "gear.wheels: is missing"),
         ('{"kind": "gear", "wheels": [], "size": 1}', "gear.size: is unknown"),
-        ('{"kind": "chain"}', "'kind' must be one of 'gear', 'lever'"),
+        ('{"kind": "chain"}', "'kind' must be one of 'gear', 'lever', not 'chain'"),
         ("{}", "'kind' is missing"),
         ("[]", "must be an object"),
         ("{", "Invalid JSON: EOF while parsing an object at line 1 column 1"),
