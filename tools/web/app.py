@@ -97,10 +97,6 @@ class Watched(Protocol):
         """End the pause, if there is one."""
         ...
 
-    def answer(self, question: int, choice: int) -> None:
-        """Answer a question."""
-        ...
-
     @property
     def run(self) -> str:
         """Name of the run of the mission under way, or empty."""
@@ -215,7 +211,8 @@ class Server:
             case ResumeMission():
                 robot.resume_mission()
             case Answer(question=question, choice=choice):
-                robot.answer(question, choice)
+                if (operator := robot.operator) is not None:
+                    operator.answer(question, choice)
             case Evidence():
                 operator = robot.operator
                 client.append(as_message("open_decision", operator.decision() if operator else {"open": False}))

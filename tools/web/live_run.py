@@ -79,10 +79,6 @@ class LiveRun:
         """End the pause; any thread."""
         self._shown.resume()
 
-    def answer(self, question: int, choice: int) -> None:
-        """Answer a question; any thread."""
-        self._shown.answer(question, choice)
-
     @property
     def run(self) -> str:
         """Name of the run of the mission, or empty after its end; any thread."""

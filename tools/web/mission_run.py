@@ -74,11 +74,16 @@ class WebOperator:
             )
         finally:
             self._hub.show("question", {"open": False, "number": self._answers.number})
-        return question.candidates[min(choice, len(question.candidates) - 1)].choice
+        return question.candidates[choice].choice
 
     def answer(self, question: int, choice: int) -> None:
-        """Take an answer; one to an earlier question is ignored. Any thread."""
-        self._answers.answer(question, choice)
+        """Take an answer; one to an earlier question is ignored. Any thread.
+
+        Raises:
+            ValueError: There is no such candidate.
+        """
+        if (waiting := self._answers.open) is not None and waiting[0] == question:
+            self._take(*waiting, choice)
 
     def decision(self) -> dict[str, Any]:
         """Return the open decision as a program reads it; any thread."""
@@ -93,13 +98,14 @@ class WebOperator:
         Raises:
             ValueError: There is no such candidate, or no open decision.
         """
-        if (waiting := self._answers.open) is not None:
-            asked_number, question = waiting
-            if not 0 <= number < len(question.candidates):
-                raise ValueError(f"The candidates are numbered from 0 to {len(question.candidates) - 1}.")
-            if self._answers.answer(asked_number, number):
-                return
-        raise ValueError("No decision is open.")
+        if (waiting := self._answers.open) is None or not self._take(*waiting, number):
+            raise ValueError("No decision is open.")
+
+    def _take(self, number: int, question: Question, choice: int) -> bool:
+        """Answer a question, if there is such a candidate; return whether the question was open."""
+        if not 0 <= choice < len(question.candidates):
+            raise ValueError(f"The candidates are numbered from 0 to {len(question.candidates) - 1}.")
+        return self._answers.answer(number, choice)
 
     def wake(self) -> None:
         """Check now whether the mission is to end; any thread."""
@@ -180,10 +186,6 @@ class ShownMission:
         """End the pause; any thread."""
         self._pause.resume()
         self._hub.show("paused", {"paused": False})
-
-    def answer(self, question: int, choice: int) -> None:
-        """Answer a question; any thread."""
-        self.operator.answer(question, choice)
 
     def pursue(self, run: MissionRun, folder: str, hand_state: Callable[[], Mapping[str, object]] = dict) -> Report:
         """Run the mission, and show it from its beginning to its result.

@@ -219,11 +219,6 @@ class Robot:
         """Return the camera's latest picture, if it has given one; any thread."""
         return self._pictures.latest
 
-    def answer(self, question: int, choice: int) -> None:
-        """Answer the question of a mission whose recoveries are confirmed; any thread."""
-        if (mission := self._slot.mission) is not None:
-            mission.answer(question, choice)
-
     @property
     def run(self) -> str:
         """Name of the run of the mission under way, or empty; any thread."""

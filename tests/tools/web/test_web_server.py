@@ -310,6 +310,8 @@ def test_a_mission_waits_for_the_answer_to_its_question_and_can_be_ended(by_prog
         question = _until(page, lambda each: each["type"] == "question" and each["open"])
         assert len(question["candidates"]) > 1
         taken = 0
+        page.send_json({"type": "answer", "question": question["number"], "choice": len(question["candidates"])})
+        assert "numbered from 0" in _until(page, lambda each: each["type"] == "refused")["text"]
         if by_program:
             page.send_json({"type": "evidence"})
             told = _until(page, lambda each: each["type"] == "open_decision")
