@@ -19,6 +19,8 @@ from firmware_protocol.printable import printable, printable_lines
 from input_files.mistakes import counted
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from nxtdrive.cli.safe_console import SafeConsole
 
 CONTINUED = "\n  "
@@ -119,6 +121,13 @@ def make_console(*, stderr: bool = False, **options: Any) -> SafeConsole:  # noq
 
     file = sys.stderr if stderr else sys.stdout
     return SafeConsole(file=getattr(file, "stream", file), markup=False, emoji=False, highlight=False, **options)
+
+
+def make_table(*headers: str, **options: Any) -> Table:  # noqa: ANN401 - rich's options
+    """Return a rich table whose columns lose no text in a narrow terminal."""
+    from rich.table import Column, Table
+
+    return Table(*(Column(header, overflow="fold") for header in headers), **options)
 
 
 @contextlib.contextmanager

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
-from nxtdrive.cli.output import complain, make_console, print_line, write_json, write_line
+from nxtdrive.cli.output import complain, make_console, make_table, print_line, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
@@ -222,9 +222,7 @@ def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
         known = {"file": str(path), "values": values, "standard_errors": errors, "views": outcome.views}
         write_json({**known, "misfit_px": outcome.misfit_px, "remark": outcome.remark}, indent=2)
         return
-    from rich.table import Table
-
-    table = Table("", "before", "measured", "uncertain by")
+    table = make_table("", "before", "measured", "uncertain by")
     for line in outcome.lines:
         unsure = "" if line.standard_error is None else f"{line.standard_error:.2g}"
         table.add_row(line.key, _short(line.before), _short(line.after), unsure)

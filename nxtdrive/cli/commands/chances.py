@@ -12,7 +12,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import writing
-from nxtdrive.cli.output import complain, make_console, write_line
+from nxtdrive.cli.output import complain, make_console, make_table, write_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -138,14 +138,12 @@ def _text(sources: list[dict[str, Any]], numbers: Counts) -> str:
 
 def _show(found: Iterable[Prediction]) -> None:
     """Print the chances of each choice, and how often it succeeded."""
-    from rich.table import Table
-
     from nxtdrive.recording.wording import state_words
 
     groups: dict[str, list[Prediction]] = {}
     for each in found:
         groups.setdefault(each.choice, []).append(each)
-    table = Table("choice", "number", "predicted chance", "succeeded")
+    table = make_table("choice", "number", "predicted chance", "succeeded")
     for choice, group in sorted(groups.items()):
         chance, true = (
             sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)

@@ -13,7 +13,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.csv_file import CsvFile, add_csv_argument, column
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number
-from nxtdrive.cli.output import complain, make_console, write_json
+from nxtdrive.cli.output import complain, make_console, make_table, write_json
 from nxtdrive.cli.pace import in_real_time
 
 if TYPE_CHECKING:
@@ -166,10 +166,8 @@ def _show(snapshots: Iterator[Snapshot]) -> None:
 
 def _table(snapshot: Snapshot) -> Table:
     """Make a table with one row per port."""
-    from rich.table import Table
-
     caption = f"battery {snapshot.battery_mv / 1000:.2f} V   link {snapshot.latency_ms:.1f} ms"
-    table = Table("port", "what", "reading", "raw", caption=caption)
+    table = make_table("port", "what", "reading", "raw", caption=caption)
     for motor in snapshot.motors:
         table.add_row(motor.port, f"motor, {motor.state}", f"power {motor.power} %, angle {motor.angle_deg}°", "")
     for sensor in snapshot.sensors:

@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import add_json_argument, check_writable, number, writing
-from nxtdrive.cli.output import complain, make_console, write_json, write_line
+from nxtdrive.cli.output import complain, make_console, make_table, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
@@ -151,16 +151,15 @@ def _played(
 
 
 def _show(name: str, decision: DecisionCosts) -> None:
-    from rich.table import Table
     from rich.text import Text
 
     from firmware_protocol.printable import printable
     from nxtdrive.recording.wording import reason_words
 
     head = f"{name}, {decision.decision}. {decision.time_s:.1f} s, {decision.target}: "
-    table = Table(title=Text(printable(head + reason_words(decision.reason))), title_justify="left")
-    for column in ("", "candidate", "mean seconds to the targets left [95 %]"):
-        table.add_column(column, overflow="fold")
+    title = Text(printable(head + reason_words(decision.reason)))
+    columns = ("", "candidate", "mean seconds to the targets left [95 %]")
+    table = make_table(*columns, title=title, title_justify="left")
     for candidate in decision.candidates:
         mark = ("> " if candidate.chosen else "") + ("best" if candidate.best else "")
         table.add_row(mark, Text(printable(candidate.does)), _with_interval(candidate.cost_s, 1))

@@ -11,6 +11,7 @@ from rich.text import Text
 from behaviors.evidence import Evidence
 from behaviors.operator import OperatorChoice
 from firmware_protocol.printable import printable
+from nxtdrive.cli.output import make_table
 from nxtdrive.recording.wording import evidence_lines
 
 SECONDS_SHOWN = 10_000.0
@@ -30,11 +31,9 @@ def candidate_table(candidates: Sequence[OperatorChoice], marks: Iterable[str], 
         marks: First cell of each row.
         chosen: Index of the row in bold, or None.
     """
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
-    table.add_column("")
-    table.add_column("candidate")
+    table = make_table("", "candidate", box=None, padding=(0, 2, 0, 0), header_style="dim")
     for title in ("takes", "chance", "per success"):
-        table.add_column(title, justify="right")
+        table.add_column(title, justify="right", overflow="fold")
     for number, (candidate, mark) in enumerate(zip(candidates, marks, strict=True)):
         cells = [printable(candidate.choice.words()), *_expected(candidate)]
         table.add_row(mark, *cells, style="bold" if number == chosen else None)

@@ -121,3 +121,12 @@ def test_without_a_run_there_is_nothing_to_count(arguments, capsys):
         code = error.code
     assert code != DONE
     assert capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["chances", "explain-run"])
+def test_a_narrow_terminal_loses_no_text(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    assert main([command, _run(tmp_path / "run", seen=True)]) == DONE
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 40
+    assert not any("…" in line for line in lines)
