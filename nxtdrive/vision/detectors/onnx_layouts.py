@@ -195,7 +195,7 @@ def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
 
 
 def _queries(boxes: Floats, scores: Floats) -> Places:
-    scores = scores.reshape(len(boxes), -1)
+    scores = scores.reshape(len(boxes), scores.shape[-1])
     if scores.size and not (scores.min() >= 0 and scores.max() <= 1):
         scores = 1 / (1 + np.exp(-scores))
     return _places(_corners(boxes), scores.max(axis=1, initial=0.0), scores.argmax(axis=1))

@@ -166,6 +166,12 @@ def test_nan_is_not_a_place(detector):
     assert detector(constant_model(outputs)).detect(FRAME) == []
 
 
+@pytest.mark.parametrize("layout", ["detr", "boxes", "boxes-scored"])
+def test_a_model_may_find_no_place_at_all(detector, layout):
+    outputs = {name: rows[:, :0] if rows.shape[0] == 1 else rows[:0] for name, rows in outputs_of(layout).items()}
+    assert detector(constant_model(outputs), runtime="onnxruntime").detect(FRAME) == []
+
+
 @pytest.mark.parametrize(
     ("metadata", "labels_file", "label"),
     [
