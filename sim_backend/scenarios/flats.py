@@ -18,7 +18,7 @@ CORNER_MM = 300.0
 """Smallest distance of a door from the room's corners."""
 DOOR_KEPT_MM = 900.0
 """Targets and the middle of furniture keep this distance from the middle of a door."""
-APART_MM = 900.0
+FLAT_TARGETS_APART_MM = 900.0
 """Smallest distance between two targets."""
 TARGET_KEPT_MM = 500.0
 """Furniture keeps this distance from a target."""
@@ -129,7 +129,7 @@ def inhabit(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
     for target, room in zip(builder.targets, hung, strict=True):
         while True:  # a thin wall may be all that is between two targets
             at, inward = room.place_at_wall(builder, builder.between(60.0, 150.0), 400.0)
-            if builder.is_apart(at, APART_MM):
+            if builder.is_apart(at, FLAT_TARGETS_APART_MM):
                 break
         builder.add_picture(target, at, inward + builder.between(-20.0, 20.0))
     for number, room in enumerate(flat.rooms):

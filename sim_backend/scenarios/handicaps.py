@@ -12,7 +12,7 @@ from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, RoomBuilder, Room
 from sim_backend.scenarios.rooms import furnished
 
 COMPASS_PORT: Final = 2
-APART_MM = 700.0
+PICTURES_APART_MM = 700.0
 """Smallest distance from a look-alike to another picture: a sighting must belong to one or the other."""
 
 
@@ -68,7 +68,7 @@ def _distractor(random: Random) -> RoomBuilder:
     names = [f"lookalike{i}" for i in range(random.randint(1, 3))]
     for name in names:
         at, facing = builder.place_at_wall()
-        while not builder.is_apart(at, APART_MM):
+        while not builder.is_apart(at, PICTURES_APART_MM):
             at, facing = builder.place_at_wall(corner_mm=350.0)
         builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
     builder.extras = Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))

@@ -13,7 +13,7 @@ from sim_backend.bundled import PICTURES
 from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
 from sim_backend.scenarios.extras import Extras, Sight
 from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
-from sim_backend.scenarios.handicaps import APART_MM
+from sim_backend.scenarios.handicaps import PICTURES_APART_MM
 from sim_backend.scenarios.layouts import generate_layout
 from sim_backend.scenarios.realities import REALITIES
 from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, ROBOT, RoomBuilder, RoomGenerator, point_from
@@ -90,7 +90,7 @@ def _many_lookalikes(random: Random) -> RoomBuilder:
     for name, file in files.items():  # those of one picture would be mistaken for each other, too
         while True:
             at, facing = builder.place_at_wall(corner_mm=350.0)
-            if builder.is_apart(at, APART_MM):
+            if builder.is_apart(at, PICTURES_APART_MM):
                 break
         builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
@@ -151,7 +151,7 @@ def _moving(random: Random) -> RoomBuilder:
             end = point_from(start, facing_deg + 90.0, reach)
             others = (at for at in taken if at != start)
             inside = all(150.0 <= at <= side - 150.0 for at, side in zip(end, builder.size_mm, strict=True))
-            if inside and all(math.dist(end, other) >= APART_MM for other in others):
+            if inside and all(math.dist(end, other) >= PICTURES_APART_MM for other in others):
                 break
         else:
             continue

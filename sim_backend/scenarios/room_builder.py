@@ -29,7 +29,7 @@ HEAD_START_MM = 800.0
 """Smallest distance from the start to a target."""
 FREE_START_MM = 30.0
 """Clearance beside the robot at the start."""
-APART_MM = 1200.0
+TARGETS_APART_MM = 1200.0
 """Smallest distance between two targets near walls."""
 START_MARGIN_MM = 300.0
 """Smallest distance from the middle of the robot to the room's walls at the start."""
@@ -108,11 +108,11 @@ class RoomBuilder:
         return all(math.dist(at_mm, picture["at_mm"]) >= apart_mm for picture in self.pictures.values())
 
     def hang_targets(self, corner_mm: float = 600.0, beyond_x_mm: float = 0.0) -> None:
-        """Add the targets near walls and to the right of `beyond_x_mm`, at least `APART_MM` from each other."""
+        """Add the targets near walls and to the right of `beyond_x_mm`, at least `TARGETS_APART_MM` from each other."""
         for target in self.targets:
             while True:
                 at, facing = self.place_at_wall(corner_mm)
-                if at[0] > beyond_x_mm and self.is_apart(at, APART_MM):
+                if at[0] > beyond_x_mm and self.is_apart(at, TARGETS_APART_MM):
                     self.add_picture(target, at, facing)
                     break
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from nxtdrive.simulated.robot import SpoiltSensor
 from nxtdrive.simulated.scenario import generate_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
-from sim_backend.scenarios.handicaps import APART_MM
+from sim_backend.scenarios.handicaps import PICTURES_APART_MM
 from sim_backend.scenarios.hard import HARD
 from sim_backend.simulation import Simulation
 from sim_backend.world.loading import parse_world
@@ -71,7 +71,7 @@ def test_no_picture_stands_or_comes_to_stand_in_front_of_another(kind, seed):
         if event.picture and event.to_mm:
             places[event.picture].append(event.to_mm)
     for one, other in itertools.combinations(places.values(), 2):
-        assert min(math.dist(a, b) for a in one for b in other) >= APART_MM
+        assert min(math.dist(a, b) for a in one for b in other) >= PICTURES_APART_MM
 
 
 @pytest.mark.parametrize(("kind", "rooms", "targets", "limit_s"), [("flat", 4, 3, 240), ("big", 12, 6, 600)])
