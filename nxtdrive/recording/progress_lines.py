@@ -21,6 +21,8 @@ RETREATS: dict[str, str] = {
     Reason.STALLED: "something holds its wheels",
 }
 INDENT = " " * 11
+UNKNOWN_FORM = (KeyError, TypeError, ValueError, AttributeError)
+"""Raised for a record of an unknown form, as of another version."""
 
 
 class ProgressLines:
@@ -95,7 +97,7 @@ def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
     progress = ProgressLines(lambda text: lines.append((now_s, text)))
     for record in records:
         now_s = record.time_s
-        with suppress(KeyError, TypeError, ValueError, AttributeError):
+        with suppress(*UNKNOWN_FORM):
             progress(record)
         if record.kind is Kind.END:
             lines.append((now_s, spaced(str(record.data.get("ending", "ended")))))

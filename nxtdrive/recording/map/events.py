@@ -10,7 +10,7 @@ from behaviors.events import Event
 from behaviors.journal import Kind, Record
 from behaviors.ports import Pose
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES, Recovery
-from nxtdrive.recording.progress_lines import ProgressLines
+from nxtdrive.recording.progress_lines import UNKNOWN_FORM, ProgressLines
 
 MOST = 16
 """Numbers on a map, at most."""
@@ -92,7 +92,7 @@ class EventReader:
         """Return the event that a record is, if it is one."""
         try:
             words = tuple(self._progress.lines(record))
-        except (KeyError, TypeError, ValueError):  # of a version that wrote other keys
+        except UNKNOWN_FORM:
             return None
         if record.kind is Kind.CHOICE:
             self._choice = str(record.data["choice"])

@@ -114,6 +114,12 @@ def test_the_robot_has_the_size_that_the_mission_gives(radius_mm):
     assert Circles.drawn.count(pytest.approx(radius_mm * view.scale)) == 2
 
 
+@pytest.mark.parametrize("evidence", [None, [], "seen", {"sighting": []}])
+def test_a_record_of_an_unknown_form_is_no_event(evidence):
+    data = {"to": "arrive", "event": "target_seen", "evidence": evidence}
+    assert gather([Record(1.0, Kind.TRANSITION, "arrive", "lena", data)]).events == []
+
+
 def test_sightings_and_echoes_are_where_the_robot_saw_them():
     scene = gather(STORY)
     # the sonar is 100 mm ahead of the axle
