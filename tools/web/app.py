@@ -33,7 +33,7 @@ from . import connections
 from .access import SESSION, Pin, PinGate, SameSite
 from .calibration import Calibrations
 from .chart import chart, recoveries
-from .connections import BACKLOG, BoundedHTTP, LiveWebSocket, without_traceback
+from .connections import BACKLOG, BoundedHTTP, LiveWebSocket, is_no_late_write, without_traceback
 from .driver_arbiter import DriverArbiter
 from .editor import Editor
 from .hub import Client, Hub, as_message
@@ -368,4 +368,5 @@ def http_server(app: Starlette) -> uvicorn.Server:
         lifespan="off",
     )
     logging.getLogger("uvicorn.error").addFilter(without_traceback)
+    logging.getLogger("asyncio").addFilter(is_no_late_write)
     return uvicorn.Server(config)

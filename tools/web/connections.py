@@ -55,3 +55,8 @@ def without_traceback(record: logging.LogRecord) -> bool:
     if record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError):
         record.exc_info = None
     return True
+
+
+def is_no_late_write(record: logging.LogRecord) -> bool:
+    """Leave out asyncio's message about what is written to a client that has vanished, until its loss is noticed."""
+    return record.msg != "socket.send() raised exception."

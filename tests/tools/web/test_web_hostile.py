@@ -106,6 +106,25 @@ def test_text_that_is_not_utf8_is_logged_without_a_traceback(tmp_path, fault, ke
     assert bool(record.exc_info) is kept
 
 
+@pytest.mark.parametrize("transport", [True, False], ids=["a client that vanished", "anything else"])
+def test_writes_to_a_client_that_vanished_are_not_logged(tmp_path, caplog, transport):
+    http_server(_server(tmp_path).app())
+
+    async def write():
+        ours, theirs = socket.socketpair()
+        _, writer = await asyncio.open_connection(sock=ours)
+        theirs.close()
+        for _ in range(20):
+            writer.write(b"x")
+        writer.transport.abort()
+
+    if transport:
+        asyncio.run(write())
+    else:
+        logging.getLogger("asyncio").warning("a slow callback")
+    assert [record.message for record in caplog.records] == ([] if transport else ["a slow callback"])
+
+
 def _stalled_page(port: int) -> socket.socket:
     """A page that takes the wheel and then neither reads nor answers, as on a computer that sleeps."""
     page = socket.create_connection(("127.0.0.1", port))
