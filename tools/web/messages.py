@@ -20,11 +20,13 @@ Calibrated = Literal["camera", "wheels", "sonar", "motors"]
 Part = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
-class _Message(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+class ClientMessage(BaseModel):
+    """What all messages of clients have in common."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Drive(_Message):
+class Drive(ClientMessage):
     """Drive on for half a second; to be repeated while the pad is held.
 
     Attributes:
@@ -37,7 +39,7 @@ class Drive(_Message):
     turn: Part
 
 
-class Stop(_Message):
+class Stop(ClientMessage):
     """Stop the robot, and stay stopped until `Release`; a running mission or calibration ends.
 
     Any client may send it at any time.
@@ -46,32 +48,32 @@ class Stop(_Message):
     type: Literal["stop"]
 
 
-class Release(_Message):
+class Release(ClientMessage):
     """End the stop."""
 
     type: Literal["release"]
 
 
-class SpeedLimit(_Message):
+class SpeedLimit(ClientMessage):
     """Set the share of the highest speeds that driving by hand uses."""
 
     type: Literal["speed_limit"]
     percent: Annotated[int, Field(ge=20, le=100)]
 
 
-class TakeControl(_Message):
+class TakeControl(ClientMessage):
     """Become the driver; while another client drives, ask it."""
 
     type: Literal["take_control"]
 
 
-class GiveControl(_Message):
+class GiveControl(ClientMessage):
     """Hand control to the client that asked for it, or to anyone."""
 
     type: Literal["give_control"]
 
 
-class StartMission(_Message):
+class StartMission(ClientMessage):
     """Start a mission.
 
     Attributes:
@@ -86,25 +88,25 @@ class StartMission(_Message):
     confirm: bool = False
 
 
-class StopMission(_Message):
+class StopMission(ClientMessage):
     """End the running mission or calibration."""
 
     type: Literal["stop_mission"]
 
 
-class PauseMission(_Message):
+class PauseMission(ClientMessage):
     """Pause the running mission, the robot at rest, until `ResumeMission`."""
 
     type: Literal["pause"]
 
 
-class ResumeMission(_Message):
+class ResumeMission(ClientMessage):
     """End the pause: the mission goes on where it was."""
 
     type: Literal["resume"]
 
 
-class Answer(_Message):
+class Answer(ClientMessage):
     """Answer the server's `question`.
 
     Attributes:
@@ -117,13 +119,13 @@ class Answer(_Message):
     choice: Annotated[int, Field(ge=0)]
 
 
-class Evidence(_Message):
+class Evidence(ClientMessage):
     """Ask for the open decision, as a program reads it."""
 
     type: Literal["evidence"]
 
 
-class Choose(_Message):
+class Choose(ClientMessage):
     """Take a candidate of the open decision.
 
     Attributes:
@@ -134,7 +136,7 @@ class Choose(_Message):
     number: Annotated[int, Field(ge=0)]
 
 
-class StartCalibration(_Message):
+class StartCalibration(ClientMessage):
     """Calibrate the robot; `StopMission` ends it.
 
     Attributes:
@@ -156,7 +158,7 @@ class StartCalibration(_Message):
     color: ColorName | None = None
 
 
-class AnswerCalibration(_Message):
+class AnswerCalibration(ClientMessage):
     """Answer the question of a calibration.
 
     Attributes:
@@ -169,7 +171,7 @@ class AnswerCalibration(_Message):
     value: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
 
-class SaveCalibration(_Message):
+class SaveCalibration(ClientMessage):
     """Write the last calibration's result to the robot file; missions use it from then on."""
 
     type: Literal["save_calibration"]

@@ -40,7 +40,7 @@ class NewTarget(BaseModel):
         box: Left, top, width, height in pixels.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     text: str
     name: Annotated[str, Field(pattern=r"^\w[\w -]{0,39}$")]

@@ -28,6 +28,9 @@ def test_messages_are_read():
         '{"type": "drive", "ahead": NaN, "turn": 0}',
         '{"type": "stop", "more": 1}',
         '{"type": "answer", "question": 1, "choice": -1}',
+        '{"type": "answer", "question": true, "choice": 0}',
+        '{"type": "speed_limit", "percent": "50"}',
+        '{"type": "start_mission", "confirm": "no"}',
         "[" * 100_000,
     ],
 )

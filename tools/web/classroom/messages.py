@@ -4,30 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
-from ..messages import read
+from ..messages import ClientMessage, read
 
 Names = Annotated[list[str], Field(max_length=100)]
 
 
-class _Message(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class StopAll(_Message):
+class StopAll(ClientMessage):
     """Stop every robot, and stay stopped until `ReleaseAll` or until the robot's own page releases it."""
 
     type: Literal["stop_all"]
 
 
-class ReleaseAll(_Message):
+class ReleaseAll(ClientMessage):
     """End the stop of every robot."""
 
     type: Literal["release_all"]
 
 
-class Start(_Message):
+class Start(ClientMessage):
     """Start a mission on some robots.
 
     Attributes:
@@ -42,7 +38,7 @@ class Start(_Message):
     profile: str | None = None
 
 
-class End(_Message):
+class End(ClientMessage):
     """End the missions of some robots.
 
     Attributes:
@@ -53,7 +49,7 @@ class End(_Message):
     robots: Names
 
 
-class Beep(_Message):
+class Beep(ClientMessage):
     """Play a tone on a robot's brick.
 
     Attributes:
@@ -64,7 +60,7 @@ class Beep(_Message):
     robot: str
 
 
-class ReturnToBrick(_Message):
+class ReturnToBrick(ClientMessage):
     """Reopen a brick that a simulated robot has replaced.
 
     Attributes:
@@ -75,7 +71,7 @@ class ReturnToBrick(_Message):
     robot: str
 
 
-class Visible(_Message):
+class Visible(ClientMessage):
     """Choose the robots whose pictures are sent: those that the page shows now.
 
     Attributes:
