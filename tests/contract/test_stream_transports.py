@@ -122,7 +122,7 @@ def test_a_serial_port_that_may_have_taken_part_of_a_telegram_is_closed(mocker, 
 
 
 class Choking:
-    """A socket that takes so many bytes, and then none."""
+    """A socket that takes a number of bytes, and then none."""
 
     def __init__(self, inner, left):
         self.inner, self.left = inner, left

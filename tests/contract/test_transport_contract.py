@@ -170,7 +170,7 @@ def test_the_address_opens_the_same_link_again(rig):
         second.close()
 
 
-def test_a_burst_that_wants_no_reply_reaches_the_brick_telegram_by_telegram(rig):
+def test_a_burst_without_replies_reaches_the_brick_telegram_by_telegram(rig):
     transport = rig.open()
     for power in range(1, 21):
         told = SetOutputState(OutputPort.C, power, OutputMode(0), RegulationMode.IDLE, 0, RunState.IDLE, 0)

@@ -42,7 +42,7 @@ with nxt.locator.find(**where) as brick:
 
 
 @pytest.mark.slow
-def test_its_test_program_is_content(rig):
+def test_its_own_test_program_passes(rig):
     text = rig.plug.tool("nxt-test")
     assert "Firmware version 1.29" in text
     assert "Host address: 00:16:53:01:02:03" in text

@@ -238,7 +238,7 @@ def test_a_killed_program_leaves_a_robot_that_stops(served, motion):
         (signal.SIGINT, -2),
     ],
 )
-def test_a_program_that_is_told_to_end_brakes_before_it_goes(served, motion, number, code):
+def test_a_program_that_gets_a_signal_brakes_before_it_ends(served, motion, number, code):
     assert die_driving(served, motion, number) == code
     with open_brick(served, timeout_s=5) as brick:
         state = brick.request(GetOutputState(OutputPort.B))

@@ -27,7 +27,7 @@ def rotation(brick, port=OutputPort.A):
 @FIRMWARES
 @pytest.mark.parametrize("speed_deg_s", [500, -500, 120])
 def test_renewing_the_lease_does_not_disturb_regulation(lab, firmware, speed_deg_s):
-    """A leased motor turns exactly as one that was told once, without a limit."""
+    """A leased motor turns exactly as one with a single command and no limit."""
     leased, free = lab(firmware=firmware), lab(firmware=firmware)
     leased.brick.motor("A").run(speed_deg_s)
     power = round(speed_deg_s * 0.101)

@@ -36,7 +36,7 @@ LEAK_BYTES = 50_000
 
 
 class Scripted:
-    """A link at the other end of which stands what the test wants.
+    """A link whose other end answers as the test says.
 
     Attributes:
         replies: What is received, in this order, over and over.
@@ -118,7 +118,7 @@ def test_w4_a_turn_ends_where_it_should(lab):
 
 
 @given(st.lists(st.sampled_from([GetBatteryLevel, KeepAlive, GetOutputState]), min_size=1, max_size=5))
-def test_w5_telegrams_without_lengths_are_told_apart(commands):
+def test_w5_telegrams_without_lengths_are_separated(commands):
     replies = []
     for command in commands:
         size = command.reply_type.layout.size

@@ -165,7 +165,7 @@ def test_a_loss_is_one_warning_and_the_return_one_message(away, caplog):
     assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
 
 
-def test_sleep_lasts_as_long_as_it_was_told_also_when_the_brick_stays_away(away, caplog):
+def test_sleep_lasts_its_full_time_also_when_the_brick_stays_away(away, caplog):
     room = away(FOR_EVER_MS)
     begin = room.brick.now()
     room.brick.sleep(100)
@@ -188,7 +188,7 @@ def test_sleep_lasts_as_long_as_it_was_told_also_when_the_brick_stays_away(away,
     ],
     ids=["question", "command", "motor", "sleep"],
 )
-def test_a_program_that_drove_motors_is_told_once_and_nothing_is_driven_again_by_itself(away, go_on):
+def test_a_program_that_drove_motors_gets_one_error_and_nothing_is_driven_again_by_itself(away, go_on):
     room = away(3000)
     room.brick.motor("B").run(300)
     room.idle(6)
@@ -212,7 +212,7 @@ def test_a_motion_ends_when_its_link_is_known_to_be_lost(away):
     assert not room.output("A").actual_speed
 
 
-def test_a_program_that_has_joined_a_lost_motion_is_not_told_again(away):
+def test_a_program_that_has_joined_a_lost_motion_gets_no_second_error(away):
     room = away(3000)
     with pytest.raises(LinkLost):
         room.brick.motor("A").run_angle(300, 3000)
@@ -294,7 +294,7 @@ def test_a_motion_that_meets_the_loss_in_its_first_step_does_not_keep_the_link_f
     assert room.output("A").rotation == pytest.approx(90, abs=3)
 
 
-def test_cancelling_a_motion_does_not_wait_for_the_lost_link_and_the_program_is_told_afterwards(away):
+def test_cancelling_a_motion_does_not_wait_for_the_lost_link_and_the_error_comes_afterwards(away):
     room = away(8000)
     motion = room.brick.motor("A").run_angle(300, 3000, wait=False)
     room.brick.motor("B").run(300)
@@ -341,7 +341,7 @@ def test_closing_ends_the_wait_for_a_lost_link(away):
     assert room.simulation.time_s < 7
 
 
-def test_a_loss_that_a_motion_has_told_is_not_told_again(lab):
+def test_a_loss_that_a_motion_has_reported_is_not_reported_again(lab):
     room = lab(faults=LinkFaults(unplugged_ms=((1000, FOR_EVER_MS),)))
     with pytest.raises(LinkLost):
         room.brick.motor("A").run_angle(300, 3000)

@@ -54,5 +54,5 @@ def test_after_a_long_absence_the_simulation_makes_no_haste(wall):
         ("record://t.nxttrace?nxt=sim%3A//open", "record://t.nxttrace?nxt=sim%3A%2F%2Fopen%3Fpace%3Drealtime"),
     ],
 )
-def test_commands_that_drive_by_hand_watch_or_serve_have_real_time_unless_told_otherwise_traced_or_not(address, paced):
+def test_commands_that_drive_by_hand_watch_or_serve_have_real_time_unless_a_pace_is_named_traced_or_not(address, paced):
     assert str(in_real_time(address)) == paced

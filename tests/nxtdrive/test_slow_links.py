@@ -34,7 +34,7 @@ class Listening(SimTransport):
 
 
 class Bunching(Listening):
-    """A radio that falters: what wants no answer travels together with the next question."""
+    """A radio link with gaps: telegrams without a reply arrive together with the next request."""
 
     held = b""
 
@@ -90,12 +90,12 @@ class Faltering(Listening):
         super().send(telegram)
 
 
-def test_a_wheel_that_was_told_late_is_not_stalled():
+def test_a_wheel_whose_command_came_late_is_not_stalled():
     with Brick(Faltering(Simulation("open"))) as brick:
         assert brick.motor("A").run_angle(500, 200) == "done"
 
 
-def test_a_wheel_that_is_held_is_stalled_however_late_it_was_told():
+def test_a_wheel_that_is_held_is_stalled_however_late_its_command_came():
     simulation = Simulation("open")
     simulation.brick.attach_motor("A", BenchMotor(locked=True))
     with Brick(Faltering(simulation)) as brick:
@@ -161,7 +161,7 @@ def test_a_move_that_did_not_come_there_does_not_say_so(seed):
 
 
 @pytest.mark.parametrize(("latency_ms", "period_s"), [(2, 0.25), (45, 8 * 0.045)])
-def test_the_monitor_looks_as_often_as_it_was_told_or_as_the_link_allows(lab, latency_ms, period_s):
+def test_the_monitor_reads_at_the_given_interval_or_as_fast_as_the_link_allows(lab, latency_ms, period_s):
     brick = lab(latency_ms=latency_ms).brick
     snapshots = watch(brick, {}, 0.25)
     first, *_, last = [next(snapshots) for _ in range(5)]

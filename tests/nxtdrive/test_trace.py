@@ -277,7 +277,7 @@ def test_a_missing_file_is_one_sentence(words, capsys):
     assert "cannot be read" in capsys.readouterr().err
 
 
-def test_a_program_that_differs_is_told_where(talk, capsys):
+def test_where_a_program_differs_is_reported(talk, capsys):
     assert main(["send", "StopProgram", "--nxt", f"replay://{talk}"]) == LINK_LOST
     said = capsys.readouterr().err
     assert "recorded is GetDeviceInfo" in said

@@ -139,7 +139,7 @@ def test_ctrl_c_in_a_program_that_lets_a_mission_run_leaves_the_motors_off(missi
         assert simulation.truth.pose == before
 
 
-def test_another_client_is_told_that_the_server_is_busy(serve):
+def test_another_client_gets_the_answer_busy(serve):
     served = serve("open")
     served.client().ask("connect")
     other = served.client()

@@ -117,7 +117,7 @@ def test_an_undescribed_target_is_a_bad_argument(serve):
     assert client.ask("arrive") == 0, "the present target is still lena"
 
 
-def test_a_reason_is_told_with_the_request_that_it_is_about(serve):
+def test_a_reason_is_journaled_with_the_request_that_it_is_about(serve):
     served = serve()
     client = served.client()
     for line in ("target santa", "status", "select", "target lena", "why"):

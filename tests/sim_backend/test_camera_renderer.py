@@ -176,7 +176,7 @@ def test_the_floor_belongs_to_the_map_not_to_the_camera():
 
 
 @pytest.mark.parametrize("facing_deg", range(0, 360, 40))
-def test_a_picture_faces_where_it_is_told(facing_deg):
+def test_a_picture_faces_the_given_direction(facing_deg):
     panel = picture_panel("lena", 300.0, 400.0, facing_deg)
     direction = math.radians(facing_deg)
     step = 500.0 * math.cos(direction), 500.0 * math.sin(direction)

@@ -252,7 +252,7 @@ def test_the_digital_temperature_sensor_counts_below_zero(room):
     assert int.from_bytes(transact(brick, [0x98, 0x00], 2), "big", signed=True) / 256 == -10.5
 
 
-def test_a_shut_down_temperature_sensor_measures_when_told(room):
+def test_a_shut_down_temperature_sensor_measures_on_command(room):
     from sim_backend.devices import TemperatureSensor
 
     simulation, brick = room("")

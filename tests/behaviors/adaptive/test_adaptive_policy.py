@@ -134,7 +134,7 @@ def test_it_names_the_target_that_can_be_had_soonest():
     assert POLICY.select(_evidence(others=others, targets_left=4)).instead == "box"
 
 
-def test_a_fixed_wait_is_as_long_as_it_is_told():
+def test_a_fixed_wait_has_the_given_length():
     assert AdaptivePolicy(fixed_wait_s=15.0).select(_blocked(PERSON, None)).wait_s == 15.0
 
 

@@ -31,7 +31,7 @@ wait_s = 7.0
 FIRST_FORMAT = Path(__file__).parent / "journals" / "format-1.jsonl"
 """Written before journals named their format; looks are left out."""
 SECOND_FORMAT = FIRST_FORMAT.with_name("format-2.jsonl")
-"""Written before the chart told of verification, retreats and targets that are left; looks are left out."""
+"""Written before the chart reported verification, retreats and targets that are left; looks are left out."""
 
 
 @pytest.fixture(scope="module")

@@ -126,7 +126,7 @@ def test_the_driver_runs_through_the_door(server, scheme, capsys):
 
 
 @pytest.mark.slow
-def test_programs_that_come_and_go_are_told_of(server):
+def test_programs_that_connect_and_disconnect_are_reported(server):
     (address,) = (door for door in _serving(server)["doors"] if door.startswith("nxt-server"))
     with socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), timeout=20) as line:
         assert _event(server, "connected")["door"] == address
@@ -208,7 +208,7 @@ def test_doors_to_the_network_are_warned_of():
 
 
 @pytest.mark.parametrize("door", ["--tcp", "--nxt-server", "--usbip", "--uvc", "--camera-port"])
-def test_a_port_in_use_is_told_in_the_systems_words(door, capsys):
+def test_a_port_in_use_is_reported_in_the_systems_words(door, capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert main(["sim", "serve", "--tcp", "0", door, str(port)]) == USAGE
@@ -217,7 +217,7 @@ def test_a_port_in_use_is_told_in_the_systems_words(door, capsys):
     assert errors.count("\n") == 1
 
 
-def test_a_host_that_is_not_known_is_told_in_the_systems_words(capsys):
+def test_a_host_that_is_not_known_is_reported_in_the_systems_words(capsys):
     assert main(["sim", "serve", "--tcp", "0", "--host", "nowhere.invalid"]) == USAGE
     errors = capsys.readouterr().err
     assert errors.startswith("nxtdrive: cannot listen on nowhere.invalid, port 0: ")

@@ -49,7 +49,7 @@ def test_the_pages_fragments_fit_into_its_example(fragment):
     parse_world(tomllib.loads(EXAMPLE + fragment), Path("example.toml"))
 
 
-def test_a_room_is_overwritten_only_when_told_so(capsys):
+def test_a_room_is_overwritten_only_with_force(capsys):
     Path("room.toml").write_text("mine", encoding="utf-8")
     assert main(["world", "new", "room.toml"]) == USAGE
     assert "room.toml exists already" in capsys.readouterr().err

@@ -29,7 +29,7 @@ CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name != "wheels")) for n
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_gymnasiums_checker_is_content(name):
+def test_gymnasiums_checker_accepts_it(name):
     env = ENVIRONMENTS[name]()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "A Box observation space (has an|m.*unconventional shape)")
@@ -111,7 +111,7 @@ def test_a_robot_that_stands_in_front_of_a_target_has_arrived_there_once():
     env.close()
 
 
-def test_the_wheels_turn_as_they_are_told():
+def test_the_wheels_turn_as_the_action_says():
     env = WheelEnv()
     env.reset(options={"kind": "open", "seed": 7})
     for _ in range(5):

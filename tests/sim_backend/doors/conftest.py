@@ -128,7 +128,7 @@ class House:
 
 @contextlib.contextmanager
 def files_left(number):
-    """Let this process open only so many more files."""
+    """Let this process open only this number of further files."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     spare = os.dup(0)
     os.close(spare)

@@ -371,7 +371,7 @@ def test_the_webcam_can_be_closed_while_a_computer_has_it():
         assert stream.read() == asking.recv(1) == b""
 
 
-def test_silent_connections_take_no_place_from_a_computer_that_wants_the_camera(monkeypatch):
+def test_silent_connections_do_not_keep_a_computer_from_the_camera(monkeypatch):
     """Without a limit, a thousand of them left the server no file to open, and it ended."""
     monkeypatch.setattr("sim_backend.doors.uvc.BACKLOG", 3)
     with contextlib.closing(UvcDoor((320, 240), 15.0)) as door, contextlib.ExitStack() as lines:

@@ -233,7 +233,7 @@ def test_a_pulled_cable_ends_connections_until_it_is_back(house):
     assert PROGRAMS["packets"](house, door).ask(GET_BATTERY)[1] == 0x0B
 
 
-def test_closing_sends_everybody_away(house):
+def test_closing_disconnects_all_programs(house):
     program = PROGRAMS["tcp"](house, house.add("tcp"))
     program.ask(GET_BATTERY)
     house.board.close()

@@ -172,7 +172,7 @@ HEADER = b"MindstormsNXT\0"
         (HEADER + b"\0\x05" + bytes(18) + b"\x01\0\x01\0", "f7"),
     ],
 )
-def test_the_status_tells_why_a_program_cannot_be_started(content, fault):
+def test_the_status_says_why_a_program_cannot_be_started(content, fault):
     assert answers("1.32", *program(content))[-1] == f"029400010001000100{fault}"
     assert answers("1.29", *program(content))[-1] == "02940001000100010003"
 

@@ -205,7 +205,7 @@ def test_a_clump_is_started_once_halted_and_gets_longer_turns():
 
 
 @pytest.mark.parametrize(("code", "expected"), [(instruction(0x13, 0, 0), 0xFE), (instruction(0x28, 100, 0), 0xFE)])
-def test_an_error_of_a_program_is_told_by_its_status(code, expected):
+def test_the_status_gives_the_error_of_a_program(code, expected):
     variables = Variables()
     variables.number()
     assert status(started(variables, [code, FOREVER])) == expected

@@ -104,7 +104,7 @@ def read(firmware, content, kind, offset=None, default=None):
         ("1.32", b"999999999\0", S32, (999999999, 9)),
     ],
 )
-def test_a_number_in_a_text_ends_where_the_firmware_thinks(firmware, content, kind, expected):
+def test_a_number_in_a_text_ends_where_the_firmware_ends_it(firmware, content, kind, expected):
     assert read(firmware, content, kind) == expected
 
 

@@ -16,7 +16,7 @@ def write(bench, name, value):
 
 
 def press(bench, keys, passes=40):
-    """Press keys by the map, each when the menu is drawn: after so many passes."""
+    """Press keys by the map, each when the menu is drawn: after a number of passes."""
     for key in keys:
         bench.control(f"!tick {passes}")
         write(bench, "Button", KEYS[key])

@@ -59,7 +59,7 @@ def called(number, *members, before=(), ms=40, brick=None):
 
 
 @pytest.mark.parametrize(("value", "expected"), [(-60.4, -60), (-60.5, -61), (0.4, 0), (0.5, 1), (62.5, 63), (3e9, 0)])
-def test_a_float_is_rounded_where_an_instruction_wants_an_integer(value, expected):
+def test_a_float_is_rounded_where_an_instruction_takes_an_integer(value, expected):
     variables = Variables()
     port, number, read = variables.number(1), variables.number(value, Type.FLOAT), variables.number()
     run = Run(variables, [instruction(SETOUT, port, 2, number), instruction(GETOUT, read, port, 2), FOREVER])
@@ -168,7 +168,7 @@ def test_calibrations_are_an_array_in_the_pool():
     assert bytes(run.brick.command.pool[at + 24 :]).startswith(second)
 
 
-def test_names_of_calibrations_are_told_apart_by_their_case():
+def test_names_of_calibrations_are_case_sensitive():
     assert called(42, 9, b"X\0", 5000, before=[(43, 9, b"x\0", 300, 700)])[0] == [0xC0, 100]
 
 
