@@ -57,6 +57,19 @@ def draft(path: Path, content: bytes) -> Iterator[Path]:
         beside.unlink(missing_ok=True)
 
 
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file as a whole, in place of one that exists, which an error or a signal leaves as it is.
+
+    A symbolic link stays; the file that it leads to is replaced.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    path = path.resolve()
+    with draft(path, content) as beside:
+        beside.replace(path)
+
+
 def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
     """Write an image file.
 

@@ -132,10 +132,9 @@ def write_robot_file(path: Path, file: RobotFile) -> None:
     Raises:
         OSError: It cannot be written; what was there before is left as it is.
     """
-    from nxtdrive.recording.output_file import draft
+    from nxtdrive.recording.output_file import replace_file
 
-    with draft(path, toml_text(file).encode()) as beside:
-        beside.replace(path)
+    replace_file(path, toml_text(file).encode())
 
 
 def believed_values(robot: RobotTable, camera: CameraTable) -> dict[str, float]:

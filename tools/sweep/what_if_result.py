@@ -16,7 +16,7 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts, decision_costs
-from nxtdrive.recording.output_file import write_file
+from nxtdrive.recording.output_file import replace_file
 from nxtdrive.recording.run_folder import WHAT_IF
 
 from .regret import over_missions, regret
@@ -109,7 +109,7 @@ def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
     """
     known = {**decision_costs(folder), decision.decision: decision}
     content = {"run": name, "decisions": [known[at].plain() for at in sorted(known)]}
-    write_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
+    replace_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
 
 
 def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:

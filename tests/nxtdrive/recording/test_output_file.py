@@ -2,7 +2,8 @@
 
 import pytest
 
-from nxtdrive.recording.output_file import draft
+from nxtdrive.recording.output_file import draft, replace_file
+from tests.sim_backend.doors.conftest import files_left
 
 
 def test_a_draft_takes_the_place_of_a_file_and_keeps_its_permissions(tmp_path):
@@ -20,3 +21,21 @@ def test_a_draft_that_is_not_used_is_removed(tmp_path):
     with pytest.raises(ValueError, match="not good"), draft(tmp_path / "robot.toml", b"new"):
         raise ValueError("not good")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_to_a_file_that_is_replaced_stays(tmp_path):
+    path, link = tmp_path / "robot.toml", tmp_path / "link.toml"
+    path.write_text("old")
+    link.symlink_to(path)
+    replace_file(link, b"new")
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+
+
+def test_a_file_that_cannot_be_replaced_is_left_as_it_is(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text("old")
+    with files_left(0), pytest.raises(OSError, match="Too many open files"):
+        replace_file(path, b"new")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
