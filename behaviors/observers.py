@@ -9,18 +9,18 @@ from typing import ParamSpec
 from behaviors.journal import Observer, Record
 
 P = ParamSpec("P")
-OnFailure = Callable[[str, Exception], None]
+OnFailure = Callable[[str, str], None]
 
 log = logging.getLogger(__name__)
 
 
-def _warn(name: str, error: Exception) -> None:
+def _warn(name: str, error: str) -> None:
     log.warning("%s failed and is left out: %s", name, error)
 
 
 def error_text(error: BaseException) -> str:
-    """Return the text of an error, or the name of its type if it has none."""
-    return str(error) or type(error).__name__
+    """Return the text of an error, the system's without its number, or the name of its type if it has none."""
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__
 
 
 class Observers:
@@ -28,7 +28,7 @@ class Observers:
 
     Args:
         observers: Named after their types or functions; `add` takes a name.
-        on_failure: Called once for each observer that fails, with its name and the error; it must not raise.
+        on_failure: Called once for each observer that fails, with its name and its error in words; it must not raise.
 
     Attributes:
         failures: Names of the observers that failed, each with its error in words.
@@ -70,4 +70,4 @@ class Observers:
         except Exception as error:  # noqa: BLE001 - no fault of an observer may end a mission
             if name not in self.failures:
                 self.failures[name] = error_text(error)
-                self._on_failure(name, error)
+                self._on_failure(name, self.failures[name])

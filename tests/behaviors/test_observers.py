@@ -19,7 +19,7 @@ def _failing(error):
 
 def test_one_that_fails_is_reported_once_and_left_out():
     heard, failed = [], []
-    observers = Observers(on_failure=lambda name, error: failed.append((name, str(error))))
+    observers = Observers(on_failure=lambda name, error: failed.append((name, error)))
     observers.add("console", _failing(ConnectionError("closed")))
     observers.add("journal", heard.append)
     observers(RECORD)
@@ -28,6 +28,20 @@ def test_one_that_fails_is_reported_once_and_left_out():
     assert heard == [RECORD, RECORD]
     assert observers.failures == {"console": "closed"}
     assert observers.summary() == {"observer_failures": {"console": "closed"}}
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (OSError(28, "No space left on device", "map.png"), "No space left on device"),
+        (OSError("full"), "full"),
+        (KeyError(), "KeyError"),
+    ],
+)
+def test_an_error_is_reported_in_words_without_the_systems_number(error, text):
+    observers = Observers([], on_failure=lambda *_: None)
+    observers.attempt("map.png", _failing(error), RECORD)
+    assert observers.failures == {"map.png": text}
 
 
 def test_all_of_one_name_are_left_out_together():

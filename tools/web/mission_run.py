@@ -218,7 +218,7 @@ class ShownMission:
     def _say(self, line: str) -> None:
         self._hub.publish("line", {"text": line})
 
-    def _say_failure(self, name: str, error: Exception) -> None:
+    def _say_failure(self, name: str, error: str) -> None:
         self._hub.publish("problem", {"text": f"{name}: {error}"})
 
     def _make_profile(self, context: SkillContext, mission: Mission, targets: TargetQueue) -> Profile:

@@ -199,7 +199,7 @@ def _say_nothing(_text: str) -> None:
     """Leave the hints to the summary."""
 
 
-def _say_failure(name: str, error: Exception) -> None:
+def _say_failure(name: str, error: str) -> None:
     with suppress(OSError):
         complain(f"{name} failed and is left out; the mission does not need it: {error}")
 
