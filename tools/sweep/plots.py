@@ -71,7 +71,8 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
     try:
         figure.savefig(path)
     except OSError as error:
-        raise ConfigError(f"{path} cannot be drawn: {error}.", remedy="Choose another file with --plot.") from None
+        remedy = "Choose another file with --plot."
+        raise ConfigError(f"{path} cannot be written ({error.strerror or error}).", remedy=remedy) from None
 
 
 def title(results: Sequence[MissionResult]) -> str:

@@ -234,7 +234,8 @@ def _fix_udev(*, install: bool) -> int:
         write_text(udev.install(Path(UDEV_FILE), udev.UDEV_COMMANDS, os.environ.get("SUDO_USER", "")))
     except OSError as error:
         raise ConfigError(
-            f"the rule could not be installed: {error}.", remedy="See `nxtdrive doctor --fix-udev`."
+            f"the rule could not be installed: {UDEV_FILE}: {error.strerror or error}.",
+            remedy="See `nxtdrive doctor --fix-udev`.",
         ) from None
     return DONE
 

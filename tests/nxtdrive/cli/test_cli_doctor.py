@@ -197,7 +197,7 @@ def test_a_rule_that_root_cannot_write_is_an_error_with_a_way_out(capsys, monkey
     monkeypatch.setattr("os.geteuid", lambda: 0)
     monkeypatch.setattr("nxtdrive.host.access.UDEV_FILE", str(tmp_path / "nowhere" / "60-nxtdrive.rules"))
     assert main(["doctor", "--fix-udev", "--install"]) == USAGE
-    assert "could not be installed" in (err := capsys.readouterr().err)
+    assert "60-nxtdrive.rules: No such file or directory." in (err := capsys.readouterr().err)
     assert "doctor --fix-udev" in err
 
 
