@@ -31,7 +31,7 @@ from sim_backend.doors.sockets import SocketDoor, StreamClient
 from sim_backend.doors.switchboard import Switchboard
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.simulation import Simulation
-from tests.sim_backend.doors.conftest import files_left
+from tests.open_files import files_left
 
 LONG_MM = 1500.0
 """An advance of some eight seconds, and there is room for it in world open."""

@@ -3,7 +3,7 @@
 import pytest
 
 from nxtdrive.recording.output_file import draft, replace_file
-from tests.sim_backend.doors.conftest import files_left
+from tests.open_files import files_left
 
 
 def test_a_draft_takes_the_place_of_a_file_and_keeps_its_permissions(tmp_path):

@@ -1,8 +1,6 @@
 """Simulated bricks behind doors: served in real time by a thread, or turn by turn on a clock of the test's own."""
 
 import contextlib
-import os
-import resource
 import select
 import socket
 import threading
@@ -124,19 +122,6 @@ class House:
 
         assert self.until(enough), f"only {heard.hex(' ')} came"
         return heard
-
-
-@contextlib.contextmanager
-def files_left(number):
-    """Let this process open only this number of further files."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    spare = os.dup(0)
-    os.close(spare)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (spare + number, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from sim_backend.doors import mjpeg
 from sim_backend.doors.door import wait_readable
 from sim_backend.doors.mjpeg import STREAM, VIEWER_LIMIT, WAITING_LIMIT, MjpegDoor
 from sim_backend.doors.uvc import UvcDoor
-from tests.sim_backend.doors.conftest import files_left
+from tests.open_files import files_left
 
 LIMITS = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 10_000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 10_000]
 GRAY = np.full((120, 160, 3), 90, np.uint8)

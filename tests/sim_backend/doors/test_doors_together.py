@@ -14,7 +14,7 @@ from sim_backend.doors.door import wait_readable
 from sim_backend.doors.sockets import SocketDoor, StreamClient, is_loopback
 from sim_backend.doors.switchboard import CLIENT_LIMIT, WAITING_LIMIT
 from sim_backend.simulation import LinkFaults
-from tests.sim_backend.doors.conftest import files_left
+from tests.open_files import files_left
 
 GET_BATTERY = GetBatteryLevel().encode()
 
