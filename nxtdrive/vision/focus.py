@@ -18,6 +18,7 @@ MARGIN = 0.7
 """Margin of the crop around the old box on each side, as a share of the box's larger side."""
 
 LEAST_MARGIN_PX = 24
+"""The margin is at least this wide, so that a far target may move by more than its own small size."""
 
 
 def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:

@@ -61,6 +61,8 @@ during one."""
 CERTAIN = 1e-6
 """Standard deviation of a parameter that is not to be estimated."""
 NEAREST_MM = 30.0
+"""Corners nearer than this, or behind the lens, are projected as from here, so that a poor guess gives no infinite
+pixels."""
 
 
 @dataclass(frozen=True, slots=True)

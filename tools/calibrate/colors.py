@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from nxtdrive.vision.camera import Camera
 
 FRAMES, FRAME_S = 20, 3.0
+"""Frames from which the colour is learned, and the longest wait for each."""
 MIDDLE = 0.06
 """Width of the patch in the middle of the frame from which the colour is learned, as a share of the frame's width."""
 LEAST_SATURATION_PERCENT, MOST_SPREAD_DEG = 20.0, 12.0
@@ -31,6 +32,7 @@ LEAST_SATURATION_PERCENT, MOST_SPREAD_DEG = 20.0, 12.0
 FARTHEST_DEG = 60.0
 """A hue farther than this from the usual one is another colour."""
 REACH_SPREADS, LEAST_REACH_DEG, MOST_REACH_DEG = 4.0, 16.0, 24.0
+"""How far a hue may be from the learned one: so many standard deviations of the patch's hues, within these bounds."""
 SATURATION_SHARE, VALUE_SHARE = 0.7, 0.5
 """Least saturation and value, as shares of what the dullest twentieth of the patch has; the light changes."""
 FOUND_SHARE = 0.8

@@ -24,10 +24,11 @@ if TYPE_CHECKING:
 SLOW_DEG_S, FULL_TURN_DEG_S = 20.0, 25.0
 """Turn rates: with the sheet in view the frame must not blur."""
 CREEP_MM_S = 100.0
-SAMPLE_S = 0.02
-SAMPLES = 3
+"""Speed of the drives towards the sheet and back."""
+SAMPLES, SAMPLE_S = 3, 0.02
 """Readings of the wheels between two frames, and the time between them: faster changes are not observed."""
 FRAME_S = 3.0
+"""Longest wait for a frame."""
 MIDDLE, EDGE = 0.1, 0.38
 """How far from the middle of the frame the sheet's middle is when it is centred, and where a turn to one side ends, as
 shares of the frame's width."""
@@ -38,11 +39,13 @@ MARKERS_TO_LOCATE, MARKERS_IN_VIEW = 2, 4
 FRAMES_TO_LEAVE = 4
 """Frames in a row with fewer markers mean that the sheet leaves the view; in one frame the detector may miss some."""
 APPROACHES = 2
+"""How often the robot drives towards the sheet and back."""
 AWAY_DEG = 150.0
 """After a turn by this, by the dimensions so far, the sheet has left the frame and comes back from the other side."""
 FARTHEST_MM, BACK_MM = 800.0, 100.0
 """Longest drive towards the sheet, and how far behind its start the robot then drives back."""
 REST_S = 0.6
+"""How long the robot stands, still looking, after each turn and drive."""
 TRIAL_MM = 120.0
 """How far the robot drives to distinguish forward from back."""
 REMEDY = (

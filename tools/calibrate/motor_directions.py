@@ -20,6 +20,7 @@ TURN_DEG, RATE_DEG_S = 45.0, 90.0
 LEAST_SHARE = 0.02
 """The sheet moves at least this share of the frame's width then."""
 POWERS = range(2, 41, 2)
+"""Powers that are tried in turn, in percent."""
 TRY_S, TURNS_DEG = 0.3, 3
 """How long each power is tried, and the turn from which on the motor counts as turning."""
 

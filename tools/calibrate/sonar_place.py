@@ -14,6 +14,7 @@ from .track import Array, Track, at_times, poses
 STRAIGHT_DEG = 8.0
 """Echoes count only when the robot faces the wall this well: then the whole beam hits it at about the same distance."""
 FEWEST = 20
+"""Echoes that an estimate needs."""
 ASLANT_DEG = 35.0
 """At larger angles the echo may be of another wall."""
 BEYOND_DEG = 4.0

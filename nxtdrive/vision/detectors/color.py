@@ -13,9 +13,14 @@ HUES = {"red": 0, "orange": 14, "yellow": 28, "green": 60, "cyan": 92, "blue": 1
 """Centre of each colour in OpenCV's hues: 0 to 179, half degrees."""
 
 HUE_REACH = 8
-MIN_SATURATION = 110
-MIN_VALUE = 50
+"""How far a hue may be from the colour's centre, in OpenCV's hues."""
+
+MIN_SATURATION, MIN_VALUE = 110, 50
+"""Least saturation and value of a pixel that has the colour, 0 to 255."""
+
 MIN_SIDE_PX = 8
+"""Smaller patches are not reported."""
+
 MIN_FILL = 0.6
 """Least share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
 

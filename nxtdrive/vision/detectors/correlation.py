@@ -39,6 +39,8 @@ PROMISING, LEAST_PROMISING = 16, 4
 the first number, and each has the second."""
 
 ALIGNED_AT = 0.65
+"""Least gray correlation of an aligned proposal that is checked in colour."""
+
 CHECKS, LEAST_CHECKS = 4, 2
 """Number of the best aligned proposals that are checked in colour, shared likewise; where the picture is, it is nearly
 always the best."""
@@ -59,7 +61,11 @@ LEAST_INSIDE = 0.6
 """Share of a place that must lie inside the frame."""
 
 LEAST_HEIGHT_PX = 15
+"""Least height of a place."""
+
 MOST_ROLL_DEG, MOST_SHEAR_DEG = 22.0, 10.0
+"""How far a place's sides may lean from the vertical, and its corners from a right angle."""
+
 NARROWEST, WIDEST = 0.4, 1.15
 """Bounds of a place's width relative to its height, as a factor of the picture's: from 66 degrees to the side on."""
 

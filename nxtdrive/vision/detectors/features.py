@@ -23,15 +23,21 @@ REFERENCE_HEIGHTS = (64, 128, 220)
 """The picture is learnt at these heights in pixels, because keypoints change with size."""
 
 MAX_KEYPOINTS = 400
+"""The strongest keypoints of the frame, and of the picture at each height, that are kept."""
 RATIO = 0.75
 """A match counts if its distance is below this share of the second best's. Source: Lowe 2004, section 7.1, has 0.8."""
 SAME_PLACE = 0.05
 """Keypoints closer than this share of the picture are the same one, learnt at another height; they do not compete."""
 NEIGHBOURS = 4
+"""Nearest keypoints of the picture among which the second best, at another place, is looked for."""
 MIN_INLIERS = 9
+"""Matches that must agree on where the picture is."""
 REPROJECTION_PX = 2.5
+"""A match agrees if it is at most this far off, in pixels of the working copy."""
 MIN_HEIGHT_PX = 20
+"""Least height of either side of the picture in the frame."""
 STRAIGHT_HEIGHT = 40
+"""Height in pixels at which the rectified picture is compared."""
 SURE = 0.4
 """Least colour correlation of the rectified picture: low, because a third of it may be covered."""
 

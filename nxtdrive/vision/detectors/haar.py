@@ -24,6 +24,7 @@ MIN_NEIGHBOURS = 3
 """Overlapping hits that make a detection. Source: docs/vision.md; fewer see no farther and find faces in wallpaper."""
 
 HITS_FOR_FULL_SCORE = 10
+"""Overlapping hits from which on the score is 1; with fewer it is their share of these."""
 
 CONFIRMED_BY = {
     "haarcascade_frontalface_alt": "haarcascade_frontalface_default",

@@ -34,6 +34,8 @@ FAR_HEIGHT = 22
 """On the finest level, templates from the side start at this height: smaller ones match anything."""
 
 PROPOSE_AT = 0.4
+"""Least gray correlation of a proposal."""
+
 PROPOSALS = (16, 8, 6, 4, 4)
 """Most proposals per level; the finest level has the smallest templates and the most places for chance matches."""
 

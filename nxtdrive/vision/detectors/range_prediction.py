@@ -26,8 +26,15 @@ USUAL_HEIGHT_PX = 21
 """Most prints are found from this apparent height on."""
 
 TRIALS = 4
+"""Frames for each height."""
+
 GAIN, SOFTNESS_PX, NOISE = 0.8, 0.7, 5.0
+"""The frames: brightness relative to the picture's, and standard deviations of the blur and, in 256 levels, of the
+noise."""
+
 FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
+"""Limits below which `RangePrediction.reasons` names what is low: the standard deviation of gray at `DETAIL_HEIGHT`,
+in 256 levels; the number of details (`distinctness`); the share of the contrast that is left at that height."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,11 @@ COARSE_MATCHED, FINE_MATCHED = 0.9, 0.3
 """Chance explains at most these shares of a picture's coarse contrast and of the rest."""
 
 FEW_WAVES, FEW_PIXELS = 0.6, 5.0
+"""Chance adds these to a score, divided by the number of details and of pixels that are compared."""
+
 MARGIN = 0.035
+"""How far above chance a score must be."""
+
 CORE_LESS = 0.02
 """The middle of a picture is searched for in few places, so chance has fewer opportunities."""
 
