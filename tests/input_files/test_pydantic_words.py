@@ -51,3 +51,16 @@ def test_a_wrong_date_is_answered_by_a_right_one(value):
         TypeAdapter(datetime.date).validate_python(value)
     (mistake,) = caught.value.errors()
     assert words(mistake["type"], mistake.get("ctx", {}), mistake["msg"]) == "must be a date, as 2026-01-31"
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "says"),
+    [
+        (Annotated[str, Field(max_length=3)], "abcd", "must have at most 3 characters"),
+        (int, 1e308, "must be a whole number with fewer digits"),
+    ],
+)
+def test_limits_are_in_words(kind, value, says):
+    with pytest.raises(ValidationError) as caught:
+        TypeAdapter(kind).validate_python(value)
+    assert first_mistake(caught.value.errors()) == says
