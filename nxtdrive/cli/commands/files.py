@@ -138,12 +138,12 @@ def _check_deletion(name: str, *, force: bool) -> None:
 
 
 def _df(args: argparse.Namespace, brick: Brick) -> None:
-    used = brick.files.ls()
+    sizes = [entry.size for entry in brick.files.ls()]
     free = brick.files.free_bytes
     if args.json:
-        write_json({"free_bytes": free, "files": len(used), "used_bytes": sum(entry.size for entry in used)})
+        write_json({"free_bytes": free, "files": len(sizes), "used_bytes": sum(sizes)})
     else:
-        write_line(f"{free} bytes free; {number_of(len(used), 'file')} with {sum(entry.size for entry in used)} bytes")
+        write_line(f"{free} bytes free; {number_of(len(sizes), 'file')} with {sum(sizes)} bytes")
 
 
 def _say(args: argparse.Namespace, what: dict[str, object]) -> None:
