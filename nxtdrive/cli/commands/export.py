@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,26 +33,26 @@ MAX_PAGE_BYTES = 40_000_000
 """All pictures of a page; without --fps a page has as many pictures per second as fit."""
 IN_FOLDER = Path()
 """Stands for the default file in the run folder."""
-PAGE, MESSAGES, TABLE = "replay.html", "run.mcap", "journal.csv"
-"""Default files; that of the video is the run's own."""
+FILES = {"html": "replay.html", "mcap": "run.mcap", "csv": "journal.csv", "webm": "camera.webm"}
+"""Default files of the formats; that of the video is the run's own."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("run_path", metavar="RUN", type=Path, help="a run folder")
-    for option, file, what in (
-        ("--html", PAGE, "the replay in one file, with its pictures"),
-        ("--mcap", MESSAGES, "everything as messages for Lichtblick, Foxglove and the like"),
-        ("--csv", TABLE, "the journal as a table, one row per record"),
-        ("--webm", "camera.webm", "the camera's pictures as a video with boxes, state and time"),
+    for kind, what in (
+        ("html", "the replay in one file, with its pictures"),
+        ("mcap", "everything as messages for Lichtblick, Foxglove and the like"),
+        ("csv", "the journal as a table, one row per record"),
+        ("webm", "the camera's pictures as a video with boxes, state and time"),
     ):
         parser.add_argument(
-            option,
+            f"--{kind}",
             metavar="FILE",
             nargs="?",
             type=Path,
             const=IN_FOLDER,
-            help=f"{what} (default: {file} in the run folder)",
+            help=f"{what} (default: {FILES[kind]} in the run folder)",
         )
     parser.add_argument(
         "--fps",
@@ -66,27 +68,29 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
-    if args.html is None and args.mcap is None and args.csv is None and args.webm is None:
+    given: dict[str, Path] = {kind: file for kind in FILES if (file := getattr(args, kind)) is not None}
+    if not given:
         raise ConfigError("no format given.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
-    if args.html is not None:
-        _write_html(past, None if args.no_camera else pictures, args.html, args.fps)
-    if args.mcap is not None:
-        _write_mcap(past, None if args.no_camera else pictures, args.mcap)
-    if args.csv is not None:
-        _write_csv(past, args.csv)
-    if args.webm is not None:
-        _write_webm(past, pictures, args.webm)
+    shown = None if args.no_camera else pictures
+    files = _files(past, given)
+    if "html" in files:
+        _write_html(past, shown, files["html"], args.fps)
+    if "mcap" in files:
+        _write_mcap(past, shown, files["mcap"])
+    if "csv" in files:
+        _write_csv(past, files["csv"])
+    if "webm" in files:
+        _write_webm(past, pictures, files["webm"])
     return DONE
 
 
-def _write_html(past: PastRun, pictures: CameraPictures | None, file: Path, fps: float | None) -> None:
+def _write_html(past: PastRun, pictures: CameraPictures | None, path: Path, fps: float | None) -> None:
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.web.replay_page import replay_page, thinned
 
     folder = past.path.resolve().parent
-    path = _file(past, file, PAGE)
     said = "without pictures"
     if pictures:
         count = len(pictures.pictures)
@@ -103,50 +107,50 @@ def _fitting_fps(camera: CameraPictures) -> float:
     return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 
 
-def _write_mcap(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:
+def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
     from nxtdrive.recording.mcap_file import write_mcap
 
-    path = _file(past, file, MESSAGES)
     with writing(path):
         count = write_mcap(past, pictures, path)
     _say(path, number_of(count, "message"))
 
 
-def _write_csv(past: PastRun, file: Path) -> None:
+def _write_csv(past: PastRun, path: Path) -> None:
     from nxtdrive.recording.journal_csv import journal_csv
     from nxtdrive.recording.output_file import write_file
 
-    path = _file(past, file, TABLE)
     with writing(path):
         write_file(path, journal_csv(past.records).encode(errors="replace"))
     _say(path, number_of(len(past.records), "row"))
 
 
-def _write_webm(past: PastRun, pictures: CameraPictures | None, file: Path) -> None:
-    from nxtdrive.recording.run_folder import VIDEO
+def _write_webm(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
     from nxtdrive.recording.video import write_webm
 
     if pictures is None:
         raise ConfigError(
             f"{past.path.parent} has no pictures of the camera.", remedy="Runs without --no-video have them in camera/."
         )
-    path = _file(past, file, VIDEO)
     with writing(path):
         write_webm(pictures, past.records, path, with_progress(path.name))
     _say(path)
 
 
-def _file(past: PastRun, file: Path, default: str) -> Path:
-    """Return the file to write: as given, or the default one in the run folder.
+def _files(past: PastRun, given: Mapping[str, Path]) -> dict[str, Path]:
+    """Return the file to write for each format: as given, or the default one in the run folder.
 
     Raises:
-        ConfigError: It is one of those that make the run.
+        ConfigError: One is of those that make the run, or is given for two formats.
     """
     from nxtdrive.recording.run_folder import MAP, MISSION, SUMMARY, WHAT_IF
 
     folder = past.path.parent
-    check_not_read(file, past.path, *(folder / name for name in (MISSION, SUMMARY, MAP, WHAT_IF)), option="file")
-    return folder / default if file == IN_FOLDER else file
+    files = {kind: folder / FILES[kind] if file == IN_FOLDER else file for kind, file in given.items()}
+    if len({os.path.realpath(path) for path in files.values()}) < len(files):
+        raise ConfigError("two formats have the same file.", remedy="Give each a file of its own.")
+    for path in files.values():
+        check_not_read(path, past.path, *(folder / name for name in (MISSION, SUMMARY, MAP, WHAT_IF)), option="file")
+    return files
 
 
 def _say(path: Path, *details: str) -> None:

@@ -151,6 +151,13 @@ def test_an_export_of_nothing_names_what_there_is(run, capsys):
     assert all(option in said for option in ("--html", "--webm"))
 
 
+def test_two_formats_in_one_file_are_refused(run, capsys):
+    both = run.parent / "both"
+    assert main(["export", str(run), "--html", str(both), "--csv", str(run / ".." / "both")]) == USAGE
+    assert "two formats have the same file" in capsys.readouterr().err
+    assert not both.exists()
+
+
 def test_a_video_of_a_run_without_pictures_is_refused(run, capsys):
     shutil.rmtree(run / "camera")
     assert main(["export", str(run), "--webm"]) == USAGE
