@@ -37,7 +37,7 @@ def test_without_a_height_one_usual_with_the_label_counts(load, label, height_mm
     assert mission.guessed_heights == {"mug"}
 
 
-def test_a_mission_that_is_written_and_read_again_knows_what_was_guessed(load):
+def test_guessed_heights_survive_writing_and_reading_a_mission(load):
     for keys, guessed in (("", {"mug"}), ("height_mm = 100\n", set())):
         mission = load(f'model = "cups.onnx"\nlabel = "cup"\n{keys}')
         again = Mission.model_validate_json(mission.model_dump_json())

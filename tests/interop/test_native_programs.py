@@ -47,7 +47,7 @@ def execute(tmp_path):
 
 
 @needs_t2n
-def test_t2n_tells_who_the_brick_is(execute):
+def test_t2n_prints_the_bricks_identity(execute):
     done = execute("t2n", "-i")
     assert "protocol version=1.124 firmware version=1.29" in done.stdout
     assert "NXT Name: NXT" in done.stdout

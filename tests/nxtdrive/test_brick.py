@@ -16,7 +16,7 @@ from sim_backend.simulation import LinkFaults
 FOR_EVER_MS = 10**9
 
 
-def test_a_brick_tells_who_it_is(lab):
+def test_a_brick_reports_its_name_and_versions(lab):
     info = lab().brick.info()
     assert (info.name, info.firmware, info.protocol) == ("NXT", "1.29", "1.124")
     assert info.bluetooth_address == "00:16:53:01:02:03"

@@ -59,7 +59,7 @@ def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_l
     assert not look_alikes.compared("fox", PLACE)
 
 
-def test_how_one_target_was_found_tells_of_the_others():
+def test_an_unsteady_arrival_at_one_target_counts_for_the_others():
     look_alikes = LookAlikes()
     look_alikes.arrived(steady=False)
     look_alikes.seen(_sighting("lena"), PLACE)

@@ -52,15 +52,15 @@ def test_a_robot_that_turns_as_far_as_its_wheels_say_is_left_alone():
 
 
 @pytest.mark.parametrize("by_wheels_deg", [0.0, 300.0, N.enough_deg - 10.0])
-def test_a_turn_that_is_too_short_tells_nothing(by_wheels_deg):
+def test_a_turn_that_is_too_short_gives_no_estimate(by_wheels_deg):
     assert turn(1.05, by_wheels_deg).estimate() is None
 
 
-def test_silence_all_round_tells_nothing():
+def test_silence_all_round_gives_no_estimate():
     assert turn(1.05, sides_mm=(5000.0,) * 4).estimate() is None
 
 
-def test_a_round_room_tells_nothing():
+def test_a_round_room_gives_no_estimate():
     heard = TurnScale()
     for step in range(90):
         heard.add(Pose(0.0, 0.0, 5.0 * step), 800.0)

@@ -69,7 +69,7 @@ print(len(os.listdir("/proc/self/task")))
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
 @pytest.mark.parametrize(("chosen", "threads"), [(None, 1), ("2", min(2, os.cpu_count() or 1))])
-def test_products_take_one_thread_unless_the_user_wants_more(chosen, threads):
+def test_matrix_products_take_one_thread_unless_the_user_sets_more(chosen, threads):
     environment = {name: value for name, value in os.environ.items() if name != BLAS_THREADS}
     environment |= {BLAS_THREADS: chosen} if chosen else {}
     command = [sys.executable, "-c", PRODUCT]

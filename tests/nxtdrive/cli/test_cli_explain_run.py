@@ -105,7 +105,7 @@ def test_another_policy_says_where_it_would_have_chosen_otherwise(runs, explaine
     assert "wait up to 7.0 s" in said, "the mission's own numbers count"
 
 
-def test_what_a_thesis_journal_does_not_tell_is_not_made_up(runs, explained):
+def test_what_a_thesis_journal_lacks_is_not_made_up(runs, explained):
     told = explained(runs["thesis"], "--policy", "adaptive", "--json")
     assert told["profile"] == "thesis"
     assert told["decisions"]

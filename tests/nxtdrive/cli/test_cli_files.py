@@ -27,7 +27,7 @@ def test_ls_lists_names_and_sizes(capsys):
     assert json.loads(capsys.readouterr().out) == [{"name": "NVConfig.sys", "size": 6}]
 
 
-def test_df_tells_the_room(capsys):
+def test_df_gives_free_and_used_bytes(capsys):
     assert main(["files", "df", "--json", "--nxt", "sim://open"]) == DONE
     assert json.loads(capsys.readouterr().out) == {"free_bytes": FLASH, "files": 1, "used_bytes": 6}
 
@@ -115,7 +115,7 @@ def test_mistakes_are_one_sentence(brick, capsys, words, code, hint):
     assert hint in capsys.readouterr().err
 
 
-def test_status_tells_which_program_runs(capsys):
+def test_without_a_program_status_and_stop_say_so(capsys):
     assert main(["program", "status", "--nxt", "sim://open"]) == DONE
     assert capsys.readouterr().out == "no program is running\n"
     assert main(["program", "stop", "--json", "--nxt", "sim://open"]) == DONE

@@ -65,7 +65,7 @@ def test_a_signal_ends_it_in_good_order_in_the_midst_of_a_command(server, number
 
 
 @pytest.mark.slow
-def test_it_tells_the_brick_the_camera_and_the_targets(server):
+def test_the_first_line_names_brick_camera_and_targets(server):
     process, _ = server("--nxt", "sim://open")
     assert process.stdout.readline() == "brick sim://open?pace=realtime, camera sim, targets lena, rilakkuma\n"
 

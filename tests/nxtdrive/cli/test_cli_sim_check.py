@@ -27,7 +27,7 @@ def check(*arguments):
     return main(["sim", "check", *arguments])
 
 
-def test_it_knows_the_firmwares_of_the_simulated_brick():
+def test_the_firmwares_are_those_of_the_simulated_brick():
     assert FIRMWARES == brick.FIRMWARES
 
 

@@ -82,7 +82,7 @@ def test_targets_that_are_searched_for_and_reached_are_named():
         ),
     ],
 )
-def test_what_the_chart_tells_is_printed(transition, says):
+def test_transitions_with_a_meaning_of_their_own_are_printed(transition, says):
     assert _lines(_transition(*transition)) == [f"   57.7 s  {says}"]
 
 
@@ -97,7 +97,7 @@ def test_what_the_chart_tells_is_printed(transition, says):
         ("verify", "arrive", "moved_off", "out_of_reach"),
     ],
 )
-def test_what_other_lines_tell_already_is_not_printed_again(transition):
+def test_transitions_that_other_lines_report_are_not_printed(transition):
     assert _lines(_transition(*transition)) == []
 
 

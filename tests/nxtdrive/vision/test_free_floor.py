@@ -111,7 +111,7 @@ def test_columns_whose_lowest_pixels_are_not_floor_have_no_result(detector, look
     assert aside_px.min() > hidden_px - 7.0
 
 
-def test_a_wall_of_the_colour_of_the_floor_tells_nothing(detector):
+def test_a_wall_of_the_colour_of_the_floor_gives_no_edge(detector):
     camera = SimCamera(seed=3)
     floor = camera.frame([], ORIGIN)
     floor[:130] = floor[130:140].repeat(13, axis=0)

@@ -106,7 +106,7 @@ def test_a_watcher_sees_the_freshest_picture_only(door):
         assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).shape == NOISE.shape
 
 
-def test_it_knows_whether_it_has_viewers(door):
+def test_the_door_is_watched_while_a_viewer_is_connected(door):
     assert not door.watched
     with _connect(door):
         assert _until(lambda: door.watched)

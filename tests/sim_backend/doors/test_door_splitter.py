@@ -51,7 +51,7 @@ def test_any_burst_comes_apart_however_it_arrives(seed, cuts):
 
 
 @pytest.mark.parametrize("telegram", [Write(1, bytes(50)).encode(), b"\x00\xee\x01\x02", b"\x33\x44"], ids=bytes.hex)
-def test_what_tells_no_length_ends_with_a_pause(telegram):
+def test_a_telegram_of_unknown_length_ends_with_a_pause(telegram):
     splitter = TelegramSplitter()
     splitter.feed(telegram)
     assert splitter.next(END_S / 2) is None

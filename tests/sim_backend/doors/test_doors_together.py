@@ -92,7 +92,7 @@ def test_a_long_write_over_the_radio_arrives_whole(house):
     assert Write.decode_reply(program.ask(Write(0, bytes(1000)).encode())).size == 1000
 
 
-def test_nxt_server_tells_its_link_and_says_good_bye(house):
+def test_nxt_server_reports_its_link_and_ends_on_request(house):
     door = house.add("nxt-server")
     line = house.connect(door)
     line.sendall(b"\x98")

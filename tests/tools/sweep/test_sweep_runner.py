@@ -317,7 +317,7 @@ def test_missions_with_another_robot_file_are_other_missions(tmp_path):
     assert len({result.robot for result in done}) == 3
 
 
-def test_missions_believe_the_robot_file():
+def test_missions_use_the_dimensions_of_the_robot_file():
     plain, askew = (
         evaluate(plan(["open"], [100], ["adaptive"], "geometric", robot)[0])
         for robot in (RobotFile(), RobotFile(robot=RobotTable(axle_track_mm=150.0)))

@@ -103,7 +103,7 @@ def test_an_exported_page_needs_nothing_else(run, capsys):
 
 
 @pytest.mark.parametrize(("tables", "yaw_deg"), [({}, 0.0), ({"camera": {"yaw_deg": 12.0, "forward_mm": 70.0}}, 12.0)])
-def test_the_pages_map_knows_where_the_lens_and_the_sonar_are(tables, yaw_deg):
+def test_the_pages_map_shows_where_the_lens_and_the_sonar_are(tables, yaw_deg):
     marker = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
     shape = robot_shape(Mission.model_validate({**marker, **tables}))
     assert shape["yaw_deg"] == yaw_deg

@@ -264,7 +264,7 @@ def test_who_drives_during_a_mission_is_told_why_the_robot_does_not_obey(tmp_pat
 
 
 @pytest.mark.slow
-def test_a_mission_runs_tells_its_records_and_leaves_its_folder(tmp_path):
+def test_a_mission_started_on_the_page_publishes_its_records_and_leaves_a_run_folder(tmp_path):
     _quick(tmp_path)
     with _running(tmp_path, "sim://open?pace=fast", "geometric") as client, client.websocket_connect("/ws") as page:
         page.send_json({"type": "start_mission", "mission": "quick.toml"})
