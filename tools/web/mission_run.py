@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from behaviors.executive import Report
@@ -131,7 +132,7 @@ class ShownMission:
 
     def __init__(self, mission: Mission, hub: Hub, *, confirm: bool, file: Path | None = None) -> None:
         self.over, self.run = False, ""
-        self._pause = Pause()
+        self._pause, self._lock = Pause(), Lock()
         self.operator = WebOperator(hub, self._pause)
         self._mission = mission
         self._hub = hub
@@ -179,13 +180,26 @@ class ShownMission:
 
     def pause(self) -> None:
         """Pause, the robot at rest, until `resume`; the time of a simulated robot stands still, too. Any thread."""
-        self._pause.request()
-        self._hub.show("paused", {"paused": True})
+        with self._lock:
+            if not self.over:
+                self._pause.request()
+                self._hub.show("paused", {"paused": self._pause.wanted})
 
     def resume(self) -> None:
         """End the pause; any thread."""
-        self._pause.resume()
-        self._hub.show("paused", {"paused": False})
+        with self._lock:
+            self._resume()
+
+    def finish(self) -> None:
+        """Note that it is over, and with it a pause; any thread."""
+        with self._lock:
+            self._resume()
+            self.over = True
+
+    def _resume(self) -> None:
+        if not self.over:  # else clients may already see the pause of the next mission
+            self._pause.resume()
+            self._hub.show("paused", {"paused": False})
 
     def pursue(self, run: MissionRun, folder: str, hand_state: Callable[[], Mapping[str, object]] = dict) -> Report:
         """Run the mission, and show it from its beginning to its result.
@@ -208,8 +222,8 @@ class ShownMission:
         try:
             return run.pursue()
         finally:
-            self.resume()
-            self.over, self.run = True, ""
+            self.run = ""
+            self.finish()
             hub.publish("ended", {**run.summary(), "folder": folder})
 
     def _show_status(self, what: str) -> None:

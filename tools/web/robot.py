@@ -344,8 +344,8 @@ class Robot:
             known = error if isinstance(error, NXTError) else raised_by_profile(error, task.profile)
             if known is None:
                 raise
-            task.over = True  # before clients know, who may start another one at once
+            task.finish()  # before clients know, who may start another one at once
             self._hub.publish("problem", {"text": str(known)})
         finally:
-            task.over = True
+            task.finish()
             self._pictures.watch(None)

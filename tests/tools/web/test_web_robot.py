@@ -17,6 +17,7 @@ from nxtdrive.recording.camera_index import read_pictures
 from nxtdrive.tools.teleop.pilot import Pilot
 from nxtdrive.tools.web import robot as robot_module
 from nxtdrive.tools.web.hub import Hub
+from nxtdrive.tools.web.mission_run import ShownMission
 from nxtdrive.tools.web.motions import ShortMotion
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
@@ -133,6 +134,49 @@ def test_a_stick_held_while_the_link_is_lost_does_not_drive_when_the_brick_is_ba
             assert robot.controls.wanted(0.0) == (0.0, 0.0)
         finally:
             robot.close()
+
+
+class PauseWitness(Hub):
+    """A hub that knows whether the mission is shown as paused, and when one has failed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.paused = False
+        self.failed = threading.Event()
+
+    def show(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().show(kind, values)
+        if kind == "paused":
+            self.paused = values["paused"]
+
+    def publish(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().publish(kind, values)
+        if kind == "problem":
+            self.failed.set()
+
+
+def test_the_pause_of_a_mission_that_cannot_begin_is_over_with_it(tmp_path):
+    (tmp_path / "runs").write_text("a file, no folder", encoding="utf-8")
+    hub = PauseWitness()
+    robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), hub, tmp_path / "runs")
+    robot.start_mission(read_mission_file(None), confirm=False)
+    robot.pause_mission()
+    assert hub.paused
+    robot.open()
+    try:
+        assert hub.failed.wait(LIMIT_S)
+        assert not hub.paused
+    finally:
+        robot.close()
+
+
+@pytest.mark.parametrize("end", [ShownMission.end, ShownMission.finish])
+def test_a_mission_that_is_over_or_to_end_is_not_paused_any_more(end):
+    hub = PauseWitness()
+    mission = ShownMission(read_mission_file(None), hub, confirm=False)
+    end(mission)
+    mission.pause()  # by a thread that found it a moment ago
+    assert not hub.paused
 
 
 @pytest.mark.parametrize("fps", [5, 10, 15, 20, 30])
