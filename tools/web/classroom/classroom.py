@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 
 from behaviors.mission import Mission
+from nxtdrive.vision.detectors.scaling import at_height
 
 from ..hub import Client, Hub, image_message
 from ..missions import Missions
@@ -24,8 +25,8 @@ TILE_EVERY_S = 0.5
 """Period of the tiles' state and pictures."""
 TILE_PICTURE = 4
 """First byte of a binary message whose image is the picture of a tile."""
-TILE_SIZE = (160, 120)
-TILE_QUALITY = 70
+TILE_HEIGHT_PX, TILE_QUALITY = 120, 70
+"""Height of a tile's picture, and its JPEG quality."""
 
 
 class Classroom:
@@ -142,7 +143,7 @@ class Classroom:
             fresh = [client for client in watching if self._sent.get((client, name)) is not image]
             if not fresh:
                 continue
-            small = cv2.resize(image, TILE_SIZE, interpolation=cv2.INTER_AREA)
+            small = at_height(image, TILE_HEIGHT_PX)
             jpeg = cv2.imencode(".jpg", small, (cv2.IMWRITE_JPEG_QUALITY, TILE_QUALITY))[1].tobytes()
             for client in fresh:
                 self._sent[client, name] = image

@@ -50,7 +50,8 @@ export class Tile {
 
   picture(bitmap) {
     const canvas = this.part("canvas");
-    canvas.getContext("2d").drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+    [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+    canvas.getContext("2d").drawImage(bitmap, 0, 0);
     bitmap.close();
   }
 }

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args
 
+import cv2
+import numpy as np
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
@@ -22,6 +24,7 @@ from nxtdrive.tools.web.classroom.app import ClassroomServer
 from nxtdrive.tools.web.classroom.classroom import TILE_PICTURE, Classroom
 from nxtdrive.tools.web.classroom.config import ClassroomConfig, RobotEntry
 from nxtdrive.tools.web.classroom.messages import ClassroomMessage, read_message, schema
+from nxtdrive.tools.web.classroom.station import Station
 from nxtdrive.transports.address import Address
 
 from .conftest import simulated, until
@@ -153,6 +156,16 @@ def test_one_robot_that_cannot_be_opened_says_why_and_the_others_run(running):
         while not (picture := page.receive().get("bytes")):
             pass
         assert (picture[0], picture[4], picture[16:18]) == (TILE_PICTURE, 2, b"\xff\xd8")
+
+
+@pytest.mark.slow
+def test_a_tile_shows_a_wide_picture_undistorted(running, monkeypatch):
+    monkeypatch.setattr(Station, "picture", lambda _: np.zeros((360, 640, 3), np.uint8))
+    with running(simulated("Ada")) as classroom, _client(classroom).websocket_connect("/ws") as page:
+        page.send_json({"type": "visible", "robots": ["Ada"]})
+        while not (picture := page.receive().get("bytes")):
+            pass
+    assert cv2.imdecode(np.frombuffer(picture[16:], np.uint8), cv2.IMREAD_COLOR).shape == (120, 213, 3)
 
 
 @pytest.mark.slow
