@@ -17,6 +17,8 @@ Work = Callable[[], object]
 """The rest of a message's work, for a thread."""
 
 MAX_CLIENTS = 50
+"""Pages of one robot at a time."""
+
 TRY_LATER = 1013
 """WebSocket close code "try again later". Source: the IANA registry of close codes."""
 

@@ -37,6 +37,7 @@ SPEED_MM_S, TURN_DEG_S = 300.0, 90.0
 SLICE_S = 0.005
 """A simulated robot sleeps in slices of this time, so that a message of the driver is handled at once."""
 RETRY_S = 0.5
+"""Time between attempts to reach a lost brick, without news."""
 CLOSE_S = 5.0
 """How long closing waits for the robot's thread; a brick that does not answer stops its motors itself."""
 AWAITS_CENTRE = "Let go of the pad, then drive. A program sends zeros once."

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 from threading import Lock
 
-LAG_S = 1.0
-WINDOW_S = 10.0
+WINDOW_S, LAG_S = 10.0, 1.0
+"""A robot whose clock loses more than `LAG_S` in the last `WINDOW_S` of real time is slow (docs/classroom.md)."""
 
 
 class LagMeter:

@@ -23,8 +23,11 @@ from .config import RobotEntry
 from .lag import LagMeter
 
 RETRY_S, FALL_BACK_AFTER_S = 5.0, 10.0
+"""Real time between attempts to open a robot, and after which a lost brick is replaced."""
 LOOK_EVERY_S = 0.5
+"""How often a station checks, without news, how long its brick has been lost."""
 CLOSE_S = 6.0
+"""Longest wait for a robot at the end; its own wait for its thread (`Robot.close`) is shorter."""
 
 
 class StationHub(Hub):
