@@ -246,7 +246,10 @@ def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[s
     elif number > MOST:
         yield f"there are {number} robots; a classroom has at most {MOST}"
     yield from _wrong_robots(file.robot)
-    yield from _wrong_missions(file.robot, missions)
+    if os.path.isdir(missions.folder):
+        yield from _wrong_missions(file.robot, missions)
+    else:
+        yield f"classroom.missions: there is no folder {missions.folder}"
     targets = {table.nxt.target for table in file.robot if table.nxt and table.nxt.scheme == "sim"}
     for each in sorted({world, *targets}):
         try:

@@ -126,6 +126,8 @@ def test_names_that_are_used_twice_are_reported_along_with_a_value_that_is_wrong
         ('[[robot]]\nname = "Ada"\nnxt = 7', "text in quotes"),
         ('[robot]\nname = "Ada"', "robot"),
         ("[classroom]\nsimulated = true", "whole number"),
+        ('[classroom]\nsimulated = 2\nmissions = "nosuch"', "missions: there is no folder"),
+        (f'[classroom]\nsimulated = 2\nmissions = "{"x" * 300}"', "missions: there is no folder"),
         ("[classroom", "TOML"),
     ],
 )
