@@ -95,7 +95,7 @@ def _new(args: argparse.Namespace) -> int:
     from nxtdrive.transports.address import Address
     from sim_backend.bundled import WORLDS
 
-    if args.file.parent == Path() and (WORLDS / f"{args.file}.toml").is_file():
+    if args.file.parent == Path() and os.path.isfile(WORLDS / f"{args.file}.toml"):
         raise ConfigError(f"{args.file} is the name of a bundled world.", remedy=f"Write {args.file}.toml.")
     if os.path.lexists(args.file) and not args.force:
         raise ConfigError(f"{args.file} exists already.", remedy="Choose another name, or --force to overwrite it.")

@@ -59,6 +59,12 @@ def test_a_room_is_overwritten_only_with_force(capsys):
     assert Path("room.toml").read_text(encoding="utf-8") == EXAMPLE
 
 
+def test_a_room_whose_name_is_too_long_is_refused_by_that_name(capsys):
+    name = 300 * "x"
+    assert main(["world", "new", name]) == USAGE
+    assert f"nxtdrive: {name} cannot be written" in capsys.readouterr().err
+
+
 def test_every_bundled_room_is_good(capsys):
     names = sorted(path.stem for path in WORLDS.glob("*.toml"))
     assert main(["world", "check", *names]) == DONE
