@@ -102,7 +102,8 @@ class MotorControl:
         self.forever = True
         self.accumulated_error = self.old_error = self.delta = self.fresh = 0
         self.count = self.limit = self.block = self.rotation = 0
-        self.ramp_start = self.ramp_old = self.ramp_step = self.ramp_counter = 0
+        self.ramp_start = self.ramp_old = 0
+        self.up_step = self.up_counter = self.down_step = self.down_counter = 0
         self.zero_divisions = 0
         self.position = self.speed_left = self.acceleration_left = self.options = 0
         self.max_speed, self.max_acceleration = 80, 20
@@ -183,13 +184,16 @@ class MotorControl:
             ramps = self.set_speed > speed if self.target_speed >= 0 else self.set_speed < speed
         if not ramps:
             return RUNNING
-        self._begin_ramp(speed)
+        self._begin_ramp(run_state, speed)
         self.turn = turn
         return run_state
 
-    def _begin_ramp(self, speed: int) -> None:
+    def _begin_ramp(self, run_state: int, speed: int) -> None:
         self.set_speed = speed
-        self.ramp_step = self.ramp_counter = 0
+        if run_state == RAMP_UP:
+            self.up_step = self.up_counter = 0
+        else:
+            self.down_step = self.down_counter = 0
         self.ramp_start = self.count
 
     def advance(self) -> bool:
@@ -249,7 +253,7 @@ class MotorControl:
         """Stop at the limit, or slow down to it."""
         if self.options & RAMPS_TO_LIMIT:
             self.run_state = RAMP_DOWN
-            self._begin_ramp(0)
+            self._begin_ramp(RAMP_DOWN, 0)
         else:
             self._rest()
 
@@ -289,17 +293,17 @@ class MotorControl:
         if not self.target_speed:
             self.target_speed = CREEP * sign
         else:
-            if not self.ramp_step:
+            if not self.up_step:
                 steps = self.set_speed - self.target_speed
-                self.ramp_step = self._counts_per_percent(self.limit - self.ramp_start, steps, sign)
+                self.up_step = self._counts_per_percent(self.limit - self.ramp_start, steps, sign)
                 self.ramp_old = self.count
-            if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
+            if (self.count - self.ramp_old - self.up_step) * sign > 0:
                 self.target_speed = s8(self.target_speed + sign)
-                self.ramp_old, self.ramp_counter = self.count, 0
+                self.ramp_old, self.up_counter = self.count, 0
             elif not self.regulation & SPEED:
-                self.ramp_counter += 1
-                if self.ramp_counter > STALL_PATIENCE:
-                    self.ramp_counter = 0
+                self.up_counter += 1
+                if self.up_counter > STALL_PATIENCE:
+                    self.up_counter = 0
                     self.target_speed = s8(self.target_speed + sign)
         if (s32(self.count - sign * self.ramp_start) - s32(self.limit - sign * self.ramp_start)) * sign >= 0:
             self.target_speed, self.run_state = self.set_speed, self._at_limit
@@ -310,18 +314,18 @@ class MotorControl:
 
     def _ramp_down(self) -> None:
         sign = 1 if self.target_speed > 0 else -1
-        if not self.ramp_step:
+        if not self.down_step:
             steps = self.target_speed - self.set_speed
             if not self.set_speed and abs(self.target_speed) > CREEP:
                 steps -= CREEP * sign
-            self.ramp_step = self._counts_per_percent(self.limit - self.count, steps, sign)
+            self.down_step = self._counts_per_percent(self.limit - self.count, steps, sign)
             self.ramp_old = self.count
-        if (self.count - self.ramp_old - self.ramp_step) * sign > 0:
+        if (self.count - self.ramp_old - self.down_step) * sign > 0:
             self._slow_down(sign)
         elif not self.regulation & SPEED:
-            self.ramp_counter += 1
-            if self.ramp_counter > (30 * sign * self.ramp_step & 0xFFFF):
-                self.ramp_counter = 20 * sign * self.ramp_step & 0xFFFF
+            self.down_counter += 1
+            if self.down_counter > (30 * sign * self.down_step & 0xFFFF):
+                self.down_counter = 20 * sign * self.down_step & 0xFFFF
                 self.target_speed = s8(self.target_speed + sign)
         if self._reached_ramp_end():
             self._end_ramp_down()
@@ -335,7 +339,7 @@ class MotorControl:
     def _slow_down(self, sign: int) -> None:
         slower = s8(self.target_speed - sign)
         self.target_speed = slower if slower * sign >= CREEP else CREEP * sign
-        self.ramp_old, self.ramp_counter = self.count, 0
+        self.ramp_old, self.down_counter = self.count, 0
         partner = self.partner if self.turn else None
         if partner:
             if self.target_speed >= 0 and partner.actual_speed < 0:
