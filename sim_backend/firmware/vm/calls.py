@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from sim_backend.firmware.cint import s16, s32
 from sim_backend.firmware.vm.call_types import LETTERS
 from sim_backend.firmware.vm.data import NONE, Place
-from sim_backend.firmware.vm.memory import NOT_AN_OFFSET
+from sim_backend.firmware.vm.memory import BYTES_PER_ACCESS, NOT_AN_OFFSET, Array
 from sim_backend.firmware.vm.numbers import Number
 from sim_backend.firmware.vm.rxe import Type
 
@@ -74,14 +74,24 @@ class Call:
 
     def content(self, position: int, count: int | None = None) -> bytes:
         """Return the stored bytes of an array, or as many from its beginning on; none if the argument is missing."""
-        return b"" if self.members[position] == NONE else self._data.bytes_of(self.members[position], count)
+        if self.members[position] == NONE:
+            return b""
+        array, memory = self._array(position), self._data.memory
+        at = memory.base + array.offset
+        content = memory.pool[at : at + (array.length if count is None else count)]
+        memory.spend(len(content) // BYTES_PER_ACCESS)
+        return bytes(content)
 
     def text(self, position: int) -> bytes:
         """Return the bytes of a text before the next zero, even behind it; none of an array without memory."""
         if self.members[position] == NONE:
             return b""
-        at = self._data.span(self.members[position])[0]
-        return b"" if at - self._data.memory.base == NOT_AN_OFFSET else bytes(self._data.text_at(at))
+        at = self._array(position).offset
+        return b"" if at == NOT_AN_OFFSET else bytes(self._data.text_at(self._data.memory.base + at))
+
+    def _array(self, position: int) -> Array:
+        """Return the descriptor whose number an argument has, of whatever type that is."""
+        return self._data.array(Place(self.members[position]))
 
     def put(self, position: int, value: int) -> None:
         """Return a number, unless the argument is missing."""
@@ -96,7 +106,9 @@ class Call:
     def put_bytes(self, position: int, content: bytes) -> None:
         """Return an array of bytes, unless the argument is missing."""
         if self.members[position] != NONE:
-            self._data.set_bytes(self.members[position], content)
+            memory, index = self._data.memory, self._data.index_of(self.members[position])
+            memory.resize(index, len(content))
+            memory.write(memory.array(index).offset, content)
 
     def resize(self, position: int, count: int) -> None:
         """Set the length of an array; new elements keep what was in memory."""
@@ -108,7 +120,7 @@ class Call:
         Raises:
             OutOfMemory: They are outside of the pool.
         """
-        at = self._data.array(Place(self.members[position])).offset
+        at = self._array(position).offset
         self._data.memory.write(at, b"".join((value & 0xFFFF).to_bytes(2, "little") for value in values))
 
     def put_texts(self, position: int, texts: Sequence[bytes]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from sim_backend.firmware.cint import s16
 from sim_backend.firmware.vm.aggregates import HOLD_FOR_EQUALS, compare
@@ -198,12 +198,11 @@ def _waiting(machine: Machine, mutex: int) -> ClumpQueue:
 def _call(machine: Machine, instruction: Instruction) -> Next:
     """Run another clump, and continue when it returns; a clump that calls itself continues."""
     clump, caller = instruction.arguments
-    at = _caller_at(machine, caller)
+    place = _caller_place(machine, caller)
     short = instruction.following - instruction.at == _SHORT_CALL
 
     def run() -> int:
-        if at is not None:
-            machine.memory.store(Type.UBYTE, at, machine.queue.first)
+        machine.memory.store(Type.UBYTE, place(), machine.queue.first)
         if not short:
             machine.note_call(machine.queue.first, clump & 0xFF)
         machine.suspend(instruction.following)
@@ -215,10 +214,10 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
 
 def _return(machine: Machine, instruction: Instruction) -> Next:
     """Let the caller continue; without a variable, the one in the first byte of the variables."""
-    at = _caller_at(machine, instruction.arguments[0])
+    place = _caller_place(machine, instruction.arguments[0])
 
     def run() -> int:
-        number = NO_CLUMP if at is None else int(machine.memory.load(Type.UBYTE, at))
+        number = int(machine.memory.load(Type.UBYTE, place()))
         machine.suspend(0)
         machine.note_call(number, NO_CLUMP)
         machine.queue.append(number)
@@ -228,12 +227,19 @@ def _return(machine: Machine, instruction: Instruction) -> Next:
     return Next(run)
 
 
-def _caller_at(machine: Machine, argument: int) -> int | None:
-    """Return where a variable of any type has the number of a clump, one byte; None if it has none."""
-    older, kind = machine.dialect.has_fields, machine.data.kind(argument)
-    if older and kind == Type.ARRAY:
-        return None
-    return machine.data.place_of(argument + 1 if older and kind == Type.CLUSTER else argument)
+def _caller_place(machine: Machine, argument: int) -> Callable[[], int]:
+    """Return a function that gives the place of a clump's number: the first byte of a variable of any type.
+
+    In firmware 1.05 that of a cluster is in its first member, that of an array in its elements.
+    """
+    data, memory = machine.data, machine.memory
+    if machine.dialect.has_fields:
+        while data.kind(argument) == Type.CLUSTER:
+            argument += 1
+    at = data.place_of(argument)
+    if machine.dialect.has_fields and data.kind(argument) == Type.ARRAY:
+        return lambda: memory.array(memory.index(at)).offset
+    return lambda: at
 
 
 def _wait(machine: Machine, instruction: Instruction) -> Next:

@@ -296,15 +296,14 @@ class Memory:
                 self.write(array.offset, bytes([_ERASED] * len(old)))
             if index == 0:
                 self.descriptors = offset
-            self._unlink(index)
             self.describe(index, self.array(index)._replace(offset=offset))
-            self._append(index)
+            self._move_to_tail(index)
         INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
         """Return the bytes from an array to the next one, or to the end of what is used."""
         if array.offset == NOT_AN_OFFSET:
-            return array.size
+            return 0
         return (self._end if array.link == NO_ARRAY else self.array(array.link).offset) - array.offset
 
     def bytes_of(self, index: int) -> bytes:
@@ -334,9 +333,8 @@ class Memory:
             back = index - 1 if index > first and self.doubly_linked else NO_ARRAY
             self.describe(index, Array(NOT_AN_OFFSET, 0, 0, back, index + 1 if index < count - 1 else self._free))
         self._free = first if more else self._free
-        self._unlink(0)
         self.describe(0, self.array(0)._replace(offset=offset, length=count))
-        self._append(0)
+        self._move_to_tail(0)
 
     def _allocate(self, size: int, *, may_compact: bool = True) -> int:
         end = aligned(self._end)
@@ -367,6 +365,11 @@ class Memory:
                     end = array.offset
                 end += size
         self._end = end
+
+    def _move_to_tail(self, index: int) -> None:
+        if index != self._tail:
+            self._unlink(index)
+            self._append(index)
 
     def _append(self, index: int) -> None:
         if self._tail != NO_ARRAY:
