@@ -189,6 +189,7 @@ class SimBrick:
             output=self.output,
             input=self.input,
             low_speed=self.low_speed,
+            high_speed=self.high_speed,
             sound=self.sound,
             ui=self.ui,
             button=self.button,

@@ -1,4 +1,4 @@
-"""The high speed port, RS485 on input 4, as telegrams see it: a poll buffer.
+"""The high speed port, RS485 on input 4: a poll buffer for telegrams and programs.
 
 Source: docs/firmware.md section 5 (0xA1, 0xA2) and 5.2 (Comm map).
 """
@@ -22,8 +22,8 @@ _OPENING_MS = 2
 """From the pass that opens the receiver to the first bytes that it takes."""
 _ENDED = range(1, 7)
 """States that 1.32 ends as they are executed."""
-_KNOWN = 16
-"""1.32 ends states from this one on at once."""
+_REMAINING = 16
+"""In 1.32 states from this one on are numbers of bytes that still have to be sent, and ended at once."""
 
 
 class HighSpeedState(IntEnum):
@@ -31,7 +31,9 @@ class HighSpeedState(IntEnum):
 
     INITIALISE = 1
     RECEIVE = 2
+    SEND = 3
     EXIT = 4
+    ENABLE = 5
     DONE = 6
 
 
@@ -42,6 +44,7 @@ class HighSpeed:
 
     Attributes:
         ring_out: Place in the ring of the next byte to fetch; the map can change it.
+        to_send: Number of bytes in the buffer for bytes to send.
     """
 
     def __init__(self, clock: Clock, channel: Channel, version: Version) -> None:
@@ -60,11 +63,12 @@ class HighSpeed:
         self._line, self._line_ms = b"", clock.now_ms
         self._ring, self._in, self.ring_out = bytearray(_RING), 0, 0
         self._stored, self._count = bytearray(), 0
+        self.to_send = self._sent = 0
 
     @property
     def _now_ms(self) -> int:
         """The last pass of the port: in each, it comes after a telegram over Bluetooth and before one over USB."""
-        return self._clock.now_ms - self._channel.limits.streams
+        return self._clock.now_ms - (not self._channel.follows_port)
 
     @property
     def flags(self) -> int:
@@ -89,6 +93,21 @@ class HighSpeed:
         self._state, self._next_ms = state, self._now_ms
 
     @property
+    def sent(self) -> int:
+        """Place of the next byte to send in the buffer for bytes to send."""
+        self._settle(self._now_ms)
+        return self._sent
+
+    @sent.setter
+    def sent(self, place: int) -> None:
+        self._sent = place
+
+    def request(self, state: int) -> None:
+        """Request the action of a state."""
+        self.state = state
+        self.flags |= _UPDATE
+
+    @property
     def waiting(self) -> int:
         """Number of bytes not yet fetched."""
         return (self.ring_in - self.ring_out) % _RING
@@ -101,6 +120,7 @@ class HighSpeed:
 
     @ring_in.setter
     def ring_in(self, place: int) -> None:
+        self._catch_up(self._now_ms)
         self._in = place
 
     @property
@@ -154,7 +174,7 @@ class HighSpeed:
 
     def _settle(self, until_ms: int) -> None:
         """Execute requests in the passes since then: initialising takes one, and asks for receiving in the next."""
-        while self._next_ms < until_ms and (self._flags & _UPDATE or self._unknown):
+        while self._next_ms < until_ms and (self._flags & _UPDATE or self._remains):
             if self._state == HighSpeedState.INITIALISE:
                 self._clear()
                 if self._opened_ms != NEVER:
@@ -165,9 +185,14 @@ class HighSpeed:
             self._next_ms += 1
 
     @property
-    def _unknown(self) -> bool:
-        """Whether the state is one that 1.32 ends at once, requested or not."""
-        return self._ends_done and self._state >= _KNOWN
+    def remaining(self) -> int:
+        """Number of bytes that still have to be sent, in 1.32."""
+        return max(self.state - _REMAINING, 0)
+
+    @property
+    def _remains(self) -> bool:
+        """Whether the state is a number of bytes, which 1.32 ends at once, requested or not."""
+        return self._ends_done and self._state >= _REMAINING
 
     def _carry_out(self) -> None:
         self._flags &= ~_UPDATE
@@ -178,7 +203,14 @@ class HighSpeed:
         elif self._state == HighSpeedState.EXIT and self._opened_ms != NEVER:
             self._clear()
             self._opened_ms = NEVER
-        if self._ends_done and (self._state in _ENDED or self._unknown):
+        elif self._state == HighSpeedState.SEND:
+            if self._ends_done:
+                self._state = _REMAINING + self.to_send & 0xFF
+            else:
+                self._sent = self._sent + self.to_send & 0xFF
+        if self._remains:
+            self._sent, self._state = self.to_send, int(HighSpeedState.DONE)
+        elif self._ends_done and self._state in _ENDED:
             self._state = int(HighSpeedState.DONE)
 
     def _clear(self) -> None:

@@ -164,6 +164,7 @@ def comm_map(radio: Radio, high_speed: HighSpeed, registers: UiRegisters) -> Liv
     live.show(radio, BtInBuf="received")
     live.bind(radio, BtState="link_state", BtHwStatus="resetting")
     live.bind(high_speed, HsFlags="flags", HsState="state", HsInBuf="ring", HsInPtr="ring_in", HsOutPtr="ring_out")
+    live.bind(high_speed, HsSendInPtr="to_send", HsSendOutPtr="sent")
     live.show(registers, UsbState="has_cable")
     live.preset("BluecoreVersion", _BLUECORE_VERSION)
     for connection in _FREE_CONNECTIONS:

@@ -34,11 +34,13 @@ class Channel:
 
     Attributes:
         limits: Limits of that link.
+        follows_port: Whether the high speed port has had its turn at this time, as it has before a command over USB;
+            a program runs when the clock shows the next pass.
         inbox: Its receive buffer, with the bytes that follow it in the Comm map.
         outbox: Its send buffer, with the last reply.
         long_read: The long Read over Bluetooth.
     """
 
     def __init__(self, long_read: LongRead) -> None:
-        self.limits, self.long_read = USB, long_read
+        self.limits, self.long_read, self.follows_port = USB, long_read, False
         self.inbox = self.outbox = memoryview(bytearray(USB.buffer))

@@ -17,6 +17,7 @@ from sim_backend.firmware.button import ButtonModule
 from sim_backend.firmware.cint import s8, s16
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module_search import ModuleSearch
@@ -80,6 +81,7 @@ class Devices:
     output: OutputModule
     input: InputModule
     low_speed: LowSpeedModule
+    high_speed: HighSpeed
     sound: SoundModule
     ui: UiModule
     button: ButtonModule

@@ -22,9 +22,6 @@ _RESIZE = 4
 _MODULUS, _FACTOR = 2**31 - 1, 48271
 """Of the random numbers."""
 
-_HIGH_SPEED_RESULTS = {0: 5, 1: 1, 2: 4}
-"""Function to its result."""
-
 
 def _find_first(call: Call) -> None:
     """Start a listing: status, handle, pattern and then name, length."""
@@ -103,11 +100,6 @@ def _resize(call: Call) -> None:
     """Change nothing: result and handle become 0."""
     call.put(0, 0)
     call.put(1, 0)
-
-
-def _high_speed_control(call: Call) -> None:
-    """Control the high speed port: result, function, rate, mode. Nothing is connected."""
-    call.put(0, _HIGH_SPEED_RESULTS.get(call.number(1), 0))
 
 
 def _memory_sizes(call: Call) -> None:
@@ -189,7 +181,6 @@ TABLE: Mapping[int, Function] = {
     85: _open_write_linear,
     86: _open_write,
     87: _open_read_linear,
-    88: _high_speed_control,
     90: _seek,
     91: _resize,
     96: _memory_sizes,

@@ -254,8 +254,7 @@ class Memory:
             self._grow_descriptors(self._growth)
         index = self._free
         self._free = self.array(index).link
-        if self._free != NO_ARRAY:
-            self._set_back(self._free, NO_ARRAY)
+        self._set_back(self._free, NO_ARRAY)
         self.describe(index, Array(NOT_AN_OFFSET, element_size, 0, NO_ARRAY, NO_ARRAY))
         self._append(index)
         return index
@@ -264,8 +263,7 @@ class Memory:
         """Free an array and its descriptor."""
         self._unlink(index)
         self.describe(index, Array(NOT_AN_OFFSET, 0, 0, NO_ARRAY, self._free))
-        if self._free != NO_ARRAY:
-            self._set_back(self._free, index)
+        self._set_back(self._free, index)
         self._free = index
 
     def resize(self, index: int, count: int) -> None:
@@ -301,10 +299,9 @@ class Memory:
         INDEX.pack_into(self.pool, self._descriptor(index) + LENGTH_AT, count & _OFFSET)
 
     def _room(self, array: Array) -> int:
-        """Return the bytes from an array to the next one, or to the end of what is used."""
-        if array.offset == NOT_AN_OFFSET:
-            return 0
-        return (self._end if array.link == NO_ARRAY else self.array(array.link).offset) - array.offset
+        """Return the bytes from an array to the next one, or to the end of what is used; 0 if it has no memory."""
+        end = self._end if array.link == NO_ARRAY else self.array(array.link).offset
+        return max(end - array.offset, 0)
 
     def bytes_of(self, index: int) -> bytes:
         """Return the stored bytes of an array."""
@@ -394,7 +391,7 @@ class Memory:
             self._set_back(array.link, back)
 
     def _set_back(self, index: int, back: int) -> None:
-        if self.doubly_linked:
+        if self.doubly_linked and index != NO_ARRAY:
             self.describe(index, self.array(index)._replace(back=back))
 
 

@@ -27,6 +27,7 @@ from sim_backend.firmware.vm.draw_calls import TABLE as DRAWING
 from sim_backend.firmware.vm.enhanced_calls import TABLE as ENHANCED
 from sim_backend.firmware.vm.enhanced_calls import read_map, write_map
 from sim_backend.firmware.vm.file_calls import TABLE as FILES
+from sim_backend.firmware.vm.high_speed_calls import TABLE as HIGH_SPEED
 from sim_backend.firmware.vm.instructions import Instruction, Translation
 from sim_backend.firmware.vm.machine import Machine, Translate
 from sim_backend.firmware.vm.memory import OutOfMemory
@@ -265,23 +266,6 @@ def _far_connection(call: Call) -> None:
     call.put(0, 1 if nobody or not call.number(1) else Status.BLUETOOTH_CONNECT_FAILED << 8)
 
 
-def _high_speed_write(call: Call) -> None:
-    """Send bytes on the high speed port: number of bytes, bytes."""
-    call.put(0, len(call.content(1)) if call.is_array(1) else Status.ILLEGAL_SIZE)
-
-
-def _high_speed_read(call: Call) -> None:
-    """Fetch bytes that the high speed port received: number of bytes, bytes. Nothing is ever received."""
-    if call.is_array(1):
-        call.put_bytes(1, b"")
-
-
-def _high_speed_status(call: Call) -> None:
-    """Read the state of the high speed port: whether it is sending, whether there are bytes."""
-    call.put(0, 0)
-    call.put(1, 0)
-
-
 CALLS: Mapping[int, Function] = {
     **FILES,
     9: _play_file,
@@ -317,10 +301,8 @@ CALLS: Mapping[int, Function] = {
 
 ENHANCED_CALLS: Mapping[int, Function] = {
     **ENHANCED,
+    **HIGH_SPEED,
     36: _far_connection,
-    37: _high_speed_write,
-    38: _high_speed_read,
-    39: _high_speed_status,
 }
 """Those of firmware 1.32. Numbers up to 99 without an entry do nothing."""
 
