@@ -190,6 +190,7 @@ class SimBrick:
             input=self.input,
             low_speed=self.low_speed,
             high_speed=self.high_speed,
+            radio=self.radio,
             sound=self.sound,
             ui=self.ui,
             button=self.button,

@@ -71,6 +71,10 @@ class DisplayModule:
         if clear or not self._drawn:
             self.clear()
             self._drop_drawings()
+        self.take()
+
+    def take(self) -> None:
+        """Take the screen from the firmware's user interface; its picture stays."""
         if not self._drawn:
             self._drawn = True
             self._show_status(False)

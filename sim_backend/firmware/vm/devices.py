@@ -22,6 +22,7 @@ from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module_search import ModuleSearch
 from sim_backend.firmware.motors.output import OutputModule
+from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
@@ -82,6 +83,7 @@ class Devices:
     input: InputModule
     low_speed: LowSpeedModule
     high_speed: HighSpeed
+    radio: Radio
     sound: SoundModule
     ui: UiModule
     button: ButtonModule

@@ -39,8 +39,14 @@ def _found(call: Call, status: Status, handle: int, file: File | None) -> None:
     data.memory.resize(index, NAME_SIZE)
     if file is not None:
         data.memory.write(data.memory.array(index).offset, pack_name(file.name))
+    _put_found(call, status, handle, file)
+
+
+def _put_found(call: Call, status: Status, handle: int, file: File | None) -> None:
+    """Return a file that was looked for, with its size, unless the name was refused or there was no handle."""
     call.put(1, handle)
-    call.put(3, 0 if file is None else file.size)
+    if status not in (Status.NO_MORE_HANDLES, Status.ILLEGAL_FILE_NAME):
+        call.put(3, 0 if file is None else file.size)
     put_status(call, status)
 
 
@@ -58,10 +64,7 @@ def _open_write(call: Call) -> None:
 
 def _open_read_linear(call: Call) -> None:
     """Open a file that is in one block: status, handle, name, length."""
-    status, handle, file = call.devices.loader.open_block(name_at(call, 2))
-    call.put(1, handle)
-    call.put(3, 0 if file is None else file.size)
-    put_status(call, status)
+    _put_found(call, *call.devices.loader.open_block(name_at(call, 2)))
 
 
 def _seek(call: Call) -> None:

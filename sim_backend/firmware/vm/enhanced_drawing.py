@@ -88,6 +88,7 @@ def _quadrant(width: int, height: int) -> Iterator[tuple[int, int]]:
 def _display_function(call: Call) -> None:
     """Execute a function of the display: status, function, switch, x, y, and two more numbers; y from the bottom."""
     display = call.devices.display
+    display.take()
     function, switch, x, y, right, up = (call.number(position) & 0xFF for position in range(1, 7))
     ink = switch if switch in (_ERASES, _TURNS) else _DRAWS
     match function:

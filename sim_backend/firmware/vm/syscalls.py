@@ -62,7 +62,7 @@ def _play_file(call: Call) -> None:
     """Play a sound file at its own rate: status, name, loop, volume; the last byte of the map's name stays as it is."""
     sound = call.devices.sound
     sound.volume, sound.sample_rate, before = _volume(call, 3), 0, sound.name
-    sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=bool(call.number(2)))
+    sound.play_file(call.text(1).decode("latin-1")[:NAME_LIMIT], loop=call.number(2) == 1)
     sound.name = sound.name[:NAME_LIMIT] + before[NAME_LIMIT:]
     call.put(0, Status.OK)
 
@@ -71,7 +71,7 @@ def _play_tone(call: Call) -> None:
     """Play a tone: status, frequency, duration, loop, volume."""
     sound = call.devices.sound
     sound.volume = _volume(call, 4)
-    sound.play_tone(call.number(1) & 0xFFFF, call.number(2) & 0xFFFF, loop=bool(call.number(3)))
+    sound.play_tone(call.number(1) & 0xFFFF, call.number(2) & 0xFFFF, loop=call.number(3) == 1)
     call.put(0, Status.OK)
 
 
@@ -191,14 +191,25 @@ def _color_sensor(call: Call) -> None:
 
 
 def _radio_switch(call: Call) -> None:
-    """Switch the radio: result, on."""
-    call.put(0, Status.OK if call.number(1) else 1)
+    """Switch the radio: whether the switch has begun, on."""
+    if not _radio_is_busy(call):
+        call.put(0, call.devices.radio.switch(bool(call.number(1)), lead_ms=1))
 
 
 def _radio_connection(call: Call) -> None:
     """Connect to a brick, or end a connection: result, action, name, connection. No other brick is in reach."""
-    nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
-    call.put(0, int(nobody or not call.number(1)))
+    if not _radio_is_busy(call):
+        nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
+        failure = Status.BLUETOOTH_CONNECT_FAILED << 8 if call.machine.dialect.enhanced_calls else 0
+        call.put(0, 1 if nobody or not call.number(1) else failure)
+
+
+def _radio_is_busy(call: Call) -> bool:
+    """Return whether the radio is busy, which is a result in firmware 1.32, in two bytes, and 0 in others."""
+    is_busy = call.devices.radio.seems_busy
+    if is_busy:
+        call.put(0, Status.BLUETOOTH_BUSY << 8 if call.machine.dialect.enhanced_calls else 0)
+    return is_busy
 
 
 def _read_semaphore(call: Call) -> None:
@@ -229,8 +240,9 @@ def _calibrate(call: Call) -> None:
 
 
 def _set_sleep_time(call: Call) -> None:
-    """Set the time until power-off: result (not written), ms."""
-    call.devices.ui.set_sleep_minutes(call.number(1) // MINUTE_MS)
+    """Set the time until power-off: result (not written), ms; a minute at least, or 0 for never."""
+    duration_ms = call.number(1)
+    call.devices.ui.set_sleep_minutes(max(duration_ms // MINUTE_MS, 1) if duration_ms else 0)
 
 
 def _log_times(call: Call) -> None:
@@ -258,12 +270,6 @@ def _log(call: Call) -> None:
 
 def _nothing(_: Call) -> None:
     """Do nothing: the call is not simulated."""
-
-
-def _far_connection(call: Call) -> None:
-    """Connect to a brick, as `_radio_connection`; that nothing is done is told in two bytes."""
-    nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
-    call.put(0, 1 if nobody or not call.number(1) else Status.BLUETOOTH_CONNECT_FAILED << 8)
 
 
 CALLS: Mapping[int, Function] = {
@@ -302,7 +308,6 @@ CALLS: Mapping[int, Function] = {
 ENHANCED_CALLS: Mapping[int, Function] = {
     **ENHANCED,
     **HIGH_SPEED,
-    36: _far_connection,
 }
 """Those of firmware 1.32. Numbers up to 99 without an entry do nothing."""
 

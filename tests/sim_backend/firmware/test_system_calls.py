@@ -67,7 +67,7 @@ def test_a_float_is_rounded_where_an_instruction_takes_an_integer(value, expecte
 
 
 @pytest.mark.parametrize(
-    ("sleep_ms", "minutes"), [(59_999, 0), (300 * MINUTE_MS, 44), (258 * MINUTE_MS - 1, 1), (0xFFFF_FFFF, 158)]
+    ("sleep_ms", "minutes"), [(59_999, 1), (300 * MINUTE_MS, 44), (258 * MINUTE_MS - 1, 1), (0xFFFF_FFFF, 158)]
 )
 def test_the_sleep_time_has_eight_bits_of_minutes(sleep_ms, minutes):
     """As LEGO's firmware answered."""
