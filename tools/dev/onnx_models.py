@@ -113,11 +113,13 @@ def constant_model(
     return _saved(helper.make_graph(nodes, "constant", inputs, declared, values), metadata)
 
 
-def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
+def red_model(metadata: Mapping[str, str] | None = None, *, dtype: int = TensorProto.FLOAT) -> bytes:
     """Return a model of the layout ``boxes`` that finds the box around all that is red, for frames of any size."""
+    full = 255 if dtype == TensorProto.UINT8 else 1  # the largest value of its input
     node = helper.make_node
     nodes = [
-        node("Conv", ["images", "redness", "least"], ["red"]),
+        node("Cast", ["images"], ["floats"], to=TensorProto.FLOAT),
+        node("Conv", ["floats", "redness", "least"], ["red"]),
         node("Mul", ["red", "gain"], ["steep"]),
         node("Clip", ["steep", "zero", "one"], ["mask"]),
         node("ReduceMax", ["mask"], ["across"], axes=[2], keepdims=0),
@@ -126,7 +128,7 @@ def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
         node("Reshape", ["down", "row"], ["rows"]),
     ]
     values = {
-        "redness": np.array([1, -0.5, -0.5], np.float32).reshape(1, 3, 1, 1),
+        "redness": np.array([1, -0.5, -0.5], np.float32).reshape(1, 3, 1, 1) / np.float32(full),
         "least": np.array([-0.4], np.float32),
         "gain": np.float32(1e4),
         "zero": np.float32(0),
@@ -152,11 +154,9 @@ def red_model(metadata: Mapping[str, str] | None = None) -> bytes:
     nodes.append(node("Concat", ["left", "top", "right", "bottom"], ["boxes"], axis=1))
     nodes.append(node("ReduceMax", ["columns"], ["scores"], axes=[1], keepdims=1))
     nodes.append(node("Mul", ["scores", "zero"], ["labels"]))
-    inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, 240, 320])]
-    outputs = [
-        helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, size])
-        for name, size in (("boxes", 4), ("scores", 1), ("labels", 1))
-    ]
+    inputs = [helper.make_tensor_value_info("images", dtype, [1, 3, 240, 320])]
+    sizes = {"boxes": 4, "scores": 1, "labels": 1}
+    outputs = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, size]) for name, size in sizes.items()]
     initial = [numpy_helper.from_array(np.asarray(value), name) for name, value in values.items()]
     graph = helper.make_graph(nodes, "red", inputs, outputs, initial)
     return _saved(graph, {"names": "{0: 'box'}"} if metadata is None else metadata)

@@ -102,6 +102,8 @@ def _parsed(text: str) -> tuple[str, ...]:
     if isinstance(value, dict):
         return _numbered(value)
     if not isinstance(value, list | tuple):
+        if text.lstrip().startswith(("{", '["', "['")):
+            return ()  # a list or an object that is cut short or damaged
         value = text.split("\n" if "\n" in text.strip() else ",")
     names = [str(one).strip()[:200] for one in value[:MOST_LABELS]]
     while names and not names[-1]:

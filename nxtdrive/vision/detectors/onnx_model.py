@@ -39,7 +39,8 @@ class Options:
         runtime: ``onnxruntime`` or ``opencv``; by default the first one that is installed.
         size: Width and height in pixels of the model's input where the file leaves them open.
         colors: ``bgr`` or ``rgb``; by default as usual with the layout.
-        normalisation: ``none`` (0 to 255), ``unit`` (0 to 1) or ``imagenet``; by default as usual with the layout.
+        normalisation: ``none`` (0 to 255), ``unit`` (0 to 1) or ``imagenet``; by default as usual with the layout,
+            and ``none`` where the model takes bytes.
     """
 
     layout: str | None = None
@@ -78,13 +79,18 @@ class OnnxModel:
         self._file, self._options = read_onnx(path), options
         self._running = Lock()  # OpenCV's networks run in one thread at a time
         self._input = image_input(self._file, options.size)
+        if self._input.tensor.dtype == "uint8" and options.normalisation not in (None, "none"):
+            raise ConfigError(
+                f"{path} takes whole numbers from 0 to 255, not normalisation {options.normalisation!r}.",
+                remedy='Leave normalisation out, or set it to "none".',
+            )
         self._runtime = load(path, options.runtime)
         named = labels_of(path, options.labels)
         size = self._input.width or OPEN_SIZE, self._input.height or OPEN_SIZE
         gray = np.full((size[1], size[0], 3), GRAY, np.uint8)
-        outputs = self._runtime.run(self._input.arrays(gray, "rgb", "unit"))
+        outputs = self._runtime.run(self._input.arrays(gray, "rgb", "none"))
         self._layout = find_layout(self._file, outputs, size, len(named), options.layout)
-        self._preparation = _usual(self._layout)
+        self._preparation = _usual(self._layout, self._input.tensor.dtype)
         self._faces: cv2.FaceDetectorYN | None = None
         if self._layout.name == "yunet":
             self._faces = _face_detector(path)
@@ -146,10 +152,12 @@ def labels_of(path: Path, file: str | None = None) -> tuple[str, ...]:
     return read_labels(Path(file)) if file else labels_in(read_onnx(path).metadata)
 
 
-def _usual(layout: Layout) -> tuple[str, str]:
+def _usual(layout: Layout, dtype: str) -> tuple[str, str]:
     """Return the order of the colours and the normalisation with which a layout's models are trained."""
     if layout.name == "yolox":
         return "bgr", "none"
+    if dtype == "uint8":  # bytes, which the model normalises itself
+        return "rgb", "none"
     # RF-DETR calls its boxes so
     return "rgb", "imagenet" if layout.name == "detr" and layout.roles["boxes"] == "dets" else "unit"
 

@@ -83,9 +83,10 @@ def test_colours_may_come_last(detector):
     assert detector(model("yolo", shape=(1, SIDE, SIDE, 3))).detect(FRAME)
 
 
+@pytest.mark.parametrize("dtype", [TensorProto.FLOAT, TensorProto.FLOAT16, TensorProto.UINT8])
 @pytest.mark.parametrize("runtime", RUNTIMES)
-def test_what_is_in_the_frame_decides(detector, runtime):
-    made = detector(red_model(), "box", runtime=runtime)
+def test_what_is_in_the_frame_decides(detector, runtime, dtype):
+    made = detector(red_model(dtype=dtype), "box", runtime=runtime)
     frame = FRAME.copy()
     assert made.detect(frame) == []
     frame[50:100, 30:90] = (0, 0, 230)
@@ -181,6 +182,7 @@ def test_a_model_may_find_no_place_at_all(detector, layout):
         ({"classes": "bowl, cup"}, None, "cup"),
         ({"names": "{0: 'other'}"}, "bowl\ncup\ncat\n", "cup"),
         ({}, '["bowl", "cup", "cat"]', "cup"),
+        ({"names": "{0: 'bowl', 1: 'cu", "classes": "bowl, cup"}, None, "cup"),  # damaged: not a list between commas
         ({}, None, "bicycle"),  # COCO's second, where nothing names the labels
         ({}, None, "1"),
     ],
@@ -235,6 +237,13 @@ def test_without_labels_a_number_is_needed(detector):
 def test_a_wrong_file_is_refused_with_the_reason(detector, content, message):
     with pytest.raises(ConfigError, match=message):
         detector(content)
+
+
+@pytest.mark.parametrize("normalisation", ["unit", "imagenet"])
+def test_bytes_cannot_be_normalised(detector, normalisation):
+    with pytest.raises(ConfigError, match="takes whole numbers") as refused:
+        detector(model("yolo", dtype=TensorProto.UINT8), normalisation=normalisation)
+    assert "normalisation" in refused.value.remedy
 
 
 @pytest.mark.parametrize("file", [".", "missing.onnx", "/dev/zero"])
