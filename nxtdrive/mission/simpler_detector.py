@@ -9,7 +9,7 @@ from input_files.toml_file import toml_string
 from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.color import HUES, MIN_SATURATION, MIN_VALUE, ColorDetector
 from nxtdrive.vision.detectors.marker import FAMILIES
-from nxtdrive.vision.detectors.qr import LONGEST
+from nxtdrive.vision.detectors.qr import LONGEST, text_of
 
 LONG_SIDE_PX = 640
 """A larger picture is reduced to this; a code that fills a good part of it is recognized all the same."""
@@ -33,7 +33,8 @@ def simpler_detector(image: Image) -> str:
 
 
 def _qr(image: cv2.typing.MatLike, least_px: float) -> str:
-    text, corners, _ = cv2.QRCodeDetectorAruco().detectAndDecode(image)
+    code, corners, _ = cv2.QRCodeDetectorAruco().detectAndDecodeBytes(image)
+    text = text_of(code)
     if not 1 <= len(text) <= LONGEST or cv2.contourArea(corners) < least_px:
         return ""
     keys = f'detector = "qr" and text = {toml_string(text)}'

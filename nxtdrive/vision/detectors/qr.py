@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -82,10 +84,22 @@ class QrDetector:
     def _read(self, gray: Gray, corners: Corners) -> str:
         """Return the text of the code with these corners, empty if it cannot be read."""
         for enlarge, amount, reader in self._trials:
-            _, texts, _, _ = reader.detectAndDecodeMulti(_sharpened(*enlarge(gray, corners), amount))
+            _, codes, _, _ = reader.detectAndDecodeBytesMulti(_sharpened(*enlarge(gray, corners), amount))
+            texts = [text_of(code) for code in codes]
             if any(texts):
                 return self._text if self._text in texts else next(filter(None, texts))
         return ""
+
+
+def text_of(code: bytes) -> str:
+    """Return the text of a code's bytes as OpenCV returns them: UTF-8, or Shift JIS if it is in the mode for kanji.
+
+    Generators use that mode for Japanese, some also for Chinese and Cyrillic. Other bytes get replaced.
+    """
+    for encoding in ("utf-8", "shift_jis"):
+        with suppress(UnicodeDecodeError):
+            return code.decode(encoding)
+    return code.decode("utf-8", "replace")
 
 
 def from_spec(spec: DetectorSpec) -> QrDetector:

@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+import segno
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -94,6 +95,33 @@ def test_the_nearer_of_two_equal_qr_codes_comes_first():
     heights = [one.box[3] for one in QrDetector("7").detect(frame)]
     assert len(heights) == 2
     assert heights[0] > 1.5 * heights[1]
+
+
+def frame_with_codes(*codes):
+    """A frame with codes that segno made, side by side."""
+    frame = np.full((240, 640, 3), 255, np.uint8)
+    for place, code in enumerate(codes):
+        modules = np.array([[255 * (1 - bit) for bit in row] for row in code.matrix], np.uint8)
+        size = 120 // len(modules) * len(modules)
+        big = cv2.resize(modules, (size, size), interpolation=cv2.INTER_NEAREST)
+        frame[60 : 60 + size, 60 + 300 * place : 60 + 300 * place + size] = big[:, :, None]
+    return frame
+
+
+@pytest.mark.parametrize(
+    ("text", "how"),
+    [
+        ("日本", {"mode": "kanji"}),
+        ("Привет", {"mode": "kanji"}),
+        ("Привет", {"encoding": "utf-8"}),
+        ("Küche", {"encoding": "iso-8859-1"}),
+        ("Küche", {"encoding": "utf-8", "eci": True}),
+    ],
+)
+def test_qr_reads_the_encodings_of_other_generators(text, how):
+    frame = frame_with_codes(segno.make(text, micro=False, **how), segno.make("7", micro=False))
+    assert len(QrDetector(text).detect(frame)) == 1
+    assert len(QrDetector("7").detect(frame)) == 1
 
 
 @given(st.integers(2, 60), st.integers(2, 60), st.integers(0, 2**32 - 1))

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import segno
 
 from nxtdrive.cli.main import DONE, main
 from nxtdrive.mission.simpler_detector import simpler_detector
@@ -27,6 +28,11 @@ def _qr(text: str) -> np.ndarray:
     return _on_paper(cv2.copyMakeBorder(cv2.QRCodeEncoder.create().encode(text), *(4 * [2]), 0, value=255))
 
 
+def _kanji(text: str) -> np.ndarray:
+    code = segno.make(text, mode="kanji", micro=False)
+    return _on_paper(np.array([[255 * (1 - bit) for bit in row] for row in code.matrix_iter(border=2)], np.uint8))
+
+
 def _marker() -> np.ndarray:
     code = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), 7, 120)
     return _on_paper(cv2.copyMakeBorder(code, *(4 * [20]), 0, value=255))
@@ -41,6 +47,7 @@ def _ball(radius_px: int) -> np.ndarray:
     ("image", "keys"),
     [
         (_qr('say "7"'), 'detector = "qr" and text = "say \\"7\\""'),
+        (_kanji("日本"), 'detector = "qr" and text = "日本"'),
         (_marker(), 'detector = "marker", family = "aruco_4x4_50" and id = 7'),
         (_ball(60), 'detector = "color" and color = "red"'),
         (_ball(20), ""),
