@@ -154,7 +154,8 @@ def serve(server: MCPServer[Any], robot: Robot) -> None:
 
     def work() -> None:
         try:
-            served.set_result(server.run())
+            _run(server)
+            served.set_result(None)
         except BaseException as error:  # noqa: BLE001 - it is raised below
             served.set_exception(error)
 
@@ -163,3 +164,11 @@ def serve(server: MCPServer[Any], robot: Robot) -> None:
         wait([served], CHECK_INTERVAL_S)
     if served.done():
         served.result()
+
+
+def _run(server: MCPServer[Any]) -> None:
+    """Serve until the assistant leaves, or dies before it was answered."""
+    try:
+        server.run()
+    except* BrokenPipeError:
+        pass

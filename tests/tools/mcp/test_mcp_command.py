@@ -86,6 +86,23 @@ def test_it_ends_when_the_assistant_leaves(tmp_path):
 
 
 @pytest.mark.slow
+def test_it_ends_without_a_word_when_the_assistant_dies_in_mid_motion(tmp_path):
+    calls = [("drive_mm", {"distance_mm": 900}), ("range", {})]
+    with _started(tmp_path) as (process, _):
+        process.stdin.write(json.dumps({"jsonrpc": "2.0", "method": "notifications/initialized"}) + "\n")
+        for number, (name, arguments) in enumerate(calls):
+            params = {"name": name, "arguments": arguments}
+            call = {"jsonrpc": "2.0", "id": 2 + number, "method": "tools/call", "params": params}
+            process.stdin.write(json.dumps(call) + "\n")
+        process.stdin.flush()
+        assert json.loads(process.stdout.readline())["id"] == 3, "the drive is under way"
+        process.stdout.close()
+        process.stdin.close()
+        assert process.wait(20) == 0
+        assert process.stderr.read() == ""
+
+
+@pytest.mark.slow
 def test_a_brick_that_is_not_there_is_reported(capsys, tmp_path):
     assert main(["mcp", "--nxt", f"sim://{tmp_path}/nowhere.toml"]) == USAGE
     assert "nowhere.toml" in capsys.readouterr().err
