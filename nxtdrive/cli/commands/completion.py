@@ -32,20 +32,22 @@ def run(args: argparse.Namespace) -> int:
     import shtab
 
     parser = make_parser(COMMANDS)
-    _complete_paths(parser)
+    _prepare(parser)
     write_text(shtab.complete(parser, shell=args.shell).rstrip("\n"))
     return DONE
 
 
-def _complete_paths(parser: argparse.ArgumentParser) -> None:
-    """Complete the arguments that name files and folders."""
+def _prepare(parser: argparse.ArgumentParser) -> None:
+    """Complete the arguments that name files and folders, and of the others only what can be written as it is."""
     import shtab
 
     for action in parser._actions:  # argparse has no public list of a parser's arguments
         if isinstance(action, argparse._SubParsersAction):
             for each in set(action.choices.values()):
-                _complete_paths(each)
+                _prepare(each)
         elif action.metavar in _FOLDERS:
             action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # how shtab is told
         elif action.type is Path or action.metavar in _FILES:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
+        elif action.choices is not None:  # `package.module:Class` stands for a name; zsh takes its colon for syntax
+            action.choices = [each for each in action.choices if ":" not in str(each)]

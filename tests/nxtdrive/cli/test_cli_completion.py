@@ -47,6 +47,7 @@ def test_all_commands_are_in_the_script_as_it_was_made(shell, capsys, tmp_path):
         (["mission", "ch"], ["check"]),
         (["export", "--h"], ["--help", "--html"]),
         (["web", "--cla"], ["--classroom"]),
+        (["run", "--profile", "''"], ["adaptive", "thesis"]),
     ],
     ids=str,
 )
@@ -64,6 +65,7 @@ BEGUN = {
     "mission check roo": "mission check room.toml",
     "export --ht": "export --html",
     "web --cla": "web --classroom",
+    "run --profile ad": "run --profile adaptive",
 }
 """Words of a command line, and the same with the last one completed; `room.toml` is a file of the current folder."""
 
