@@ -14,14 +14,15 @@ import contextlib
 import math
 from collections.abc import Callable
 from itertools import count
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.transports.sim import USB_LATENCY_MS, SimTransport, shared
+from nxtdrive.transports.sim import MAX_LATENCY_MS, USB_LATENCY_MS, SimTransport, shared
 from sim_backend.bundled import PICTURES
+from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Box, Person, Picture
 
@@ -57,13 +58,13 @@ class SimWorld:
         world: The name of a bundled world, or the path of a world file.
         seed: The seed of all randomness.
         firmware: "1.29", "1.05" or "1.32".
-        latency_ms: Round trip of the links; USB has 2, Bluetooth 30 to 65.
+        latency_ms: Round trip of the links, 0 to 10000; USB has 2, Bluetooth 30 to 65.
         time_limit_s: A program that still waits for the brick or sleeps on its clock at this simulated time gets a
             `TimeLimitExceeded`, each second anew. It ends endless loops, but not those that do nothing with the brick;
             in pytest the marker ``real_time_limit`` ends those, too.
 
     Raises:
-        ConfigError: There is no such world, its file has mistakes, or the limit is no number or not positive.
+        ConfigError: There is no such world or firmware, the world's file has mistakes, or a number is out of range.
 
     Attributes:
         simulation: The simulation itself.
@@ -80,10 +81,16 @@ class SimWorld:
         latency_ms: float = USB_LATENCY_MS,
         time_limit_s: float = math.inf,
     ) -> None:
+        seed = _whole("seed", seed)
+        if firmware not in FIRMWARES:
+            *others, last = map(repr, FIRMWARES)
+            raise ConfigError(f"there is no firmware {firmware!r}; it is {', '.join(others)} or {last}.")
+        self._latency_ms = _number("latency_ms", latency_ms)
+        if not 0 <= self._latency_ms <= MAX_LATENCY_MS:
+            raise ConfigError(f"latency_ms must be from 0 to {MAX_LATENCY_MS}, not {latency_ms:g}.")
         self.simulation = Simulation(world, seed=seed, firmware=firmware)
         self.truth = self.simulation.truth
         self.address = ""
-        self._latency_ms = latency_ms
         self._links: list[SimTransport] = []
         self._ends = contextlib.ExitStack()
         self._time_limit_s = _number("time_limit_s", time_limit_s)
@@ -339,6 +346,12 @@ def _number(name: str, value: object) -> float:
     if not isinstance(value, Real):
         raise ConfigError(f"{name} must be a number, not {value!r}.")
     return float(value)
+
+
+def _whole(name: str, value: object) -> int:
+    if not isinstance(value, Integral):
+        raise ConfigError(f"{name} must be a whole number, not {value!r}.")
+    return int(value)
 
 
 def _finite(name: str, value: object) -> float:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 USB_LATENCY_MS = 2.0
 """Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
+MAX_LATENCY_MS = 10_000
+"""Longest round trip that can be set: a slower link answers nothing before its requests time out."""
 
 LAG_S = 1.0
 """A real-time simulation that lags more than this, e.g. after waiting for the user, does not catch up."""
@@ -226,9 +228,9 @@ def _seed(text: str) -> int:
 
 def _latency(text: str) -> float:
     with contextlib.suppress(ValueError):
-        if 0 <= (value := float(text)) <= 10_000:
+        if 0 <= (value := float(text)) <= MAX_LATENCY_MS:
             return value
-    raise ValueError("it must be a number from 0 to 10000")
+    raise ValueError(f"it must be a number from 0 to {MAX_LATENCY_MS}")
 
 
 def _pace(text: str) -> bool:
