@@ -11,7 +11,7 @@ from firmware_protocol.errors import ConfigError
 
 if TYPE_CHECKING:
     from behaviors.mission.robot import ColorName, ColorTable
-    from nxtdrive.vision.detection import TargetDetector
+    from nxtdrive.vision.detection import Detector, Image, TargetDetector
 
 
 def build_detectors(mission: Mission) -> dict[str, TargetDetector]:
@@ -47,3 +47,16 @@ def make_detectors(
         except ConfigError as error:
             mistakes.append(f"target.{name}: {error}")
     return detectors, mistakes
+
+
+def read_by(detector: Detector, image: Image) -> list[str]:
+    """Return in words which QR codes or markers a detector of these reads in an image, whichever it looks for."""
+    from nxtdrive.vision.detectors.marker import MarkerDetector
+    from nxtdrive.vision.detectors.qr import QrDetector
+
+    match detector:
+        case QrDetector():
+            return sorted({f"QR code {text!r}" for text, _ in detector.codes(image)})
+        case MarkerDetector():
+            return sorted({f"marker {number}" for number, _ in detector.markers(image)})
+    return []

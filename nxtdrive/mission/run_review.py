@@ -21,14 +21,14 @@ from behaviors.profile_names import THESIS
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import own_room
-from nxtdrive.mission.truth import Truth, recognised
+from nxtdrive.mission.truth import Truth, recognised, said_by
 from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.mission.robot import CalibrationTable
     from nxtdrive.brick import Brick
-    from nxtdrive.vision.detection import TargetDetector
+    from nxtdrive.vision.detection import Image, TargetDetector
 
 ROUND = (Reason.FULL_TURN_WITHOUT_SIGHTING, Reason.NEVER_SEEN)
 """A search that ends for one of these reasons has looked in all directions, if the target was never seen before."""
@@ -175,7 +175,7 @@ class RunReview:
         """Add a hint if the search looked in all directions and this world has no such object."""
         if self._lookalikes(target, truth):
             return
-        known = ", ".join(truth.front_images())
+        known = ", ".join(self._described(name, front, target) for name, front in truth.front_images().items())
         has = f"It has {known}" if known else "It has no objects"
         advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         if self._file is not None and (room := own_room(self._file)).is_file():
@@ -183,6 +183,11 @@ class RunReview:
             option = f"--nxt {shlex.quote(str(Address('sim', str(room))))}"
             advice = f"Put {target} into {room}." if opened else f"Open the mission's own with {option}."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
+
+    def _described(self, name: str, front: Image, target: str) -> str:
+        """Return an object's name, and which codes are on it if the target is one."""
+        said = [] if self._by_name else said_by(front, self._detectors[target].detector)
+        return f"{name} ({', '.join(said)})" if said else name
 
     def _unseen(self, target: str) -> None:
         file = shlex.quote(str(self._file)) if self._file else ""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 import cv2
 import numpy as np
 
+from nxtdrive.mission.detectors import read_by
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 
@@ -99,10 +100,21 @@ def shows(front: Image, detector: Detector) -> bool:
 
 
 def _finds(detector: Detector, front: Image, height_px: int) -> bool:
+    frame, area = _shown(front, height_px)
+    return any(found.box[2] * found.box[3] >= LEAST_SHARE * area for found in detector.detect(frame))
+
+
+def said_by(front: Image, detector: Detector) -> list[str]:
+    """Return in words which QR codes or markers a detector of these reads in a frame that shows `front`."""
+    return read_by(detector, _shown(front, HEIGHTS_PX[0])[0])
+
+
+def _shown(front: Image, height_px: int) -> tuple[Image, int]:
+    """Return a frame that shows `front` on a gray wall, and how many of its pixels that takes."""
     frame = np.full((*FRAME, 3), GRAY, np.uint8)
     height, width = front.shape[:2]
     scale = min(height_px / height, 0.9 * FRAME[1] / width)
     wide, high = max(1, round(scale * width)), max(1, round(scale * height))
     left, top = (FRAME[1] - wide) // 2, (FRAME[0] - high) // 2
     frame[top : top + high, left : left + wide] = cv2.resize(front, (wide, high), interpolation=cv2.INTER_AREA)
-    return any(found.box[2] * found.box[3] >= LEAST_SHARE * wide * high for found in detector.detect(frame))
+    return frame, wide * high

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import hint
+from input_files.mistakes import hint, nearest
 from input_files.plain import InputFileError
 from sim_backend.bundled import PICTURES, WORLDS
 from sim_backend.toml_file import check, mistakes, read_tables
@@ -86,8 +86,13 @@ def _find(path: Path) -> Path:
             return candidate
     if os.path.isdir(path):
         raise ConfigError(f"{path} is a folder, not a world.", remedy="Choose a file in it.")
-    names = ", ".join(sorted(entry.stem for entry in WORLDS.glob("*.toml")))
-    raise ConfigError(f"there is no world file {path}.", remedy=f"Give a path, or one of: {names}.")
+    bundled = sorted(entry.stem for entry in WORLDS.glob("*.toml"))
+    beside = [entry.name for entry in path.parent.glob("*.toml")]
+    near = nearest(path.name, [*beside, *bundled] if path.parent == Path() else beside)
+    remedy = (
+        f"Did you mean {str(path.with_name(near))!r}?" if near else f"Give a path, or one of: {', '.join(bundled)}."
+    )
+    raise ConfigError(f"there is no world file {path}.", remedy=remedy)
 
 
 def _wrong_names(world: WorldFile, lost: Mapping[str, list[str]]) -> Iterator[str]:

@@ -4,15 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import pytest
 
 from behaviors.events import Event, Reason
 from behaviors.journal import Kind, Record
-from behaviors.mission import Mission, described_by
+from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import load_robot_file
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.run_review import RunReview
 from sim_backend.simulation import Simulation
+
+WITH_SHEET = """
+floor = { size_mm = [3000, 3000] }
+robot = { start_mm = [500, 500] }
+boxes = [{ name = "crate", at_mm = [500, 2500], size_mm = [300, 300], height_mm = 300 }]
+pictures = [{ name = "sheet", file = "sheet.png", at_mm = [2500, 2500], facing_deg = 225, size_mm = [200, 200] }]
+"""
+QR_MISSION = """
+mission = { name = "bin", targets = ["bin"] }
+target.bin = { detector = "qr", text = "Muelleimer", height_mm = 150 }
+"""
 
 
 def _reviewed(perform, world: str, mission: Mission, *, geometric: bool = True, file: Path | None = None) -> RunReview:
@@ -62,6 +74,17 @@ def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(missio
         review(_unsuccessful("rilakkuma"))
         [hint] = review.hints
         assert hint.endswith("It has lena. Put rilakkuma into bear-world.toml.")
+
+
+def test_the_codes_of_the_simulated_world_are_said_where_one_was_looked_for(tmp_path):
+    cv2.imwrite(str(tmp_path / "sheet.png"), cv2.resize(cv2.QRCodeEncoder.create().encode("Mülleimer"), (300, 300)))
+    room = tmp_path / "room.toml"
+    room.write_text(WITH_SHEET, encoding="utf-8")
+    (tmp_path / "bin.toml").write_text(QR_MISSION, encoding="utf-8")
+    review = RunReview(load_mission(tmp_path / "bin.toml"), Simulation(room).truth, lambda _: None)
+    review(_unsuccessful("bin"))
+    [hint] = review.hints
+    assert "nothing in this world does. It has sheet (QR code 'Mülleimer'), crate. " in hint
 
 
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):

@@ -96,6 +96,25 @@ def test_a_missing_file_is_not_replaced_by_the_bundled_world_of_its_name(path, t
         load_world(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("kitchen", "kitchen.toml"),
+        ("kitchn.toml", "kitchen.toml"),
+        ("rooms/attic", "rooms/attic.toml"),
+        ("figur5", "figure5"),
+    ],
+)
+def test_the_world_that_was_meant_is_suggested(name, meant, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("rooms").mkdir()
+    for file in ("kitchen.toml", "rooms/attic.toml"):
+        Path(file).touch()
+    with pytest.raises(ConfigError) as refused:
+        load_world(name)
+    assert refused.value.remedy == f"Did you mean {meant!r}?"
+
+
 def test_every_mistake_is_reported_at_once_with_its_path():
     mistakes = mistakes_in(
         """

@@ -144,6 +144,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _try(args: argparse.Namespace) -> int:
+    from nxtdrive.mission.detectors import read_by
     from nxtdrive.vision.detection import Described
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
@@ -171,7 +172,7 @@ def _try(args: argparse.Namespace) -> int:
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not look.found:
-                others.update(_others(detector, frame.image))
+                others.update(read_by(detector.detector, frame.image))
             if not args.json:
                 write_line(_line(name, look))
     except KeyboardInterrupt:
@@ -188,19 +189,6 @@ def _assumption(args: argparse.Namespace) -> str:
     if args.marker is not None or args.qr is not None:
         return "as `nxtdrive mission new` prints it"
     return "as is usual for such objects" if args.onnx else "as of an upright sheet of A4"
-
-
-def _others(target: TargetDetector, image: Image) -> set[str]:
-    """Return in words which QR codes or markers a detector of these reads in an image."""
-    from nxtdrive.vision.detectors.marker import MarkerDetector
-    from nxtdrive.vision.detectors.qr import QrDetector
-
-    match target.detector:
-        case QrDetector() as detector:
-            return {f"QR code {text!r}" for text, _ in detector.codes(image)}
-        case MarkerDetector() as detector:
-            return {f"marker {number}" for number, _ in detector.markers(image)}
-    return set()
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
