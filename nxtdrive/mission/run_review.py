@@ -175,13 +175,17 @@ class RunReview:
         """Add a hint if the search looked in all directions and this world has no such object."""
         if self._lookalikes(target, truth):
             return
-        known = ", ".join(self._described(name, front, target) for name, front in truth.front_images().items())
-        has = f"It has {known}" if known else "It has no objects"
-        advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
-        if self._file is not None and (room := own_room(self._file)).is_file():
-            opened = self._world.resolve() == room.resolve()
-            option = f"--nxt {shlex.quote(str(Address('sim', str(room))))}"
-            advice = f"Put {target} into {room}." if opened else f"Open the mission's own with {option}."
+        fronts = {name: self._described(name, front, target) for name, front in truth.front_images().items()}
+        has = f"It has {', '.join(fronts.values())}" if fronts else "It has no objects"
+        room = own_room(self._file) if self._file and own_room(self._file).is_file() else None
+        if room and self._world.resolve() != room.resolve():
+            advice = f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
+        elif target in fronts:
+            advice = f"Its {target} is not what [target.{target}] describes: correct one of the two."
+        elif room:
+            advice = f"Put {target} into {room}."
+        else:
+            advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")
 
     def _described(self, name: str, front: Image, target: str) -> str:

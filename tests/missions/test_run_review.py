@@ -87,6 +87,15 @@ def test_the_codes_of_the_simulated_world_are_said_where_one_was_looked_for(tmp_
     assert "nothing in this world does. It has sheet (QR code 'Mülleimer'), crate. " in hint
 
 
+def test_an_object_of_the_targets_name_that_looks_otherwise_is_to_be_corrected(mission_for):
+    mission = mission_for("lena")
+    disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})
+    review = RunReview(disguised, Simulation("open").truth, lambda _: None)
+    review(_unsuccessful("lena"))
+    [hint] = review.hints
+    assert hint.endswith("It has lena. Its lena is not what [target.lena] describes: correct one of the two.")
+
+
 def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform, mission_for):
     assert _reviewed(perform, "arena", _with(mission_for("lena"), 297.0, "thesis")).hints == []
 
