@@ -160,11 +160,13 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
         pictures = target.get("pictures")
         pictures = pictures if isinstance(pictures, list) else []
         for i, picture in enumerate(pictures):
-            found = [folder / str(picture) for folder in folders if os.path.isfile(folder / str(picture))]
+            if not isinstance(picture, str):
+                continue
+            found = [folder / picture for folder in folders if os.path.isfile(folder / picture)]
             if found:
                 pictures[i] = str(found[0])
             else:
-                yield f"target.{name}.pictures[{i}]: there is no picture {_missing(str(picture), folders[0])}"
+                yield f"target.{name}.pictures[{i}]: there is no picture {_missing(picture, folders[0])}"
         detector = str(target.get("detector"))
         others = [] if detector in BUILT_IN_DETECTORS else [key for key in target if key.endswith(FILE)]
         for key in FILES.get(detector, others):

@@ -130,6 +130,11 @@ def test_every_mistake_is_reported_at_once_with_its_path(tmp_path):
         assert expected in text
 
 
+def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
+    text = _complaint(tmp_path, '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = [3]\n')
+    assert text.endswith("mission.toml: 1 mistake\n  target.a.pictures[0]: must be text in quotes, not 3")
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
