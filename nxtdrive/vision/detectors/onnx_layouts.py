@@ -134,7 +134,7 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
     fits = {
         "yolox": columns >= 6
         and (rows % cells == 0 if wanted == "yolox" else rows == cells and named in (0, columns - 5)),
-        "e2e": columns == 6 and (wanted == "e2e" or rows > 6 or named != 2),
+        "e2e": columns == 6 and (wanted == "e2e" or named != 2 or rows not in (6, cells)),
         "yolo": min(rows, columns) >= 5 and (wanted == "yolo" or columns > rows or named in (by_rows, by_columns)),
     }
     classes = {"yolox": columns - 5, "yolo": by_rows if in_rows else by_columns, "e2e": None}
@@ -162,8 +162,9 @@ def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, st
     whole = {one.name for one in model.outputs if one.dtype.startswith(("int", "uint"))}
     words = {name: name.casefold() for name in shapes}
     fours = [name for name, shape in shapes.items() if len(shape) >= 2 and shape[-1] in (4, 5)]
-    # of two candidates, a model of four labels for instance, the name tells
-    boxes = sorted(fours, key=lambda name: (not any(word in words[name] for word in ("box", "det")), name))[:1]
+    # of two candidates, a model of four labels or places for instance, the name tells, else the rank
+    named = {name: any(word in words[name] for word in ("box", "det")) for name in fours}
+    boxes = sorted(fours, key=lambda name: (not named[name], -len(shapes[name]), name))[:1]
     others = [name for name in shapes if name not in boxes]
     if not boxes or not 1 <= len(others) <= 2:
         return {}

@@ -134,6 +134,23 @@ def test_a_cell_a_row_is_read_if_the_labels_are_known(detector, runtime):
 
 
 @pytest.mark.parametrize("runtime", RUNTIMES)
+def test_two_labels_with_a_row_for_each_cell_are_no_end_to_end_model(detector, runtime):
+    rows = outputs_of("yolo")["output0"][:, :6].transpose(0, 2, 1)
+    made = detector(constant_model({"out": rows.copy()}, metadata={"names": "bowl, cup"}), runtime=runtime)
+    (found,) = made.detect(FRAME)
+    assert found.box == expected("yolo")
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_four_places_are_told_from_their_boxes_by_rank(detector, runtime):
+    corners = np.array([[BOX, (0, 0, 20, 20), (1, 1, 9, 9), (0, 0, 1, 1)]], np.float32)
+    labels, scores = np.array([[1, 0, 1, 0]], np.float32), np.array([[SCORE, 0.5, 0.02, 0.01]], np.float32)
+    outputs = {"a": labels, "b": corners, "c": scores}
+    (found,) = detector(constant_model(outputs, whole=["a"]), runtime=runtime).detect(FRAME)
+    assert found.box == expected("boxes")
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
 def test_three_shapes_a_cell_are_read_if_the_layout_is_named(detector, runtime):
     rows = np.tile(outputs_of("yolox-decoded")["output"], (1, 3, 1))
     with pytest.raises(ConfigError, match="fit no layout"):
