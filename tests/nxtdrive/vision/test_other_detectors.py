@@ -97,6 +97,11 @@ def test_the_nearer_of_two_equal_qr_codes_comes_first():
     assert heights[0] > 1.5 * heights[1]
 
 
+def test_qr_survives_a_code_that_opencv_cannot_decode():
+    frame = frame_with_codes(segno.make("点茗", mode="hanzi", micro=False), segno.make("7", micro=False))
+    assert len(QrDetector("7").detect(frame)) == 1
+
+
 def frame_with_codes(*codes):
     """A frame with codes that segno made, side by side."""
     frame = np.full((240, 640, 3), 255, np.uint8)

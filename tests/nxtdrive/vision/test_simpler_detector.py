@@ -28,8 +28,8 @@ def _qr(text: str) -> np.ndarray:
     return _on_paper(cv2.copyMakeBorder(cv2.QRCodeEncoder.create().encode(text), *(4 * [2]), 0, value=255))
 
 
-def _kanji(text: str) -> np.ndarray:
-    code = segno.make(text, mode="kanji", micro=False)
+def _asian(text: str, mode: str) -> np.ndarray:
+    code = segno.make(text, mode=mode, micro=False)
     return _on_paper(np.array([[255 * (1 - bit) for bit in row] for row in code.matrix_iter(border=2)], np.uint8))
 
 
@@ -47,7 +47,8 @@ def _ball(radius_px: int) -> np.ndarray:
     ("image", "keys"),
     [
         (_qr('say "7"'), 'detector = "qr" and text = "say \\"7\\""'),
-        (_kanji("日本"), 'detector = "qr" and text = "日本"'),
+        (_asian("点茗", "hanzi"), ""),  # which OpenCV cannot decode
+        (_asian("日本", "kanji"), 'detector = "qr" and text = "日本"'),
         (_marker(), 'detector = "marker", family = "aruco_4x4_50" and id = 7'),
         (_ball(60), 'detector = "color" and color = "red"'),
         (_ball(20), ""),
