@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
@@ -61,7 +61,7 @@ def _mission(path: Path, number: int, line: bytes) -> ExaminedMission:
     try:
         parse_object(line.decode())
         return ExaminedMission.model_validate_json(line)
-    except (ValidationError, ValueError):
+    except ValueError:
         raise _foreign(path, number) from None
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from pydantic import BaseModel, FiniteFloat, ValidationError
+from pydantic import BaseModel, FiniteFloat
 
 from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import parse_object
-from input_files.plain import InputFileError, read_text
+from input_files.plain import read_text
 from nxtdrive.recording.camera_index import FILE_NAME, read_pictures
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MAP, SUMMARY
 from nxtdrive.recording.run_reader import changed_s, journals_in, read_run
@@ -119,7 +119,7 @@ def _ended(path: Path) -> dict[str, Any] | None:
     """Return the summary of a run; None without one that can be read."""
     try:
         return _Summary.model_validate(parse_object(read_text(path / SUMMARY, MAX_SUMMARY_BYTES))).model_dump()
-    except (InputFileError, ValidationError, ValueError):
+    except ValueError:
         return None
 
 
