@@ -13,7 +13,7 @@ from firmware_protocol.printable import printable
 from input_files.mistakes import excerpt
 from input_files.plain import whole_number
 from nxtdrive.cli.output import make_console
-from nxtdrive.cli.views.decision import candidate_table, known_lines
+from nxtdrive.cli.views.decision import CandidateTable, known_lines
 from nxtdrive.recording.wording import reason_words
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class TerminalOperator:
         console.print(Text(printable(f"{evidence.target}: {reason_words(evidence.reason)}"), style="bold"))
         console.print(known_lines(evidence))
         numbers = [str(i) for i in range(1, len(question.candidates) + 1)]
-        console.print(candidate_table(question.candidates, numbers, chosen=0))
+        console.print(CandidateTable(question.candidates, numbers, chosen=0))
         console.print(Text(printable(f"proposed: 1, {question.proposed.why}")))
 
     def _answer(self, question: Question) -> Choice:

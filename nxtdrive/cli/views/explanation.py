@@ -10,7 +10,7 @@ from rich.text import Text
 from behaviors.profile_names import THESIS
 from firmware_protocol.printable import printable
 from nxtdrive.cli.output import make_console
-from nxtdrive.cli.views.decision import candidate_table, known_lines
+from nxtdrive.cli.views.decision import CandidateTable, known_lines
 from nxtdrive.recording.decisions import Decision, Result, Step, same
 from nxtdrive.recording.explanation import Explained, Explanation
 from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
@@ -95,7 +95,7 @@ def _candidates(each: Explained, explanation: Explanation) -> RenderableType:
     matching = (i for i, one in enumerate(each.candidates) if choice is not None and same(one.choice, choice))
     chosen = next(matching, None)
     marks = [">" if i == chosen else "" for i in range(len(each.candidates))]
-    return candidate_table(each.candidates, marks, chosen)
+    return CandidateTable(each.candidates, marks, chosen)
 
 
 def _chosen(each: Explained) -> Text:

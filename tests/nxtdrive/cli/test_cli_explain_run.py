@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -67,6 +68,16 @@ def test_a_decision_is_reported_with_its_failure_evidence_candidates_choice_and_
         assert part in said
     assert "per success" in said
     assert "lena reached after" in said
+
+
+def test_a_narrow_terminal_shows_the_estimates_below_each_candidate(runs, explained, monkeypatch):
+    wide = explained(runs["adaptive"])
+    monkeypatch.setenv("COLUMNS", "40")
+    narrow = explained(runs["adaptive"])
+    assert max(map(len, narrow.splitlines())) <= 40
+    assert "per success" in wide
+    assert "candidate " not in narrow
+    assert re.search(r"takes \d+ s, chance \d+%,", narrow)
 
 
 @pytest.mark.nightly  # it renders 83 s of frames
