@@ -167,6 +167,11 @@ class I2CBus(Wires):
         if self._suspends and self._reading is not None:
             self._suspend()
 
+    def refuse(self) -> None:
+        """Begin no message, as a line is low; in older versions the data pin becomes an input."""
+        if not self._suspends:
+            self.free_data()
+
     def _suspend(self) -> None:
         """End the message, but keep the rest of a read for the end of the next message without one."""
         if self._reading is not None and not self._waiting:
@@ -297,6 +302,7 @@ class I2CBus(Wires):
     def _resume(self, reading: Steps) -> Steps:
         """Go on with a read where it was suspended."""
         yield from _pause(_WRITE_PAUSE)
+        self.set_data(True)
         yield from reading
 
     def _read_pause(self, steps: int) -> Steps:
@@ -313,14 +319,16 @@ class I2CBus(Wires):
             for bits_left in _PLACES:
                 yield
                 yield from self._check_low()
-                self.set_data(True)  # seen as the acknowledge by a sensor that counts the bits of another byte
+                if bits_left == BYTE_BITS - 1:
+                    self.set_data(True)  # seen as the acknowledge by a sensor that counts the bits of another byte
                 self._raise_clock()
                 yield
                 yield from self._check_high()
                 value = self._buffer[self._place] | self.data
                 self._buffer[self._place] = value << 1 & 0xFF if bits_left else value
                 self.set_clock(False)
-            self.set_pin(1, self._unread == 1)
+            if self._unread > 1:
+                self.pull_data()
             yield from self._pulse()
             self._unread -= 1
             self._place = (self._place + 1) % BUFFER

@@ -119,6 +119,7 @@ class LowSpeedModule:
         channel.sending[: len(copied)] = copied
         if channel.bus.stuck:
             channel.take()
+            channel.bus.refuse()
             channel.state, channel.error = ChannelState.ERROR, ChannelError.NOT_READY
             return
         restarts = not (self._has_options and self.no_restart & 1 << index == _FIRST)
