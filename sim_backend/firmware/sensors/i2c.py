@@ -46,7 +46,7 @@ class I2CBus(Wires):
         self._suspended: Steps | None = None
         self._bits_left = self._unread = self._place = 0
         self._turns = self._sent = self._waiting = self._acknowledged = self._complete = self._bit_open = False
-        self._restarted = self._clock_differs = False
+        self._restarted = self._clock_differs = self._goes_on = False
         self._buffer = bytearray(BUFFER)
 
     @property
@@ -74,7 +74,7 @@ class I2CBus(Wires):
         elif self._restarted:
             self._turns = False
         self.sensor.prepare(self._unread)
-        self._sent = self._acknowledged = self._waiting = False
+        self._sent = self._acknowledged = self._waiting = self._goes_on = False
         self._sending = self._send(message)
         next(self._sending)
 
@@ -155,7 +155,8 @@ class I2CBus(Wires):
     def stop(self) -> None:
         """Release both lines. Newer versions suspend a read after its bit; in older ones a transfer goes on unseen."""
         self.release()
-        if not self._suspends:
+        self._goes_on = not self._suspends
+        if self._goes_on:
             return
         if self._reading is not None and self._bit_open:
             self._reading = self._step(self._reading)
@@ -168,8 +169,8 @@ class I2CBus(Wires):
             self._suspend()
 
     def refuse(self) -> None:
-        """Begin no message, as a line is low; in older versions the data pin becomes an input."""
-        if not self._suspends:
+        """Begin no message, as a line is low; where a transfer goes on after `stop`, the data pin becomes an input."""
+        if self._goes_on:
             self.free_data()
 
     def _suspend(self) -> None:
@@ -310,17 +311,20 @@ class I2CBus(Wires):
             yield
             yield from self._check_low()
 
+    def _await_bits(self) -> None:
+        """Free the data line with a high level, the acknowledge of a sensor that counts the bits of another byte."""
+        self.free_data()
+        self.set_data(True)
+
     def _read(self) -> Steps:
         """Read the bytes that are wanted; all but the last are acknowledged."""
         self.pull_data()
         yield from self._read_pause(_TURN_PAUSE)
-        self.free_data()
+        self._await_bits()
         while self._unread:
             for bits_left in _PLACES:
                 yield
                 yield from self._check_low()
-                if bits_left == BYTE_BITS - 1:
-                    self.set_data(True)  # seen as the acknowledge by a sensor that counts the bits of another byte
                 self._raise_clock()
                 yield
                 yield from self._check_high()
@@ -333,7 +337,7 @@ class I2CBus(Wires):
             self._unread -= 1
             self._place = (self._place + 1) % BUFFER
             self.set_clock(False)
-            self.free_data()
+            self._await_bits()
             if self._unread:
                 yield from self._read_pause(_READ_PAUSE)
         yield

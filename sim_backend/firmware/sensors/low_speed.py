@@ -79,7 +79,7 @@ class LowSpeedModule:
             for index, channel in enumerate(self.channels):
                 if channel.state != ChannelState.IDLE:
                     self._advance(index, channel)
-        self._ticking = self._ticking and bool(self.active)
+            self._ticking = self._ticking and bool(self.active)
         if self._ticking:
             self._passes += 1
             interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
@@ -89,7 +89,7 @@ class LowSpeedModule:
                     bus.interrupt()
         else:
             self._passes = 0
-        self.due_ms = now_ms + 1 if self.active else NEVER
+        self.due_ms = now_ms + 1 if self.active or self._ticking else NEVER
 
     def _advance(self, index: int, channel: Channel) -> None:
         match channel.state:
