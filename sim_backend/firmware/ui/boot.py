@@ -89,7 +89,7 @@ class Boot:
             self._screen.mark(marks.EMPTY)
             return
         self._warning.omit()
-        registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.BUSY | UiFlag.ENABLE_STATUS)
+        registers.flags = registers.flags & ~states.STATUS_WORK | int(UiFlag.ENABLE_STATUS)
         self._status_bar.draw(everything=True)
         registers.state, registers.next_step_ms = int(UiState.EMPTY), now_ms + times.EMPTY_MS
 
