@@ -6,13 +6,14 @@ import threading
 from collections.abc import Awaitable, Callable
 from concurrent.futures import Future, wait
 from functools import partial, wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Annotated, Any, ParamSpec, TypeVar
 
 import anyio
 from anyio.to_thread import run_sync
 from mcp.server.mcpserver import Image, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp.types import ToolAnnotations
+from pydantic import Field, Strict
 
 import nxtdrive
 from nxtdrive.brick import LOW_BATTERY_MV
@@ -24,6 +25,8 @@ from .strict_server import StrictServer
 
 P = ParamSpec("P")
 T = TypeVar("T")
+Number = Annotated[float, Strict()]
+"""True and texts are none."""
 
 INSTRUCTIONS = """\
 A small robot with two driven wheels, a camera, a sonar that looks ahead and a bumper. Lengths are millimetres, angles
@@ -68,11 +71,11 @@ class Tools:
         """Take a picture with the robot's camera."""
         return Image(data=await run_sync(self._assistant.look), format="jpeg")
 
-    async def drive_mm(self, distance_mm: float) -> dict[str, Any]:
+    async def drive_mm(self, distance_mm: Number) -> dict[str, Any]:
         """Drive straight by a distance, negative: back. Returns why it ended, how far it went, and the sensors."""
         return await self._finish(self._assistant.drive(distance_mm))
 
-    async def turn(self, angle_deg: float) -> dict[str, Any]:
+    async def turn(self, angle_deg: Number) -> dict[str, Any]:
         """Turn on the spot by an angle in degrees, positive to the right. Returns the angle turned, and the sensors."""
         return await self._finish(self._assistant.turn(angle_deg))
 
@@ -90,7 +93,9 @@ class Tools:
         missions = self._assistant.missions
         return {"missions": ["", *await run_sync(missions.names)], "proposed": missions.proposed}
 
-    async def mission_run(self, mission: str = "", profile: str = "", decide: bool = False) -> dict[str, Any]:
+    async def mission_run(
+        self, mission: str = "", profile: str = "", decide: Annotated[bool, Strict()] = False
+    ) -> dict[str, Any]:
         """Start a mission and return at once. With `decide`, each recovery waits for your `mission_choose`."""
         assistant = self._assistant
         # files are read in a thread, as `stop` must not wait for them
@@ -98,11 +103,11 @@ class Tools:
         await run_sync(start)
         return assistant.status()
 
-    async def mission_status(self, wait_s: float = 0.0) -> dict[str, Any]:
+    async def mission_status(self, wait_s: Annotated[Number, Field(ge=0, le=LONGEST_WAIT_S)] = 0.0) -> dict[str, Any]:
         """Say what mission and robot do; wait up to 60 s for the mission's end or its next question."""
-        return await run_sync(self._assistant.status, min(wait_s, LONGEST_WAIT_S), abandon_on_cancel=True)
+        return await run_sync(self._assistant.status, wait_s, abandon_on_cancel=True)
 
-    async def mission_choose(self, number: int) -> dict[str, Any]:
+    async def mission_choose(self, number: Annotated[int, Strict()]) -> dict[str, Any]:
         """Answer the open question of a mission with the number of a candidate."""
         self._assistant.choose(number)
         return {"chosen": number}

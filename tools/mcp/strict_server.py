@@ -45,7 +45,7 @@ class StrictServer(MCPServer[Any]):
             if isinstance(error, UnexpectedToolError) or not isinstance(wrong := error.__cause__, ValidationError):
                 raise
             first = wrong.errors()[0]
-            said = words(first["type"], first.get("ctx", {}), first["msg"])
+            said = words(first["type"], first.get("ctx", {}), first["msg"], first["input"])
             raise ToolError(f"{first['loc'][0]} {said}: {usage(name, tool.input_schema)}") from None
 
 
