@@ -14,7 +14,7 @@ from behaviors.profile_names import PAST, profile_name
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
-from nxtdrive.tools.sweep.performance import Task, evaluate
+from nxtdrive.tools.sweep.task import Task, evaluate
 from nxtdrive.tools.web.messages import read_message
 from nxtdrive.tools.web.missions import Missions
 

@@ -13,7 +13,7 @@ from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
 from nxtdrive.cli.main import DONE, USAGE, main
-from nxtdrive.tools.sweep.performance import Task, evaluate
+from nxtdrive.tools.sweep.task import Task, evaluate
 
 MODULE = """\
 from behaviors.profiles.adaptive import AdaptiveProfile

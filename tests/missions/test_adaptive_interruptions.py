@@ -22,7 +22,7 @@ from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
 from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from nxtdrive.tools.sweep.performance import perform as perform_scenario
+from nxtdrive.tools.sweep.task import perform as perform_scenario
 from sim_backend.link import LinkFaults
 
 # one process looks up when a state is visited, and performs both of its tests

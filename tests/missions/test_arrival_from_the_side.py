@@ -9,7 +9,7 @@ import pytest
 
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 
 LENS_FORWARD_MM, ARRIVE_MM = 60.0, 420.0
 

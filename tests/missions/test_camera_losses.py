@@ -8,7 +8,7 @@ from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
 
 UNSEEING_TURN_S = 2.0

@@ -11,7 +11,7 @@ from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.recoveries import CHANGE_TARGET
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 
 SCENARIO = generate_scenario("absent", 100)
 """The first target does not exist; the second is in view at the first scan."""

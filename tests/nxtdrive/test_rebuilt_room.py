@@ -13,7 +13,7 @@ from behaviors.mission import Mission
 from nxtdrive.cli.main import main
 from nxtdrive.simulated.rebuilt_room import OVER_MM, rebuilt
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 
 MISSION = {
     "mission": {"targets": ["lena"]},

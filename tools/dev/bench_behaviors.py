@@ -37,7 +37,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.scenarios.classes import CLASSES
 from sim_backend.simulation import Simulation
 
-from ..sweep.performance import Task, evaluate
+from ..sweep.task import Task, evaluate
 from .bench import REPEATS, Figure
 
 # Windows counts CPU time in steps of 15.6 ms, too coarse for single decisions

@@ -37,8 +37,8 @@ from sim_backend.scenarios.classes import CLASSES
 from sim_backend.world.world_file import Camera, Robot
 
 from ..calibrate.session import calibrate
-from ..sweep.performance import UNCHANGED, Task, judge, perform
 from ..sweep.result_file import ResultFile
+from ..sweep.task import UNCHANGED, Task, judge, perform
 
 GOALS = {
     # value: goal, and whether it is a share of the value

@@ -25,8 +25,8 @@ from typing import Any, TypeVar
 from behaviors.mission.robot import RobotFile
 
 from .mission_result import MissionResult
-from .performance import UNCHANGED, Task, evaluate, failed
 from .result_file import ResultFile, read_results
+from .task import UNCHANGED, Task, evaluate, failed
 
 AHEAD = 4
 """Calls queued per worker: the next ones are there when one ends out of order."""

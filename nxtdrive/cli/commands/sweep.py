@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nxtdrive.tools.sweep.mission_result import MissionResult
-    from nxtdrive.tools.sweep.performance import Task
     from nxtdrive.tools.sweep.runner import Swept
+    from nxtdrive.tools.sweep.task import Task
 
 DESCRIPTION = """\
 Run agents (profiles, baselines and oracles) on the same simulated missions and
@@ -205,7 +205,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.mission.files import read_robot_file
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.tools.sweep.performance import Task, perform, scenario_of
+    from nxtdrive.tools.sweep.task import Task, perform, scenario_of
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
 

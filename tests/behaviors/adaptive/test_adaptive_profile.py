@@ -32,7 +32,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.recording.wording import evidence_lines
 from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 

@@ -19,9 +19,9 @@ from behaviors.executive import Ending
 from firmware_protocol.direct import GetCurrentProgramName, KeepAlive, MessageRead
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.output import guarded_output, make_console
-from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
 from nxtdrive.tools.sweep.tables import print_tables
+from nxtdrive.tools.sweep.task import evaluate
 from nxtdrive.transports.sim import SimTransport, shared
 from sim_backend.simulation import Simulation
 

@@ -16,8 +16,8 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.gym import DecisionEnv, WheelEnv
 from nxtdrive.gym.decisions import candidate_number
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import plan
+from nxtdrive.tools.sweep.task import evaluate
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "gym" / "random_driver.py"
 ENVIRONMENTS = {

@@ -2,7 +2,7 @@
 
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import LookoutPlaces
-from nxtdrive.tools.sweep.performance import Task, judge, perform
+from nxtdrive.tools.sweep.task import Task, judge, perform
 from sim_backend.scenarios.floor_plan import FloorPlan, Obstacle
 
 WALL = Obstacle("wall", (2000.0, 600.0), (10.0, 1200.0))

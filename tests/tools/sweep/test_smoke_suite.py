@@ -7,8 +7,8 @@ import pytest
 
 from nxtdrive.cli.commands.sweep import SUITES
 from nxtdrive.tools.sweep.chart_coverage import transitions
-from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.runner import local_workers, plan, sweep
+from nxtdrive.tools.sweep.task import evaluate
 from sim_backend.scenarios.classes import CLASSES
 
 # one process performs the missions that all tests look at

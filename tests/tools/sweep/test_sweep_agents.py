@@ -6,7 +6,7 @@ from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import ABLATIONS, ALL_NAMES, NAMES
-from nxtdrive.tools.sweep.performance import perform
+from nxtdrive.tools.sweep.task import perform
 
 
 def _limited(scenario, limit_s):

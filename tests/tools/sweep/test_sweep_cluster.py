@@ -17,9 +17,9 @@ from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep import cluster as cluster_module
 from nxtdrive.tools.sweep.cluster import Cluster
-from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import plan, sweep
+from nxtdrive.tools.sweep.task import evaluate
 
 pytestmark = [
     pytest.mark.slow,

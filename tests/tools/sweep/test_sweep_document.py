@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from nxtdrive.cli.main import DONE, main
-from nxtdrive.tools.sweep.performance import Task, failed
+from nxtdrive.tools.sweep.task import Task, failed
 
 SECTION = re.compile(r"^### The keys of a line\n(.*?)^### ", re.DOTALL | re.MULTILINE)
 ROW = re.compile(r"^\| (`.*?`) \|", re.MULTILINE)

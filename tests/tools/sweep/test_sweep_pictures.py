@@ -16,9 +16,9 @@ from behaviors.executive import Ending
 from firmware_protocol.errors import ConfigError
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import NAMES
-from nxtdrive.tools.sweep.performance import perform
 from nxtdrive.tools.sweep.plots import STYLES, check_plotting, counted, title, write_plot
 from nxtdrive.tools.sweep.summary import wilson
+from nxtdrive.tools.sweep.task import perform
 from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
 

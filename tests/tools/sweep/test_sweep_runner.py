@@ -23,17 +23,17 @@ from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents
 from nxtdrive.tools.sweep.causes import Cause, Judgement
 from nxtdrive.tools.sweep.headline import difference, headline
-from nxtdrive.tools.sweep.performance import evaluate
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
 from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, success_rate
 from nxtdrive.tools.sweep.tables import agent_rows, choice_rows, interval, reached_rows
+from nxtdrive.tools.sweep.task import evaluate
 
 TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 
 LONG_WORK = """
 from nxtdrive.tools.sweep.runner import local_workers, plan
-from nxtdrive.tools.sweep.performance import evaluate
+from nxtdrive.tools.sweep.task import evaluate
 with local_workers(2) as workers:
     tasks = plan(["open"], range(100, 500), ["oracle"], "geometric")
     first, *_ = (workers.executor.submit(evaluate, task) for task in tasks)

@@ -41,9 +41,9 @@ from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
 from ...sweep.agents import drive, equipped
 from ...sweep.causes import Cause, Judgement
-from ...sweep.performance import Task, evaluate, failed
 from ...sweep.result_file import read_results
 from ...sweep.summary import aggregate
+from ...sweep.task import Task, evaluate, failed
 from .campaign import Campaign, Tally, Violation
 from .mutation import mutated
 

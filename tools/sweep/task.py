@@ -1,4 +1,4 @@
-"""Perform one mission of a sweep, and judge it."""
+"""The task of performing one mission of a sweep and judging it."""
 
 from __future__ import annotations
 
