@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -24,7 +23,12 @@ from .usb_devices import other_devices
 FRAME_TIMEOUT_S = 5.0
 RADIOS = Path("/sys/class/rfkill")
 """Where Linux lists radios and whether they are switched off."""
-OPENCV = re.compile(r"opencv-(contrib-)?python(-headless)?")
+OPENCV = (
+    "opencv-contrib-python",
+    "opencv-contrib-python-headless",
+    "opencv-python",
+    "opencv-python-headless",
+)
 """Distributions of OpenCV for Python, which all install the same package ``cv2``."""
 
 _PAIR = "Switch the brick's Bluetooth on, then: bluetoothctl, in it `scan on`, `pair 00:16:53:...`; the PIN is 1234."
@@ -125,12 +129,9 @@ def webcam(source: str) -> Finding:
 
 def opencv() -> Iterator[Finding]:
     """Check whether several distributions of OpenCV have overwritten each other's files."""
-    # an interrupted installation leaves folders without a name
-    named = (found.name for found in distributions() if "Name" in found.metadata)
-    installed = {name.lower().replace("_", "-") for name in named}
-    names = sorted(filter(OPENCV.fullmatch, installed))
+    names = [name for name in OPENCV if any(distributions(name=name))]
     if len(names) > 1:
-        wanted = next(each for each in requires("nxtdrive") or () if OPENCV.match(each))
+        wanted = next(each for each in requires("nxtdrive") or () if each.startswith(OPENCV))
         commands = f"`{pip_command('uninstall', *names)}`, `{pip_command('install', wanted)}`"
         remedy = f"Remove them and install one again: {commands}."
         yield warning("OpenCV", f"{' and '.join(names)} are installed and overwrite each other's files.", remedy)
