@@ -10,12 +10,15 @@ from typing import Protocol
 from firmware_protocol.errors import LinkError
 from nxtdrive.link.core import LinkCore, LinkState
 from nxtdrive.link.threads import CLOSING_S, Threads
+from nxtdrive.transports.base import Transport
 
 log = logging.getLogger(__name__)
 
 
 class WorkingLink(Protocol):
     """What the thread needs of `nxtdrive.link.link.Link`, which imports this module."""
+
+    transport: Transport
 
     def now(self) -> float:
         """Return the time on the link's clock."""
@@ -73,4 +76,4 @@ class LinkThread:
             except LinkError:
                 pass  # the program's next request meets the same error and can handle it
             except Exception:  # leases and motions depend on this thread, so it survives a defect
-                log.exception("unexpected error in the link's thread")
+                log.exception("unexpected error in the thread of %s", self._link.transport.address)
