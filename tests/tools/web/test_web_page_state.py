@@ -84,12 +84,23 @@ Tell = Callable[..., None]
 
 
 class _Handler(SimpleHTTPRequestHandler):
+    """Serves the page's files, and has no missions and no runs."""
+
     def do_GET(self) -> None:
         if self.path == "/api/session":
             self.send_response(204)
             self.end_headers()
+        elif self.path.startswith("/api/"):
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(b"[]")
         else:
             super().do_GET()
+
+    def do_POST(self) -> None:
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b'{"mistakes": [], "warnings": []}')
 
     def log_message(self, *_: Any) -> None:
         """Say nothing."""
@@ -119,8 +130,8 @@ def tell(browser: WebDriver, site: str) -> Tell:
     return send
 
 
-def _sent(browser: WebDriver, kind: str) -> list[dict[str, Any]]:
-    return [each for each in browser.execute_script("return sent") if each["type"] == kind]
+def _sent(browser: WebDriver, *kinds: str) -> list[dict[str, Any]]:
+    return [each for each in browser.execute_script("return sent") if each["type"] in kinds]
 
 
 def _press(browser: WebDriver, key: str) -> None:
@@ -162,6 +173,18 @@ def test_space_works_a_button_that_the_keyboard_has_reached(browser, tell):
     _press(browser, Keys.SPACE)
     assert _sent(browser, "pause") == [{"type": "pause"}]
     assert _sent(browser, "stop") == []
+
+
+@pytest.mark.parametrize("page", ["", "missions.html", "calibrate.html", "runs.html"])
+def test_every_page_of_the_robot_says_what_it_does_and_stops_and_releases_it(browser, site, tell, page):
+    browser.get(f"{site}{page}")
+    tell(HELLO, {**STATE, "doing": "driving"})
+    assert _text(browser, "doing") == "driving"
+    stop = browser.find_element(By.ID, "stop")
+    stop.click()
+    tell({**STATE, "stopped": True})
+    stop.click()
+    assert _sent(browser, "stop", "release") == [{"type": "stop"}, {"type": "release"}]
 
 
 def test_a_stop_without_a_connection_is_sent_when_there_is_one_again(browser, tell):

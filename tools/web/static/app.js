@@ -6,10 +6,10 @@ import { Drive } from "./drive.js";
 import { FloorMap } from "./map.js";
 import { Decisions, Lines, MissionPanel } from "./mission.js";
 import "./nav.js";
-import { connect, find, notice } from "./page.js";
+import { connectRobot, find, notice } from "./page.js";
 
-const connection = connect("stop", find("doing"));
-let me = "", stopped = false, drives = true, lostLink = "";
+const connection = connectRobot();
+let me = "", drives = true, lostLink = "";
 
 showCamera(connection, find("camera"));
 new FloorMap(connection, find("map"), { grid: find("layer-grid"), belief: find("layer-belief"), truth: find("layer-truth") });
@@ -49,14 +49,12 @@ connection.on("control", ({ driver, asking }) => {
   find("give").hidden = !mine;
 });
 
-find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
 find("take").addEventListener("click", () => connection.send({ type: "take_control" }));
 find("give").addEventListener("click", () => connection.send({ type: "give_control" }));
 find("speed").addEventListener("input", ({ target }) => connection.send({ type: "speed_limit", percent: Number(target.value) }));
 
 function showState(state) {
-  if (connection.ended) return; // it comes after the event that has ended the program's only run
-  find("doing").textContent = state.doing;
+  if (connection.ended) return;
   if ("range_mm" in state) find("range").textContent = metres(state.range_mm);
   if ("battery_mv" in state) find("battery").textContent = `${(state.battery_mv / 1000).toFixed(1)} V`;
   find("bumper").textContent = !("touching" in state) ? "–" : state.touching ? "pressed" : "free"; // missions do not tell
@@ -64,13 +62,6 @@ function showState(state) {
   if (!("speed_limit" in state)) return; // a page without the pad
   find("speed").value = state.speed_limit;
   find("speed-shown").textContent = `${state.speed_limit} %`;
-  showStop(state.stopped);
-}
-
-function showStop(is) {
-  stopped = is;
-  find("stop").textContent = is ? "release" : "STOP";
-  find("stop").classList.toggle("released", is);
 }
 
 function metres(mm) {

@@ -2,10 +2,10 @@
 
 import { showCamera } from "./camera.js";
 import "./nav.js";
-import { brief, connect, find } from "./page.js";
+import { brief, connectRobot, find } from "./page.js";
 
-const connection = connect("stop", find("doing"));
-let stopped = false, question = 0, lacksSheet = false, running = false;
+const connection = connectRobot();
+let question = 0, lacksSheet = false, running = false;
 
 showCamera(connection, find("camera"));
 connection.on("hello", ({ address }) => {
@@ -15,8 +15,6 @@ connection.on("hello", ({ address }) => {
 });
 connection.on("run", () => block(true));
 connection.on("ended", () => block(false));
-connection.on("state", showState);
-connection.on("status", showState);
 connection.on("calibration", (state) => {
   running = state.running;
   find("file").textContent = state.file;
@@ -48,14 +46,6 @@ find("ask-form").addEventListener("submit", (event) => {
 });
 find("end").addEventListener("click", () => connection.send({ type: "stop_mission" }));
 find("save").addEventListener("click", () => connection.send({ type: "save_calibration" }));
-find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
-
-function showState(state) {
-  stopped = state.stopped;
-  find("doing").textContent = state.doing;
-  find("stop").textContent = stopped ? "release" : "STOP";
-  find("stop").classList.toggle("released", stopped);
-}
 
 function block(is) {
   find("start").disabled = is;

@@ -65,6 +65,7 @@ export class Connection {
   async image(data) {
     const head = new DataView(data, 0, 16);
     const [kind, number, time_s] = [head.getUint8(0), head.getUint32(4, true), head.getFloat64(8, true)];
+    if (!this.listeners.has(`image ${kind}`)) return;
     const bitmap = await createImageBitmap(new Blob([new Uint8Array(data, 16)]));
     this.tell(`image ${kind}`, { number, time_s, bitmap });
   }

@@ -1,13 +1,14 @@
 // The editor of missions: opens, checks while one types, saves.
 
 import "./nav.js";
-import { ask, find, notice } from "./page.js";
+import { ask, connectRobot, find, notice } from "./page.js";
 import { Photograph } from "./photograph.js";
 
 const CHECK_AFTER_MS = 300;
 const NEW = "new.toml";
 let opened = { name: "", version: "", text: "" }, checks = 0, waiting = 0;
 
+connectRobot();
 new Photograph(find, {
   // in place of the untouched template a new mission is made of the target
   text: () => (!opened.version && find("text").value === opened.text ? "" : find("text").value),

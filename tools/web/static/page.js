@@ -1,4 +1,4 @@
-// What pages have in common: the notice, and those with a STOP its key and the connection to the server.
+// What pages have in common: the notice, and the connection to the server, and STOP.
 
 import { Connection } from "./connection.js";
 
@@ -27,8 +27,13 @@ export const brief = (text) => notice(text, NOTICE_MS);
 // Args: the message that Space sends, and the element that says what the robot does
 export function connect(stop, doing) {
   const connection = new Connection();
-  connection.on("hello", () => notice(""));
+  let lost = false;
+  connection.on("hello", () => {
+    if (lost) notice("");
+    lost = false;
+  });
   connection.on("closed", () => {
+    lost = true;
     doing.textContent = "no connection to nxtdrive";
     notice("Connection to nxtdrive lost; retrying every second. STOP takes effect when it is back.");
   });
@@ -39,6 +44,23 @@ export function connect(stop, doing) {
       connection.send({ type: stop });
     }
   });
+  return connection;
+}
+
+// a page of one robot: says what it does; its button stops and releases it
+export function connectRobot() {
+  const connection = connect("stop", find("doing"));
+  let stopped = false;
+  const show = (state) => {
+    if (connection.ended) return; // it comes after the event that has ended the program's only run
+    find("doing").textContent = state.doing;
+    if (!("stopped" in state)) return; // a run of another program, which cannot be released
+    stopped = state.stopped;
+    find("stop").textContent = stopped ? "release" : "STOP";
+    find("stop").classList.toggle("released", stopped);
+  };
+  for (const type of ["state", "status"]) connection.on(type, show);
+  find("stop").addEventListener("click", () => connection.send({ type: stopped ? "release" : "stop" }));
   return connection;
 }
 

@@ -1,8 +1,9 @@
 // The list of runs.
 
 import "./nav.js";
-import { ask, find, notice } from "./page.js";
+import { ask, connectRobot, find, notice } from "./page.js";
 
+connectRobot();
 const answer = await ask("api/runs");
 
 if (answer.ok) {
