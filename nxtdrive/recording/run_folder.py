@@ -6,6 +6,7 @@ everything up to that moment. The rest is written when the run ends, however it 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -117,6 +118,22 @@ def summary(report: Report | None, error: str, details: dict[str, object]) -> di
     }
 
 
+def check_parent(parent: Path) -> None:
+    """Refuse a folder in which no run could be kept, before anything is done for one.
+
+    Args:
+        parent: As for `new_run_folder`; need not exist.
+
+    Raises:
+        ConfigError: It, or the nearest folder above it that exists, is no folder or cannot be written to.
+    """
+    nearest = next(path for path in (parent, *parent.parents) if os.path.lexists(path))
+    if not os.path.isdir(nearest):
+        raise _unusable(parent, errno.ENOTDIR)
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise _unusable(parent, errno.EACCES)
+
+
 def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
     """Make the next numbered folder for a mission, ``lena-then-rilakkuma-001`` and so on.
 
@@ -138,9 +155,14 @@ def new_run_folder(parent: Path, mission_name: str) -> RunFolder:
                 path.mkdir()
                 return RunFolder(path)
     except OSError as error:
-        raise ConfigError(
-            f"{parent}: cannot keep the run there ({error.strerror}).", remedy="Choose another folder with --out."
-        ) from None
+        raise _unusable(parent, error.errno) from None
+
+
+def _unusable(parent: Path, code: int | None) -> ConfigError:
+    return ConfigError(
+        f"{parent}: cannot keep the run there ({os.strerror(code or errno.EIO)}).",
+        remedy="Choose another folder with --out.",
+    )
 
 
 def _stem(mission_name: str) -> str:

@@ -52,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
     """Serve until the assistant disconnects; return the exit code."""
     require("mcp", "mcp", what="the assistant's protocol")
     from nxtdrive.mission.files import read_mission_file, robot_file_of
+    from nxtdrive.recording.run_folder import check_parent
     from nxtdrive.tools.mcp.assistant import Assistant
     from nxtdrive.tools.mcp.mission_status import MissionStatusHub
     from nxtdrive.tools.mcp.server import make_server, serve
@@ -60,6 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.web:
         require_page()
+    check_parent(args.out)
     status_hub, address, folder = MissionStatusHub(), in_real_time(mission_brick(args)), missions_folder(args)
     usual = robot_file_of(folder)
     robot = Robot(address, args.camera, read_mission_file(args.mission, args.robot, usual), status_hub, args.out)

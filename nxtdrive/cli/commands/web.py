@@ -62,8 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until Ctrl-C; return the exit code."""
     require_page()
+    from nxtdrive.recording.run_folder import check_parent
     from nxtdrive.tools.web.access import Pin
 
+    check_parent(args.out)
     serve = _serve_classroom if args.classroom else _serve_robot
     busy = serve(args, Pin() if args.lan else None)
     print_line(f"ended; no answer from {', '.join(busy)}, whose brick stops its motors itself" if busy else ENDED)

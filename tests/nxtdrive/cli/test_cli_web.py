@@ -22,6 +22,8 @@ from nxtdrive.tools.web.missions import Missions
         (["--classroom", "2", "--robot", "nosuch.toml"], "nosuch.toml"),
         (["--mission", "nosuch.toml"], "nosuch.toml"),
         (["--folder", "nosuch"], "there is no folder nosuch"),
+        (["--out", f"{__file__}/runs"], "cannot keep the run there"),
+        (["--classroom", "2", "--out", __file__], "cannot keep the run there"),
     ],
 )
 def test_mistakes_are_reported(arguments, says, capsys):

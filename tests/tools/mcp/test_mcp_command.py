@@ -113,3 +113,8 @@ def test_the_robot_file_of_the_folder_is_used(tmp_path, monkeypatch, capsys):
     (tmp_path / "robot.toml").write_text("[robot]\nradius_mm = 1\n", encoding="utf-8")
     assert main(["mcp", "--folder", str(tmp_path)]) == USAGE
     assert "robot.radius_mm" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_keep_runs_is_reported(capsys):
+    assert main(["mcp", "--out", f"{__file__}/runs"]) == USAGE
+    assert "cannot keep the run there" in capsys.readouterr().err
