@@ -13,6 +13,7 @@ from nxtdrive.recording.camera_folder import jpeg
 from nxtdrive.recording.run_reader import read_run
 
 from ..web.decisions import decisions_of
+from ..web.mission_run import open_decision, under_way
 from ..web.missions import Missions
 from ..web.motions import ShortMotion
 from ..web.robot import Robot
@@ -108,13 +109,13 @@ class Assistant:
     def status(self, wait_s: float = 0.0) -> dict[str, Any]:
         """Return what the robot is doing, after waiting up to `wait_s` for a mission's end or question."""
         until_s = time.monotonic() + wait_s
-        while time.monotonic() < until_s and self.robot.busy and not self._question()["open"]:
+        while time.monotonic() < until_s and self.robot.busy and not open_decision(self.robot.mission)["open"]:
             time.sleep(POLL_S)
         running, lost = self.robot.busy, self.status_hub.lost
         status: dict[str, Any] = {
             "running": running,
             "mission": self.status_hub.mission(),
-            "question": self._question(),
+            "question": open_decision(self.robot.mission),
         }
         if lost:
             status["link_lost"] = lost
@@ -122,9 +123,7 @@ class Assistant:
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open question."""
-        if (operator := self.robot.operator) is None:
-            raise ValueError("No mission is under way.")
-        operator.choose(number)
+        under_way(self.robot.mission).operator.choose(number)
 
     def stop(self) -> bool:
         """Abort any motion or mission of the robot; return whether it has ended."""
@@ -156,10 +155,6 @@ class Assistant:
         motion = ShortMotion(begin)
         self.robot.start(motion)
         return motion
-
-    def _question(self) -> Mapping[str, Any]:
-        operator = self.robot.operator
-        return operator.decision() if operator else {"open": False}
 
 
 def _check_limit(name: str, value: float, limit: float) -> None:

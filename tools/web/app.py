@@ -59,7 +59,7 @@ from .messages import (
     TakeControl,
     read_message,
 )
-from .mission_run import WebOperator
+from .mission_run import ShownMission, open_decision, under_way
 from .missions import Missions
 from .page_socket import Work, converse
 from .photographs import Photographs
@@ -89,22 +89,9 @@ class Watched(Protocol):
         """End the running mission, if there is one."""
         ...
 
-    def pause_mission(self) -> None:
-        """Let the robot stand until `resume_mission`; `ValueError` says why it cannot."""
-        ...
-
-    def resume_mission(self) -> None:
-        """End the pause, if there is one."""
-        ...
-
     @property
-    def run(self) -> str:
-        """Name of the run of the mission under way, or empty."""
-        ...
-
-    @property
-    def operator(self) -> WebOperator | None:
-        """Who answers the questions of the mission under way."""
+    def mission(self) -> ShownMission | None:
+        """The mission that runs or is about to, if there is one."""
         ...
 
 
@@ -162,7 +149,8 @@ class Server:
         return Response(sheet_bytes(".pdf"), media_type="application/pdf")
 
     def _list_runs(self, _request: Request) -> Response:
-        return as_json(self.runs.listed(self.robot.run))
+        mission = self.robot.mission
+        return as_json(self.runs.listed(mission.run if mission else ""))
 
     def _replay(self, request: Request) -> Response:
         try:
@@ -200,26 +188,24 @@ class Server:
         Raises:
             ValueError: It failed; the text says why.
         """
-        robot = self.robot
+        robot, mission = self.robot, self.robot.mission
         match message:
             case Stop():
                 robot.stop()
             case StopMission():
                 robot.stop_mission()
             case PauseMission():
-                robot.pause_mission()
-            case ResumeMission():
-                robot.resume_mission()
-            case Answer(question=question, choice=choice):
-                if (operator := robot.operator) is not None:
-                    operator.answer(question, choice)
-            case Evidence():
-                operator = robot.operator
-                client.append(as_message("open_decision", operator.decision() if operator else {"open": False}))
+                under_way(mission).pause()
             case Choose(number=number):
-                if (operator := robot.operator) is None:
-                    raise ValueError("No mission is under way.")
-                operator.choose(number)
+                under_way(mission).operator.choose(number)
+            case ResumeMission():
+                if mission is not None:
+                    mission.resume()
+            case Answer(question=question, choice=choice):
+                if mission is not None:
+                    mission.operator.answer(question, choice)
+            case Evidence():
+                client.append(as_message("open_decision", open_decision(mission)))
             case _ if self.driven is not None:
                 return self._control(self.driven, client, message)
             case _:

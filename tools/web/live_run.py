@@ -14,7 +14,7 @@ from nxtdrive.mission.assembly import MissionRun, OpenRobot
 
 from .app import Server, serving
 from .hub import Hub
-from .mission_run import ShownMission, WebOperator
+from .mission_run import ShownMission
 from .missions import Missions
 from .pictures import PictureFeed
 from .runs import Runs
@@ -71,23 +71,10 @@ class LiveRun:
 
     stop_mission = stop  # clients cannot drive here, so no stop has to last until it is released
 
-    def pause_mission(self) -> None:
-        """Let the robot stand until `resume_mission`; any thread."""
-        self._shown.pause()
-
-    def resume_mission(self) -> None:
-        """End the pause; any thread."""
-        self._shown.resume()
-
     @property
-    def run(self) -> str:
-        """Name of the run of the mission, or empty after its end; any thread."""
-        return self._shown.run
-
-    @property
-    def operator(self) -> WebOperator:
-        """Who answers the mission's questions; any thread."""
-        return self._shown.operator
+    def mission(self) -> ShownMission | None:
+        """The mission, until it has ended; any thread."""
+        return None if self._shown.over else self._shown
 
     def picture(self) -> Image | None:
         """Return the camera's latest picture, if it has given one; any thread."""

@@ -261,3 +261,19 @@ class ShownMission:
         show(GRID, encoded=layer(world.floor.log_odds, -SURE, SURE))
         chances = world.targets.beliefs[record.target].by_place()
         show(BELIEF, encoded=layer(chances, 0.0, max(float(chances.max()), 1e-9)))
+
+
+def under_way(mission: ShownMission | None) -> ShownMission:
+    """Return a robot's mission.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if mission is None:
+        raise ValueError("No mission is under way.")
+    return mission
+
+
+def open_decision(mission: ShownMission | None) -> dict[str, Any]:
+    """Return the open decision of a robot's mission, if there is one, as a program reads it."""
+    return mission.operator.decision() if mission else {"open": False}

@@ -22,7 +22,7 @@ from nxtdrive.transports.address import Address
 from ..teleop.controls import Controls
 from ..teleop.pilot import Pilot, View
 from .hub import Hub
-from .mission_run import ShownMission, WebOperator
+from .mission_run import ShownMission
 from .motions import ShortMotion
 from .pictures import PictureFeed
 from .task_slot import Task, TaskSlot
@@ -171,21 +171,6 @@ class Robot:
         """End the mission, calibration or short motion that runs or is about to, if there is one; any thread."""
         self._slot.end()
 
-    def pause_mission(self) -> None:
-        """Pause the running mission, the robot at rest, until `resume_mission`; any thread.
-
-        Raises:
-            ValueError: No mission is running.
-        """
-        if (mission := self._slot.mission) is None:
-            raise ValueError("No mission is running.")
-        mission.pause()
-
-    def resume_mission(self) -> None:
-        """End the pause of the running mission, if there is one; any thread."""
-        if (mission := self._slot.mission) is not None:
-            mission.resume()
-
     @property
     def busy(self) -> bool:
         """Whether a mission, calibration or short motion runs or is about to."""
@@ -221,14 +206,9 @@ class Robot:
         return self._pictures.latest
 
     @property
-    def run(self) -> str:
-        """Name of the run of the mission under way, or empty; any thread."""
-        return mission.run if (mission := self._slot.mission) is not None else ""
-
-    @property
-    def operator(self) -> WebOperator | None:
-        """Who answers the questions of the mission under way; any thread."""
-        return mission.operator if (mission := self._slot.mission) is not None else None
+    def mission(self) -> ShownMission | None:
+        """The mission that runs or is about to, if there is one; any thread."""
+        return self._slot.mission
 
     def _guarded(self) -> None:
         try:

@@ -16,14 +16,13 @@ import numpy as np
 import pytest
 from mcp.client.client import Client
 
-from behaviors.pause import Pause
 from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.mcp.assistant import Assistant
 from nxtdrive.tools.mcp.mission_status import MissionStatusHub
 from nxtdrive.tools.mcp.server import make_server
 from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.mission_run import WebOperator
+from nxtdrive.tools.web.mission_run import ShownMission
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.transports.address import Address
@@ -266,8 +265,8 @@ def test_the_assistant_may_decide_each_recovery(tmp_path):
 
 
 def test_a_mission_may_end_while_the_assistant_decides(fast, monkeypatch):
-    looks = cycle([WebOperator(Hub(), Pause()), None])  # it has ended at every second look at it
-    monkeypatch.setattr(Robot, "operator", property(lambda _: next(looks)))
+    looks = cycle([ShownMission(read_mission_file(None), Hub(), confirm=True), None])  # ended at every second look
+    monkeypatch.setattr(Robot, "mission", property(lambda _: next(looks)))
     assert fast.status()["question"] == {"open": False}
     with pytest.raises(ValueError, match="No mission is under way"):
         fast.choose(0)

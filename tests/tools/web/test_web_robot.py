@@ -160,7 +160,7 @@ def test_the_pause_of_a_mission_that_cannot_begin_is_over_with_it(tmp_path):
     hub = PauseWitness()
     robot = Robot(Address.parse("sim://empty?pace=fast"), None, read_mission_file(None), hub, tmp_path / "runs")
     robot.start_mission(read_mission_file(None), confirm=False)
-    robot.pause_mission()
+    robot.mission.pause()
     assert hub.paused
     robot.open()
     try:

@@ -16,14 +16,13 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from behaviors.journal import Kind, Record
-from behaviors.pause import Pause
 from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.recording.run_folder import RunFolder
 from nxtdrive.tools.web.app import Server
 from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.mission_run import WebOperator, doing
+from nxtdrive.tools.web.mission_run import ShownMission, doing
 from nxtdrive.tools.web.missions import Missions
 from nxtdrive.tools.web.page_socket import MAX_CLIENTS
 from nxtdrive.tools.web.robot import Robot
@@ -342,8 +341,10 @@ def test_without_a_mission_no_decision_is_open(tmp_path):
     ("message", "says"), [({"type": "evidence"}, "open"), ({"type": "choose", "number": 0}, "text")]
 )
 def test_a_mission_may_end_while_a_message_about_its_decision_is_obeyed(tmp_path, monkeypatch, message, says):
-    looks = chain([WebOperator(Hub(), Pause())], repeat(None))  # it has ended at the second look at it
-    monkeypatch.setattr(Robot, "operator", property(lambda _: next(looks)))
+    looks = chain(
+        [ShownMission(read_mission_file(None), Hub(), confirm=True)], repeat(None)
+    )  # ended at the second look
+    monkeypatch.setattr(Robot, "mission", property(lambda _: next(looks)))
     with _client(_server(tmp_path)).websocket_connect("/ws") as page:
         page.send_json(message)
         assert _until(page, lambda each: says in each)[says] in (False, "No decision is open.")
