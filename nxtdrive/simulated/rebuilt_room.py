@@ -19,7 +19,8 @@ from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
 from nxtdrive.recording.map.scene import MapScene, gather, pose_of, sighted_at
 from nxtdrive.simulated.scenario import Scenario
-from sim_backend.world.world_file import WorldFile
+from sim_backend.toml_file import check
+from sim_backend.world.world_file import LEAST_RADIUS_MM, WorldFile
 
 KIND = "rebuilt"
 """Class of the scenario, for displays."""
@@ -34,11 +35,13 @@ TARGETS_OWN_MM = 250.0
 OVER_MM = 60.0
 """A target was seen over obstacles this near to the line of sight."""
 ROOM_MM = 160.0
-"""Obstacles this near to the robot's path are errors of the map: the robot was there."""
+"""Obstacles this near to the path of the middle of a usual robot are errors of the map: the robot was there."""
 LATEST = 15
 """A target's place is the median of its last sightings: the nearest ones, mostly."""
 MARGIN_MM = 15.0
 """By this the mission's robot is larger than the body, for safety."""
+SIMPLER = {"left_reversed": False, "right_reversed": False, "wheel_mismatch_percent": 0.0, "turn_slip_percent": 0.0}
+"""What the simulated robot does not have, as a mission describes it."""
 SHARED_CAMERA = ("hfov_deg", "height_mm", "forward_mm", "right_mm", "yaw_deg", "tilt_deg", "roll_deg", "latency_s")
 
 
@@ -58,7 +61,7 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
     looks = list(_looks(records, mission))
     targets = _targets(looks, mission)
     low, high = _corners([*scene.points(), *(at for at, _ in targets.values())])
-    cells = _obstacles(scene, [at for at, _ in targets.values()])
+    cells = _obstacles(scene, [at for at, _ in targets.values()], max(ROOM_MM, mission.robot.radius_mm))
     over = {cell for cell in cells if any(_between(cell, look) for look in looks)}
     heights = (over, (mission.camera.height_mm + mission.robot.sonar_height_mm) / 2), (cells - over, TALL_MM)
     world = {
@@ -66,6 +69,7 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
         "floor": {"size_mm": (high[0] - low[0], high[1] - low[1])},
         "robot": {"start_mm": (-low[0], -low[1]), **_robot(mission)},
         "camera": {name: getattr(mission.camera, name) for name in SHARED_CAMERA},
+        "ultrasonic": {"forward_mm": mission.robot.sonar_forward_mm, "height_mm": mission.robot.sonar_height_mm},
         "sensors": [{"kind": "compass", "port": mission.robot.compass}] if mission.robot.compass else [],
         "boxes": [
             {"name": f"{height_mm:.0f} mm, {number}", "at_mm": _less(at, low), "size_mm": size, "height_mm": height_mm}
@@ -83,14 +87,16 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
             for name, (at, facing_deg) in targets.items()
         ],
     }
-    wired = mission.robot.model_copy(update={"left_reversed": False, "right_reversed": False})
-    return Scenario(KIND, 0, WorldFile.model_validate(world), mission.model_copy(update={"robot": wired}))
+    room, problems = check(WorldFile, world)
+    if room is None:
+        raise ValueError(f"the simulator has no such robot: {'; '.join(each.sentence for each in problems)}")
+    return Scenario(KIND, 0, room, mission.model_copy(update={"robot": mission.robot.model_copy(update=SIMPLER)}))
 
 
 def _robot(mission: Mission) -> dict[str, Any]:
     robot = mission.robot
     return {
-        "radius_mm": robot.radius_mm - MARGIN_MM,
+        "radius_mm": max(LEAST_RADIUS_MM, robot.radius_mm - MARGIN_MM),
         "wheel_diameter_mm": robot.wheel_diameter_mm,
         "track_mm": robot.axle_track_mm,
         "left_port": robot.left,
@@ -139,14 +145,14 @@ def _between(cell: Point, look: _Look) -> bool:
     return 0.0 < along_mm < forward_mm and abs(aside_mm) <= OVER_MM
 
 
-def _obstacles(scene: MapScene, targets: Sequence[Point]) -> set[Point]:
-    """Return the cells with an obstacle that is not a target and not where the robot was."""
+def _obstacles(scene: MapScene, targets: Sequence[Point], room_mm: float) -> set[Point]:
+    """Return the cells with an obstacle that is not a target and farther than `room_mm` from the robot's path."""
     path = [pose.point for pose, _ in scene.poses]
     return {
         cell
         for cell in scene.cells(LIKELY)
         if all(math.dist(cell, at) > TARGETS_OWN_MM for at in targets)
-        and all(math.dist(cell, at) > ROOM_MM for at in path)
+        and all(math.dist(cell, at) > room_mm for at in path)
     }
 
 

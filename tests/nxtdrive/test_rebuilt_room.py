@@ -31,6 +31,10 @@ def _look(x_mm: float, y_mm: float, range_mm: float | None, *, seen: bool = Fals
     return Record(0.0, Kind.LOOK, "search", "lena", data)
 
 
+def _mission(**tables: dict[str, object]) -> Mission:
+    return Mission.model_validate(MISSION | tables)
+
+
 def _before(range_mm: float, *, seen: bool) -> list[Record]:
     """Looks at something in front of the robot, which moves to and fro a little."""
     return [_look(30.0 * (i % 2), 0.0, range_mm - 30.0 * (i % 2), seen=seen) for i in range(8)]
@@ -54,6 +58,10 @@ def test_an_obstacle_is_low_if_the_target_was_seen_past_it(seen):
     assert all((box.height_mm < camera.height_mm) is seen for box in ahead)
 
 
+def test_a_large_robot_does_not_stand_in_an_obstacle():
+    assert not rebuilt(_before(300.0, seen=False), _mission(robot={"radius_mm": 450.0})).world.boxes
+
+
 def test_targets_that_were_never_seen_are_not_there():
     mission = Mission.model_validate(MISSION)
     assert not rebuilt(_before(500.0, seen=False), mission).world.pictures
@@ -64,6 +72,28 @@ def test_targets_that_were_never_seen_are_not_there():
 def test_a_journal_without_a_path_makes_no_room():
     with pytest.raises(ValueError, match="nowhere"):
         rebuilt([Record(0.0, Kind.START, "idle", "", {})], Mission.model_validate(MISSION))
+
+
+@pytest.mark.parametrize(
+    ("key", "described", "believed"), [("wheel_mismatch_percent", 4.0, 0.0), ("turn_slip_percent", 12.0, 0.0)]
+)
+def test_the_mission_does_not_correct_wheels_that_the_simulated_robot_does_not_have(key, described, believed):
+    scenario = rebuilt([_look(0.0, 0.0, None)], _mission(robot={key: described}))
+    assert getattr(scenario.mission.robot, key) == believed
+
+
+def test_the_sonar_is_where_the_mission_says():
+    room = rebuilt([_look(0.0, 0.0, None)], _mission(robot={"sonar_forward_mm": 30.0, "sonar_height_mm": 40.0})).world
+    assert (room.ultrasonic.forward_mm, room.ultrasonic.height_mm) == (30.0, 40.0)
+
+
+def test_the_smallest_robot_of_a_mission_has_a_room():
+    assert rebuilt([_look(0.0, 0.0, None)], _mission(robot={"radius_mm": 50.0})).world.robot.radius_mm == 50.0
+
+
+def test_what_the_simulator_cannot_have_is_said_in_words():
+    with pytest.raises(ValueError, match=r"^the simulator has no such robot: camera.tilt_deg: must be -30 or more"):
+        rebuilt([_look(0.0, 0.0, None)], _mission(camera={"tilt_deg": -40.0}))
 
 
 @pytest.fixture(scope="module", name="past")
