@@ -16,7 +16,7 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.recording.decision_costs import CandidateCost, DecisionCosts, decision_costs
-from nxtdrive.recording.output_file import replace_file
+from nxtdrive.recording.output_file import locked, replace_file
 from nxtdrive.recording.run_folder import WHAT_IF
 
 from .regret import over_missions, regret
@@ -107,9 +107,10 @@ def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
     Raises:
         OSError: It cannot be written.
     """
-    known = {**decision_costs(folder), decision.decision: decision}
-    content = {"run": name, "decisions": [known[at].plain() for at in sorted(known)]}
-    replace_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
+    with locked(folder):  # other commands may add theirs at the same time
+        known = {**decision_costs(folder), decision.decision: decision}
+        content = {"run": name, "decisions": [known[at].plain() for at in sorted(known)]}
+        replace_file(folder / WHAT_IF, (json.dumps(content, indent=2) + "\n").encode())
 
 
 def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:

@@ -7,6 +7,7 @@ import json
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import date
 
@@ -33,6 +34,7 @@ from nxtdrive.tools.sweep.what_if import (
     read_recorded,
 )
 from nxtdrive.tools.sweep.what_if_file import read_missions
+from nxtdrive.tools.sweep.what_if_result import keep
 from sim_backend.simulation import Simulation
 
 WAIT = {"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}
@@ -304,6 +306,16 @@ OTHERS = {
     "no words": {**DECISION, "candidates": [{"chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}]},
     "no object": "1",
 }
+
+
+def test_commands_that_examine_one_run_at_the_same_time_lose_no_decision(tmp_path):
+    def examine(numbers):
+        for number in numbers:
+            keep(tmp_path, "run", DecisionCosts.model_validate({**DECISION, "decision": number}))
+
+    with ThreadPoolExecutor() as both:
+        list(both.map(examine, (range(1, 21), range(21, 41))))
+    assert [*decision_costs(tmp_path)] == [*range(1, 41)]
 
 
 def test_of_a_file_that_another_program_wrote_only_whole_decisions_are_read(tmp_path):
