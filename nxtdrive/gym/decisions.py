@@ -19,7 +19,7 @@ from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import RECOVERIES
 from behaviors.stepped_mission import SteppedMission
-from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_eyes, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
@@ -101,8 +101,9 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         cost_per_s: float = 1.0,
     ) -> None:
         self._scenarios = ScenarioSampler(kinds, seeds, profile)
-        self._eyes, self._cost_per_s = check_eyes(eyes), cost_per_s
+        self._eyes, self._cost_per_s = check_eyes(eyes), check_cost(cost_per_s)
         self._ongoing: _OngoingMission | None = None
+        self._ended = False
         highest = np.array([1, MANY, MANY, MANY, LONGEST_S, MANY, MANY, 1, 10, 1, LONGEST_S], np.float32)
         row = np.array([*([1] * len(KINDS)), LONGEST_S, 1, LONGEST_S], np.float32)
         self.observation_space = spaces.Dict(
@@ -126,6 +127,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         """
         super().reset(seed=seed, options=options)
         self.close()
+        self._ended = False
         episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
         episode.observers.append(episode.judge)
         self._ongoing = ongoing = _OngoingMission(episode)
@@ -139,16 +141,17 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             InvalidAction: The action is not a whole number.
             ResetNeeded: No episode has begun, or it has ended.
         """
-        if (ongoing := self._ongoing) is None or ongoing.stepped.report is not None:
+        if (ongoing := self._ongoing) is None or self._ended:
             raise gymnasium.error.ResetNeeded("reset() begins an episode.")
         episode, question = ongoing.episode, ongoing.stepped.question
         before_s, reached = episode.time_s, len(episode.reached)
         number = candidate_number(action, len(question.candidates) if question else 0)
         ongoing.stepped.step(number)
         report = ongoing.stepped.report
+        self._ended = report is not None
         reward = len(episode.reached) - reached - self._cost_per_s * (episode.time_s - before_s)
         late = report is not None and report.ending is Ending.TIME_UP
-        return ongoing.observe(), reward, report is not None and not late, late, ongoing.info() | {"taken": number}
+        return ongoing.observe(), reward, self._ended and not late, late, ongoing.info() | {"taken": number}
 
     def close(self) -> None:
         """End the mission under way."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from operator import index
 from typing import Any
 
@@ -85,3 +87,14 @@ def check_eyes(eyes: str) -> str:
     if eyes not in (GEOMETRIC, CAMERA):
         raise ConfigError(f"{eyes!r} is not a kind of eyes.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
     return eyes
+
+
+def check_cost(cost_per_s: float) -> float:
+    """Return the cost of a second.
+
+    Raises:
+        ConfigError: It is not a finite number.
+    """
+    if not isinstance(cost_per_s, Real) or not math.isfinite(cost_per_s):
+        raise ConfigError(f"cost_per_s is a finite number, not {cost_per_s!r}.", remedy="Write cost_per_s=0.01.")
+    return float(cost_per_s)

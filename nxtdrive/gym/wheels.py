@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Outage, Sighting
 from behaviors.profile_names import ADAPTIVE
-from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_eyes, episode_info
+from nxtdrive.gym.scenario_sampler import TUNING_SEEDS, ScenarioSampler, check_cost, check_eyes, episode_info
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import GEOMETRIC
 
@@ -67,7 +67,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         eyes: str = GEOMETRIC,
         cost_per_s: float = 1.0,
     ) -> None:
-        self._scenarios, self._cost_per_s = ScenarioSampler(kinds, seeds, ADAPTIVE), cost_per_s
+        self._scenarios, self._cost_per_s = ScenarioSampler(kinds, seeds, ADAPTIVE), check_cost(cost_per_s)
         self._renders = check_eyes(eyes) != GEOMETRIC
         self._episode: Episode | None = None
         self._ended = False

@@ -154,6 +154,9 @@ def test_what_does_not_exist_is_refused(make):
         make(kinds=["nowhere"])
     with pytest.raises(ConfigError, match="not a kind of eyes"):
         make(eyes="x-ray")
+    for cost in (float("nan"), float("inf"), "1", None):
+        with pytest.raises(ConfigError, match="cost_per_s is a finite number"):
+            make(cost_per_s=cost)
     seeds = ("x", float("nan"), 1.7, True, "7")
     for options in ({"kind": "nowhere"}, {"kind": 5}, *({"seed": seed} for seed in seeds), {"knd": "open"}):
         with pytest.raises(ConfigError, match=r"no class|no seed|no option 'knd'"):
@@ -185,6 +188,17 @@ def test_an_episode_that_has_ended_needs_a_reset(name, action, monkeypatch):
     env.reset(seed=1)
     env.step(action)
     env.close()
+
+
+@pytest.mark.slow
+def test_a_mission_that_needs_no_decision_ends_with_the_first_step():
+    env = DecisionEnv(kinds=["open"])
+    observation, info = env.reset(options={"seed": 3})
+    assert info["decision"] is None
+    assert not observation["action_mask"].any()
+    assert env.step(0)[1:4] == (0.0, True, False)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(0)
 
 
 def test_speeds_beyond_the_limits_count_as_these():
