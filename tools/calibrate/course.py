@@ -76,6 +76,9 @@ class Course:
         self._ports = output_port(robot.left), output_port(robot.right)
         self._signs = motor_signs((robot.left_reversed, robot.right_reversed))
         self._sonar = bool(robot.ultrasonic)
+        self._lost: dict[str, str] = {}
+        self._safety = {sensor for sensor, port in (("sonar", robot.ultrasonic), ("bumper", robot.touch)) if port}
+        rover.on_sensor_change(self._sensor_changed)
         self.track = Track(camera.size)
         self._blocked = False
         self._lacking = 0
@@ -221,7 +224,18 @@ class Course:
             if self._brick.now() >= end_s:
                 return seen
 
+    def _sensor_changed(self, sensor: str, error: str) -> None:
+        """Do without a sensor that does not answer; without an error it answers again."""
+        self._lost[sensor] = error
+        if not error:
+            del self._lost[sensor]
+
     def _step(self, speed_mm_s: float, turn_deg_s: float) -> Seen:
+        if speed_mm_s > 0 and self._safety and self._safety <= self._lost.keys():
+            raise CalibrationRefused(
+                f"the robot cannot notice obstacles: {'; '.join(self._lost.values())}",
+                remedy="Check the cables and ports. Of a sensor that it does not have, the port in [robot] is 0.",
+            )
         objection = self._rover.drive(speed_mm_s, turn_deg_s)
         if objection in (StopReason.CONTACT, StopReason.STALLED):
             raise CalibrationRefused(f"the robot was stopped: {objection}.", remedy="Clear the floor and start again.")

@@ -15,12 +15,14 @@ from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
 from .course import CalibrationRefused, Course
 from .motor_directions import dead_zone_percent, is_reversed
-from .sonar_place import SonarEstimate, estimate_sonar
+from .sonar_place import estimate_sonar
 from .verdict import believed_values, check, described, measured, rounded
 
 if TYPE_CHECKING:
     from nxtdrive.brick import Brick
     from nxtdrive.vision.camera import Camera
+
+    from .track import Track
 
 METHOD = "marker sheet"
 CONE_UNSURE_DEG = 6.0
@@ -94,14 +96,16 @@ def calibrate(
         robot, power = _motors(brick, camera, robot)
         directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
-    course, found = None, None
+    course, found, remark = None, None, ""
     if {"camera", "wheels", "sonar"} & set(what):
         course = Course(brick, camera, build_rover(brick, robot), robot)
         settled_s = course.drive_all(say)
         say("computing")
         found = estimate(course.track, robot, before.camera, settled_s)
-        check(found, camera.size[0])
-        _add(new, what, found, estimate_sonar(course.track, found.values), sheet_height_mm)
+        own = {name: found.values[name] for name in (*CAMERA_KEYS, *WHEEL_KEYS)}
+        check(found, camera.size[0], misfit_px(course.track, own, found.values))
+        _add(new, what, found, sheet_height_mm)
+        remark = _add_sonar(new, course.track, found) if "sonar" in what else ""
     file = described(before, new.tables)
     lines = list(new.lines(before, file))
     if course is None or found is None:
@@ -109,7 +113,7 @@ def calibrate(
     earlier_px, now_px = (
         misfit_px(course.track, believed_values(each.robot, each.camera), found.values) for each in (before, file)
     )
-    return Outcome(file, lines, (earlier_px, now_px), found.views)
+    return Outcome(file, lines, (earlier_px, now_px), found.views, remark)
 
 
 def identified(brick: Brick, before: RobotFile) -> dict[str, object]:
@@ -159,10 +163,8 @@ class _Values:
                 yield Line(f"{name}.{key}", getattr(old, key), getattr(new, key), self._errors.get(key))
 
 
-def _add(
-    new: _Values, what: Collection[str], found: Estimate, heard: SonarEstimate | None, sheet_height_mm: float
-) -> None:
-    """Add the values found in front of the sheet."""
+def _add(new: _Values, what: Collection[str], found: Estimate, sheet_height_mm: float) -> None:
+    """Add the values of camera and wheels found in front of the sheet."""
     errors = found.standard_errors
     if "camera" in what:
         values = rounded(found.values, CAMERA_KEYS)
@@ -172,11 +174,25 @@ def _add(
         # the track is the one that fits how far the robot turns, which includes slip
         values = {**rounded(found.values, WHEEL_KEYS), "turn_slip_percent": 0.0}
         new.add("wheels", "robot", values, {key: errors[key] for key in WHEEL_KEYS})
-    if "sonar" in what and heard is not None:
-        values, sure = {"sonar_forward_mm": round(heard.forward_mm, 1)}, {"sonar_forward_mm": heard.standard_error_mm}
-        if heard.cone_deg is not None and heard.cone_deg[1] < CONE_UNSURE_DEG:
-            values["sonar_cone_deg"], sure["sonar_cone_deg"] = heard.cone_deg
-        new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
+
+
+def _add_sonar(new: _Values, track: Track, found: Estimate) -> str:
+    """Add the sonar's values; return why it keeps those that it had, if it does and others were found.
+
+    Raises:
+        CalibrationRefused: They cannot be used, and there are no others.
+    """
+    try:
+        heard = estimate_sonar(track, found.values)
+    except CalibrationRefused as refusal:
+        if not new.tables["camera"] | new.tables["robot"]:
+            raise
+        return f"The sonar was not calibrated: {refusal}"
+    values, sure = {"sonar_forward_mm": round(heard.forward_mm, 1)}, {"sonar_forward_mm": heard.standard_error_mm}
+    if heard.cone_deg is not None and heard.cone_deg[1] < CONE_UNSURE_DEG:
+        values["sonar_cone_deg"], sure["sonar_cone_deg"] = heard.cone_deg
+    new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
+    return ""
 
 
 def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from nxtdrive.motion.wheel_geometry import mm_per_degree
 
+from .course import CalibrationRefused
 from .track import Array, Track, at_times, poses
 
 STRAIGHT_DEG = 8.0
@@ -21,6 +22,11 @@ BEYOND_DEG = 4.0
 """The beam's edge is known when there are enough echoes from beyond it, by this at least."""
 HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
 """Half angles of the beam that are tried."""
+WHOLE_MM = 10.0
+"""The sensor gives whole centimetres; how it rounds is not known."""
+NOISIEST_MM = 50.0
+"""Echoes that scatter more do not follow the distance of the wall: the sensor is stuck, or hears something else."""
+REMEDY = "Check the sonar with `nxtdrive sensor`, and its cable and port; hang the sheet on a wall that reflects sound."
 OUTLIER = 3.0
 """Errors count up to this many standard deviations."""
 GROUPS = 5
@@ -35,7 +41,7 @@ class SonarEstimate:
 
     Attributes:
         forward_mm: The sonar in front of the axle.
-        standard_error_mm: Of that.
+        standard_error_mm: Of that, with the rounding to whole centimetres.
         noise_mm: Standard deviation of single echoes.
         echoes: Number of echoes used.
         cone_deg: Whole angle of its beam, and the standard error of that; None where the wall gives no echo aslant.
@@ -48,32 +54,39 @@ class SonarEstimate:
     cone_deg: tuple[float, float] | None
 
 
-def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate | None:
-    """Estimate the sonar's place; None with too few echoes from straight before the wall.
+def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
+    """Estimate the sonar's place.
 
     Args:
         track: What was recorded.
         values: Wheels and the sheet's place, as `camera_and_wheels.estimate` found them.
+
+    Raises:
+        CalibrationRefused: There are too few echoes from straight before the wall, or they are not of the wall.
     """
-    if not track.ranges:
-        return None
     mm_per_deg = mm_per_degree(values["wheel_diameter_mm"], values["wheel_mismatch_percent"])
     path = poses(np.asarray(track.counts), mm_per_deg, values["axle_track_mm"])
-    times, ranges = np.asarray(track.ranges).T
+    times, ranges = np.asarray(track.ranges, np.float64).reshape(-1, 2).T
     x, y, heading = at_times(path, times)
     turn = math.radians(values["sheet_turn_deg"])
     off = np.remainder(heading - turn + math.pi, 2 * math.pi) - math.pi
     wall_mm = (values["sheet_x_mm"] - x) * math.cos(turn) + (values["sheet_y_mm"] - y) * math.sin(turn)
     facing = np.abs(off) < math.radians(STRAIGHT_DEG)
-    if facing.sum() < FEWEST:
-        return None
+    if (echoes := int(facing.sum())) < FEWEST:
+        raise CalibrationRefused(
+            f"the sonar gave {echoes} echoes from straight before the wall, and {FEWEST} are needed.", remedy=REMEDY
+        )
     forward = (wall_mm - ranges)[facing] / np.cos(off[facing])
     middle = float(np.median(forward))
     noise = max(1.0, float(1.4826 * np.median(np.abs(forward - middle))))
-    error = 1.25 * noise / math.sqrt(facing.sum())
+    if noise > NOISIEST_MM:
+        raise CalibrationRefused(
+            f"the sonar's echoes scatter by {noise:.0f} mm round the wall's distance.", remedy=REMEDY
+        )
+    error = math.hypot(1.25 * noise / math.sqrt(echoes), WHOLE_MM / math.sqrt(12))
     upright_mm = wall_mm - middle * np.cos(off)
     cone_deg = _cone(np.degrees(np.abs(off)), upright_mm, ranges, noise)
-    return SonarEstimate(middle, error, noise, int(facing.sum()), cone_deg)
+    return SonarEstimate(middle, error, noise, echoes, cone_deg)
 
 
 def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> tuple[float, float] | None:

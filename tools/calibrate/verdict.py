@@ -17,6 +17,9 @@ from .course import REMEDY, CalibrationRefused
 
 MOST_RESIDUAL = 1.0 / 320
 """Largest distance between predicted and measured corners, over the frame's width."""
+MOST_MISSED = 1.0 / 50
+"""Largest such distance, root mean square, over the whole drive by wheel counts alone, over the frame's width: 1.4
+degrees of 60. Random slip gives a quarter of that; a robot that was moved, or whose wheel slipped once, much more."""
 UNSURE = {
     "hfov_deg": 0.8,
     "yaw_deg": 1.5,
@@ -33,27 +36,37 @@ UNSURE = {
 DIGITS = {"latency_s": 4, "wheel_diameter_mm": 2, "wheel_mismatch_percent": 2, "hfov_deg": 2}
 
 
-def check(found: Estimate, width_px: int) -> None:
+def check(found: Estimate, width_px: int, missed_px: float) -> None:
     """Refuse an estimate that is not good enough.
+
+    Args:
+        found: The estimate.
+        width_px: Width of the frames.
+        missed_px: By how much it misses the markers of the drive, as `camera_and_wheels.misfit_px` says.
 
     Raises:
         CalibrationRefused: It says why, and what to do.
     """
-    for reason in _objections(found, width_px):
+    for reason in _objections(found, width_px, missed_px):
         raise CalibrationRefused(reason, remedy=REMEDY)
 
 
-def _objections(found: Estimate, width_px: int) -> Iterator[str]:
+def _objections(found: Estimate, width_px: int, missed_px: float) -> Iterator[str]:
     if not found.converged:
         yield "no values fit what the camera saw."
     if not found.residual_px <= MOST_RESIDUAL * width_px:
         yield (
             f"the best values still miss the markers by {found.residual_px:.1f} px; the sheet may be bent or printed "
-            "in another size, or the wheels slip."
+            "in another size, the wheels slip, or the lens bends straight lines."
         )
     for key, most in UNSURE.items():
         if not found.standard_errors[key] <= most:  # NaN included
             yield f"{key} is uncertain by {found.standard_errors[key]:.2g}, more than {most:g}."
+    if not missed_px <= MOST_MISSED * width_px:
+        yield (
+            f"over the whole drive the best values miss the markers by {missed_px:.1f} px: the robot was moved, or a "
+            "wheel slipped."
+        )
 
 
 def rounded(values: Mapping[str, float], keys: tuple[str, ...]) -> dict[str, float]:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from behaviors.mission.robot import CALIBRATED, load_robot_file
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from sim_backend.bundled import WORLDS
 
 
 @pytest.fixture(autouse=True)
@@ -198,6 +199,36 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert main(["calibrate", "--json"]) == DONE
     again_px, _ = json.loads(capsys.readouterr().out)["misfit_px"]
     assert again_px == pytest.approx(after_px, abs=1)  # the same file in another drive, measured in the same way
+
+
+FAULT = """
+[[events]]
+name = "the plug comes loose"
+when = { at_s = 0 }
+sensor = 4
+fault = "unplugged"
+"""
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("what", "code"), [(["sonar"], NOT_ACHIEVED), (["camera", "sonar"], DONE)])
+def test_a_sonar_that_does_not_answer_is_left_out(here, capsys, what, code):
+    (here / "world.toml").write_text((WORLDS / "calibration.toml").read_text() + FAULT)
+    assert main(["calibrate", *what, "--nxt", "sim://world.toml"]) == code
+    said = capsys.readouterr()
+    assert "the sonar gave 0 echoes from straight before the wall" in (said.err if code else said.out)
+    if code == DONE:
+        assert load_robot_file(here / "robot.toml").calibration.missing == ["wheels", "sonar", "motors"]
+    else:
+        assert not (here / "robot.toml").exists()
+
+
+@pytest.mark.slow
+def test_a_robot_without_bumper_whose_sonar_does_not_answer_does_not_drive(here, capsys):
+    (here / "robot.toml").write_text("[robot]\ntouch = 0\n")
+    (here / "world.toml").write_text((WORLDS / "calibration.toml").read_text() + FAULT)
+    assert main(["calibrate", "camera", "--nxt", "sim://world.toml"]) == NOT_ACHIEVED
+    assert "cannot notice obstacles" in capsys.readouterr().err
 
 
 COLOR = '[mission]\ntargets = ["box"]\n[target.box]\ndetector = "color"\ncolor = "green"\n'

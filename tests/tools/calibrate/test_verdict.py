@@ -40,11 +40,17 @@ finite = st.floats(-20, 20)
 )
 def test_what_is_not_good_enough_is_refused(found, said):
     with pytest.raises(CalibrationRefused, match=said):
-        check(found, 320)
+        check(found, 320, 1.0)
+
+
+@pytest.mark.parametrize("missed_px", [8.3, math.nan])
+def test_a_drive_in_which_the_robot_was_moved_is_refused(missed_px):
+    with pytest.raises(CalibrationRefused, match="the robot was moved, or a wheel slipped"):
+        check(GOOD, 320, missed_px)
 
 
 def test_what_is_good_enough_is_not_refused():
-    check(GOOD, 320)
+    check(GOOD, 320, 1.0)
 
 
 def test_a_value_that_no_robot_has_is_refused():
@@ -89,17 +95,39 @@ def test_a_line_is_fitted_in_spite_of_outliers():
         assert abs(value - true) < max(5 * error, 0.05)
 
 
-@given(st.floats(-50, 200), st.floats(-5, 5))
-def test_the_place_of_the_sonar_is_found(forward_mm, turn_deg):
+def _towards_the_wall(turn_deg=0.0):
+    """Return a straight drive of 0.3 m, what is known of it, and how far from the wall it was each time."""
     values = {"wheel_mismatch_percent": 0.0, "wheel_diameter_mm": 56.0, "axle_track_mm": 112.0}
     values |= {"sheet_x_mm": 1300.0, "sheet_y_mm": 0.0, "sheet_turn_deg": turn_deg}
     mm_per_deg, track = math.pi * 56 / 360, Track((640, 480))
-    for i in range(60):
-        track.counts.append((i * 0.1, i * 10.0, i * 10.0))
-        wall_mm = (1300.0 - i * 10.0 * mm_per_deg) * math.cos(math.radians(turn_deg))
-        track.ranges.append((i * 0.1, wall_mm - forward_mm * math.cos(math.radians(turn_deg))))
+    track.counts = [(i * 0.1, i * 10.0, i * 10.0) for i in range(60)]
+    return track, values, [(1300.0 - i * 10.0 * mm_per_deg) * math.cos(math.radians(turn_deg)) for i in range(60)]
+
+
+@given(st.floats(-50, 200), st.floats(-5, 5))
+def test_the_place_of_the_sonar_is_found(forward_mm, turn_deg):
+    track, values, walls_mm = _towards_the_wall(turn_deg)
+    ahead_mm = forward_mm * math.cos(math.radians(turn_deg))
+    track.ranges = [(i * 0.1, wall_mm - ahead_mm) for i, wall_mm in enumerate(walls_mm)]
     found = estimate_sonar(track, values)
     assert found.forward_mm == pytest.approx(forward_mm, abs=0.5)
+
+
+def test_whole_centimetres_are_part_of_the_uncertainty():
+    track, values, walls_mm = _towards_the_wall()
+    track.ranges = [(i * 0.1, (wall_mm - 100.0) // 10 * 10) for i, wall_mm in enumerate(walls_mm)]
+    found = estimate_sonar(track, values)
+    assert abs(found.forward_mm - 100.0) < 2 * found.standard_error_mm
+
+
+@pytest.mark.parametrize(
+    ("echoes", "said"), [(0, "gave 0 echoes"), (19, "gave 19 echoes from straight before the wall"), (60, "scatter by")]
+)
+def test_a_sonar_that_is_silent_or_stuck_is_refused(echoes, said):
+    track, values, _ = _towards_the_wall()
+    track.ranges = [(i * 0.1, 400.0) for i in range(echoes)]
+    with pytest.raises(CalibrationRefused, match=said):
+        estimate_sonar(track, values)
 
 
 @pytest.mark.parametrize("cone_deg", [10.0, 30.0, 44.0])
@@ -126,7 +154,3 @@ def test_the_beam_of_the_sonar_is_found_where_the_wall_echoes_aslant(cone_deg, a
         assert found.cone_deg[0] == pytest.approx(cone_deg, abs=3)
     else:
         assert found.cone_deg is None
-
-
-def test_without_echoes_there_is_no_place_of_the_sonar():
-    assert estimate_sonar(Track((640, 480)), GOOD.values) is None
