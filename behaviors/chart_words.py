@@ -5,6 +5,7 @@ from __future__ import annotations
 from behaviors.events import Event
 
 STATES = {
+    "robot": "The whole mission, with its five regions.",
     "mission": "The pursuit of the targets.",
     "idle": "Waits for the start.",
     "active": "Pursues a target.",

@@ -79,7 +79,7 @@ def transition_table() -> str:
 
 def state_table() -> str:
     """Return a Markdown table of all states, each in a sentence, with what the chart does on entry."""
-    rows = ((box.state, STATES[box.state], _sentence(f"on_enter_{box.state}")) for box in _all(regions()))
+    rows = ((name, text, _sentence(f"on_enter_{name}")) for name, text in STATES.items())
     return _table(("state", "meaning", "on entry"), rows)
 
 
@@ -121,12 +121,6 @@ def _sentence(name: str) -> str:
     """Return the first line of a chart's method's docstring, or an empty string if there is no such method."""
     method = vars(MissionChart).get(name)
     return (method.__doc__ or "").partition("\n")[0] if method else ""
-
-
-def _all(boxes: Iterable[Box]) -> Iterator[Box]:
-    for box in boxes:
-        yield box
-        yield from _all(box.inner)
 
 
 def _box(state: State) -> Box:
