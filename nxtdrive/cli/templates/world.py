@@ -167,13 +167,21 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
                 remedy="Print it larger and give that --height-mm; a QR code of a shorter text has larger squares.",
             )
         raise ConfigError(
-            f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m; "
-            f"as a print of {target.width_mm:.0f} x {target.height_mm:.0f} mm its details are too small for that.",
+            f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
+            f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {_why(target)}.",
             remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
             if target.height_mm < STAMP_MM
-            else "Crop it to a part with clear shapes and contrast, print it larger and give that --height-mm, "
-            "or use a marker (--marker).",
+            else "Crop it, print it larger and give that --height-mm, or use a marker (--marker).",
         )
+
+
+def _why(target: TemplateTarget) -> str:
+    """Say why a photograph is not found."""
+    from nxtdrive.vision.detectors.range_prediction import predict_range
+    from nxtdrive.vision.sources import read_image
+
+    reasons = predict_range(read_image(target.picture)).reasons if target.picture else ()
+    return "; ".join(reasons) or "its details are too small for that"
 
 
 def _found_mm(

@@ -275,11 +275,13 @@ def test_without_a_height_it_says_what_is_needed(capsys):
         (np.full((400, 300, 3), 128, np.uint8), "297", "single colour"),
         (np.tile(np.linspace(90, 150, 300, dtype=np.uint8), (400, 1)), "297", "detector"),
         (_shapes(30, 30, 1), "297", "only 30x30 pixels"),
+        (_shapes(400, 300, 1) // 16, "200", "it has little contrast from afar"),
+        (np.repeat(np.tile([0, 0, 0, 255, 255, 255], 50)[None], 400, axis=0), "200", "its details are small"),
         (_shapes(400, 300, 1), "12", "does not find it"),
         (_shapes(400, 300, 1), "29.7", "A height in centimetres? 29.7 cm are 297 mm."),
         (_shapes(400, 300, 1), "2900", "too large"),
     ],
-    ids=["plain", "gradient", "few pixels", "a stamp", "centimetres", "a facade"],
+    ids=["plain", "gradient", "few pixels", "dark", "stripes", "a stamp", "centimetres", "a facade"],
 )
 def test_a_picture_that_cannot_be_found_is_refused_with_what_to_do(image, height_mm, expected, capsys):
     cv2.imwrite("p.png", image)
