@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from behaviors.mission import Mission
     from nxtdrive.brick import Brick
     from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
-    from sim_backend.firmware.sensors.input import AnalogSensor
+    from sim_backend.firmware.sensors.input_port import AnalogSensor
 
 EMPTY = "empty"
 """The bundled world without anything in it."""

@@ -20,7 +20,7 @@ from sim_backend.devices.failing import failing
 from sim_backend.devices.mounting import mount
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
-from sim_backend.firmware.sensors.input import AnalogSensor, InputPort
+from sim_backend.firmware.sensors.input_port import AnalogSensor, InputPort
 from sim_backend.link import LinkFaults, SimLink
 from sim_backend.webcam import Webcam
 from sim_backend.world.loading import load_world

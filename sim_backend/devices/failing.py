@@ -9,7 +9,7 @@ from sim_backend.devices.digital import NO_ECHO, UltrasonicSensor
 from sim_backend.firmware.sensors.analog import FULL_SCALE
 from sim_backend.firmware.sensors.color import ColorDevice
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
-from sim_backend.firmware.sensors.input import AnalogSensor
+from sim_backend.firmware.sensors.input_port import AnalogSensor
 from sim_backend.world.event_tables import Fault
 
 NO_ADDRESS = 0x01

@@ -16,7 +16,7 @@ from sim_backend.devices.analog import (
 from sim_backend.devices.color import ColorSensor
 from sim_backend.devices.digital import Compass, GenericI2CDevice, TemperatureSensor, UltrasonicSensor
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
-from sim_backend.firmware.sensors.input import AnalogSensor
+from sim_backend.firmware.sensors.input_port import AnalogSensor
 from sim_backend.world.sensor_tables import (
     ColorMount,
     CompassMount,

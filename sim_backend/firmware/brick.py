@@ -32,7 +32,8 @@ from sim_backend.firmware.motors.output import MotorPlant, OutputModule
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.i2c_sensor import I2CDevice
-from sim_backend.firmware.sensors.input import AnalogSensor, InputModule
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sensors.input_port import AnalogSensor
 from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui.ui_module import UiModule

@@ -20,14 +20,20 @@ DEFAULT_NAME = b"NXT"
 _STARTED, _VISIBLE = 1, 2
 """Bits that the start of the radio sets in the map's state of it, one pass after the other."""
 
-_OFF_AT_BOOT = -11
-"""Bytes that a boot which leaves the radio off adds to those of its answers."""
+RING = 128
+"""Size of the ring buffer of what the radio sends."""
+
+_PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
+"""Where its next byte is stored after a boot, by its answers to the firmware."""
 
 _TIME_OUT_MS = 494
 """Additional time for which the firmware waits for an answer that does not arrive."""
 
 _STREAM_ENDS_MS = 102
 """From a command in stream mode to the radio's earliest answer."""
+
+_SILENT_MS = 504
+"""How long the firmware waits for the answer of a radio that is off."""
 
 
 class _Operation(NamedTuple):
@@ -73,8 +79,8 @@ class Radio:
         self._changes: list[Change] = []
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
-        self._is_lost = False
-        self._answered = 0
+        self._is_lost = self._is_silent = False
+        self._ring_place = _PLACE_AFTER_BOOT
 
     @property
     def streaming(self) -> bool:
@@ -153,10 +159,14 @@ class Radio:
         self._link_state = link_state
 
     @property
-    def answered(self) -> int:
-        """Bytes of the radio's answers after the boot, which use up places in the ring buffer of the stream."""
+    def ring_place(self) -> int:
+        """Bytes that the radio has sent since the boot: where its next one is stored, modulo `RING`."""
         self._settle()
-        return self._answered
+        return self._ring_place
+
+    @ring_place.setter
+    def ring_place(self, place: int) -> None:
+        self._ring_place = place
 
     @property
     def received(self) -> bytes:
@@ -195,7 +205,7 @@ class Radio:
         self._name = _padded(self._stored_name[:NAME_AT_BOOT])
         if not before._on:
             self._on, self._state, self.shown_state = False, RadioState.OFF, RadioState.OFF
-            self._answered, self._link_state = _OFF_AT_BOOT, 0
+            self._ring_place, self._link_state = _PLACE_WITH_RADIO_OFF, 0
 
     def show_boot(self) -> None:
         """Show the last answers of the boot in the receive buffer."""
@@ -227,11 +237,13 @@ class Radio:
         if on:
             self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163), lead_ms=lead_ms)
         else:
-            off = [Change(5, Part.ON, False)]
+            answer = answers.SWITCHED_OFF if self._on else b""
+            off = [Change(5, Part.ANSWER, answer), Change(5, Part.ON, False)]
             if self._on:
-                off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.ANSWER, answers.SWITCHED_OFF)
-                off.append(Change(5, Part.REDRAWS))
-            self._occupy(5 if self._on else 606, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms)
+                off += Change(5, Part.STATE, RadioState.OFF), Change(5, Part.REDRAWS)
+            duration = 5 if self._on else _SILENT_MS + (0 if self._is_silent else _STREAM_ENDS_MS)
+            self._occupy(duration, *off, answer_ms=5, late_ms=1, lead_ms=lead_ms)
+            self._is_silent = not self._on
         return True
 
     def disconnect(self) -> bool:
@@ -248,16 +260,17 @@ class Radio:
         self._settle()
         off = self.state & RadioState.OFF  # which the map can overwrite
         wait, woken = (154, answers.woken(154)) if off else (0, [])
-        on_ms = 168 + wait + (not self._on)
+        on_ms = 168 + wait
         name = _padded(DEFAULT_NAME)
         self._occupy(
-            170 + wait,
-            Change(6, Part.STORED_NAME, name),
+            on_ms + 1,
             *woken,
+            Change(6 + wait, Part.STORED_NAME, name),
             Change(6 + wait, Part.ANSWER, answers.RESTORED),
+            Change(6 + wait, Part.ON),
             Change(6 + wait, Part.RESETTING, 1),
             Change(7 + wait, Part.STATE, RadioState.OFF),
-            *self._started(160 + wait, name, on_ms=on_ms, last_ms=170 + wait, reset=True),
+            *self._started(160 + wait, name, on_ms=on_ms, last_ms=on_ms + 1, reset=True),
             answer_ms=5,
         )
 
@@ -279,7 +292,9 @@ class Radio:
         self, duration_ms: int, *changes: Change, answer_ms: int = 4, late_ms: int = 0, lead_ms: int = 0
     ) -> None:
         began_ms = self._clock.now_ms - lead_ms
-        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, changes)
+        in_order = tuple(sorted(changes, key=itemgetter(0)))
+        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, in_order)
+        self._is_silent = False
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()
         if self._is_streaming:
@@ -306,13 +321,15 @@ class Radio:
         self._schedule(operation, max(_STREAM_ENDS_MS, passed_ms) - operation.answer_ms, late_ms)
 
     def _schedule(self, operation: _Operation, shift_ms: int, late_ms: int) -> None:
-        began_ms = operation.began_ms + shift_ms
+        began_ms, place = operation.began_ms + shift_ms, self.ring_place
+        changes: list[Change] = []
+        for at_ms, part, value in operation.changes:
+            if isinstance(value, bytes) and part is Part.ANSWER:
+                began_ms += place % RING + len(value) > RING  # the firmware reads up to the end of the ring in a pass
+                place += len(value)
+            changes.append(Change(began_ms + at_ms + (0 if part is Part.STORED_NAME else late_ms), part, value))
+        self._changes = sorted(changes, key=itemgetter(0))
         self._busy_until_ms = began_ms + operation.duration_ms + late_ms
-        changed = [
-            Change(began_ms + delay + (0 if part is Part.STORED_NAME else late_ms), part, value)
-            for delay, part, value in operation.changes
-        ]
-        self._changes = sorted(changed, key=itemgetter(0))
         self.on_plan()
 
     def _settle(self, until_ms: int | None = None) -> None:
@@ -322,7 +339,7 @@ class Radio:
             match self._changes.pop(0):
                 case _, Part.ANSWER, bytes(answer):
                     self.inbox[: len(answer)] = answer
-                    self._answered += len(answer)
+                    self._ring_place += len(answer)
                 case _, Part.MESSAGE, bytes(message):
                     self.inbox[: len(message)] = message
                 case _, Part.NAME, bytes(name):

@@ -6,11 +6,7 @@ from firmware_protocol.framing import LENGTH_SIZE
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.comm.dispatch import is_divided
 from sim_backend.firmware.limits import BLUETOOTH
-
-_RING = 128
-"""Size of the ring buffer."""
-_START = 62
-"""Where the first byte of a stream is stored in it after a boot that leaves the radio on."""
+from sim_backend.firmware.radio import RING
 
 _END_BT, _END_USB, _RECOVERY = 3, 4, 98
 """Passes from a command to the radio, over Bluetooth or USB, to the end of the stream, and from there to a new one."""
@@ -37,7 +33,6 @@ class RadioStream:
         self.waiting = b""
         self._taken = self._unheard = b""
         self._message_rest = 0
-        self._position = _START
         self._is_stream = self._was_full = self._at_end = self._is_blocked = False
         self._end_ms: int | None = None
         self._left_ms = 0
@@ -68,7 +63,7 @@ class RadioStream:
             self._end_ms = self._brick.now_ms
         self.waiting += data
         complete, self._unheard = _split(self._unheard + data)
-        self._was_full = len(self.waiting) + self._at_end > _RING
+        self._was_full = len(self.waiting) + self._at_end > RING
         return complete
 
     def read_on(self) -> None:
@@ -123,14 +118,14 @@ class RadioStream:
             return
         if not self._message_rest:
             self._taken, self._message_rest, self._is_blocked = b"", self.waiting[0] + 1, not self.waiting[0]
-        position = self._position + self._brick.radio.answered
-        count = min(self._message_rest, _RING - position % _RING, BLUETOOTH.buffer - len(self._taken))
+        radio = self._brick.radio
+        count = min(self._message_rest, RING - radio.ring_place % RING, BLUETOOTH.buffer - len(self._taken))
         piece, self.waiting = self.waiting[:count], self.waiting[count:]
         self._taken += piece
-        self._position += len(piece)
+        radio.ring_place += len(piece)
         self._message_rest -= len(piece)
         if not (self._is_blocked or (self._message_rest and len(self._taken) < BLUETOOTH.buffer)):
-            self._brick.radio.overwrite(self._brick.now_ms, self._taken[:1] + b"\0" + self._taken[2:])
+            radio.overwrite(self._brick.now_ms, self._taken[:1] + b"\0" + self._taken[2:])
             self._taken = b""
 
     def _take(self) -> bytes:
@@ -138,15 +133,15 @@ class RadioStream:
         if self._at_end and self.waiting:
             self._at_end = False
             return b""
-        position = self._position + self._brick.radio.answered
-        ahead = self._taken + self.waiting[: _RING - position % _RING]
+        radio = self._brick.radio
+        ahead = self._taken + self.waiting[: RING - radio.ring_place % RING]
         done = max(len(self._taken) - LENGTH_SIZE, 0) // BLUETOOTH.buffer * BLUETOOTH.buffer
         end = min(_size(ahead), LENGTH_SIZE + done + BLUETOOTH.buffer)
         count = len(ahead[:end]) - len(self._taken)
         self._taken, self.waiting = ahead[:end], self.waiting[count:]
-        self._position += count
+        radio.ring_place += count
         if not self.waiting:
-            self._at_end = self._was_full and (position + count) % _RING == 0
+            self._at_end = self._was_full and radio.ring_place % RING == 0
             self._was_full = False
         size = _size(self._taken)
         if len(self._taken) < min(size, LENGTH_SIZE + done + BLUETOOTH.buffer):

@@ -14,7 +14,8 @@ from sim_backend.firmware.comm.handler_result import (
     refuse_with_zeros,
     reply_with,
 )
-from sim_backend.firmware.sensors.input import INVALID, InputModule
+from sim_backend.firmware.sensors.input import InputModule
+from sim_backend.firmware.sensors.input_port import INVALID
 from sim_backend.firmware.sensors.low_speed import LowSpeedModule
 
 _TYPES, _MODES = Members(SensorType), Members(SensorMode)

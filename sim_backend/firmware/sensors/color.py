@@ -19,13 +19,18 @@ RED, GREEN, BLUE, BLANK = range(4)
 CALIBRATING, OFF = 1, 2
 """Calibration states: the calibration is being read; no sensor answers."""
 
-_ATTEMPT = 158
-"""Passes until the reading of a calibration fails; it begins again in the next one."""
+_LEVELS = (True, False, True, False)
+"""Levels of the first pin in the first steps of reading a calibration; the last one stays."""
+
+_REST = 100
+"""Passes without steps after these."""
+
+_FIRST_BYTE = len(_LEVELS) + 4
+"""Step that reads the first byte; each further one reads the next, and one more begins again."""
 
 _CALIBRATION = struct.Struct("<12I2H")
-"""Factors and limits of a calibration; a byte is read in each of the last passes of an attempt."""
+"""Factors and limits of a calibration."""
 
-_FIRST_BYTE = _ATTEMPT + 1 - _CALIBRATION.size
 _NO_ANSWER = 0xFF
 """Byte that is read if no sensor answers."""
 
@@ -67,7 +72,6 @@ class ColorPort:
     Attributes:
         device: The sensor, or None.
         state: Calibration state of the map: see `CALIBRATING`, `OFF`; 0 when the calibration was read.
-        waited: Passes since the reading of the calibration began.
         calibration: All factors of the sensor, row after row.
         limits: Limits of the sensor.
         readings: Converter values.
@@ -78,7 +82,7 @@ class ColorPort:
 
     def __init__(self) -> None:
         self.device: ColorDevice | None = None
-        self.state = self.waited = self._attempt = 0
+        self.state = self._step = self._rest = 0
         self.calibration: tuple[int, ...] = (0,) * 12
         self.limits: tuple[int, ...] = (0, 0)
         nothing: tuple[int, ...] = (0, 0, 0, 0)
@@ -93,31 +97,42 @@ class ColorPort:
 
     def begin_calibration(self) -> None:
         """Begin to read the calibration."""
-        self.state, self.waited, self._attempt = CALIBRATING, 0, 0
+        self.state = CALIBRATING
+        self.begin_reading()
 
-    def begin_exit(self) -> None:
-        """Begin the end of a sensor's use, which reads its calibration once."""
-        self.waited = self._attempt = 0
+    def begin_reading(self) -> None:
+        """Begin with the first step, whatever the state is."""
+        self._step = self._rest = 0
 
-    def go_on_with_exit(self) -> bool:
-        """Continue reading the calibration once; return whether that was not over yet."""
-        reads = self._attempt >= 0
-        if reads:
-            self.fails()
-        return reads
+    def begin_pass(self) -> None:
+        """Count a pass, which may do steps of reading the calibration."""
+        self._rest = max(self._rest - 1, 0)
 
-    def fails(self) -> bool:
-        """Continue the calibration of a sensor that does not answer; return whether it fails and begins again."""
-        self._attempt += 1
-        if self._attempt >= _FIRST_BYTE:
-            read = bytearray(_CALIBRATION.pack(*self.calibration, *self.limits))
-            read[self._attempt - _FIRST_BYTE] = _NO_ANSWER
-            values = _CALIBRATION.unpack(read)
-            self.calibration, self.limits = values[: len(self.calibration)], values[len(self.calibration) :]
-        failed = self._attempt == _ATTEMPT
-        if failed:
-            self._attempt = -1
-        return failed
+    def step(self) -> tuple[bool | None, bool]:
+        """Do a step of reading the calibration of a sensor that does not answer.
+
+        Returns:
+            The level that the first pin gets, or None; and whether the reading fails, which then begins again.
+        """
+        if self._rest:
+            return None, False
+        self._step += 1
+        if self._step == len(_LEVELS):
+            self._rest = _REST
+        if self._step <= len(_LEVELS):
+            return _LEVELS[self._step - 1], False
+        return None, self._step >= _FIRST_BYTE and self._read_byte(self._step - _FIRST_BYTE)
+
+    def _read_byte(self, place: int) -> bool:
+        """Read a byte of the calibration; return whether it is the last one."""
+        if place == _CALIBRATION.size:
+            self.begin_reading()
+            return False
+        read = bytearray(_CALIBRATION.pack(*self.calibration, *self.limits))
+        read[place] = _NO_ANSWER
+        values = _CALIBRATION.unpack(read)
+        self.calibration, self.limits = values[: len(self.calibration)], values[len(self.calibration) :]
+        return place == _CALIBRATION.size - 1
 
     def look(self, device: ColorDevice, mode: int) -> Color:
         """Light the lamps in turn and name the colour."""

@@ -14,7 +14,7 @@ from firmware_protocol.enums import SensorType
 from firmware_protocol.status import Status
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.sensors.i2c import BUFFER, STEPS_PER_MS
-from sim_backend.firmware.sensors.input import InputPort
+from sim_backend.firmware.sensors.input_port import InputPort
 from sim_backend.firmware.sensors.low_speed_channel import Channel, ChannelError, ChannelState
 from sim_backend.firmware.sensors.low_speed_ram import (
     AfterSendBuffer,

@@ -16,7 +16,7 @@ from sim_backend.firmware.cint import divide, s16
 from sim_backend.firmware.files.names import NAME_LIMIT
 from sim_backend.firmware.mailboxes import LOG
 from sim_backend.firmware.sensors.analog import FULL_SCALE
-from sim_backend.firmware.sensors.input import COLOR_TYPES
+from sim_backend.firmware.sensors.input_port import COLOR_TYPES
 from sim_backend.firmware.sensors.low_speed_channel import ChannelError
 from sim_backend.firmware.sound import MAX_VOLUME
 from sim_backend.firmware.ui.sleep_timer import MINUTE_MS
