@@ -44,7 +44,7 @@ class Mailboxes:
         return full
 
     def read(self, box: int, *, remove: bool) -> bytes | None:
-        """Return the oldest message of a queue, or None.
+        """Return the oldest message of a queue, or None; only a further message removes an empty one.
 
         Raises:
             OutOfMemory: The program has corrupted its memory.
@@ -53,6 +53,6 @@ class Mailboxes:
         if not queue:
             return None
         message = self._memory.bytes_of(queue[0])
-        if remove:
+        if remove and message:
             self._memory.free_array(queue.popleft())
         return message

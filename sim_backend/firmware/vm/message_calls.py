@@ -41,7 +41,7 @@ def _read(call: Call) -> None:
     else:
         message = call.devices.mailboxes.read(box, remove=bool(call.number(2)))
         status = Status.MAILBOX_EMPTY if message is None else Status.OK
-    call.put_bytes(3, b"\0" if message is None else message)
+    call.put_bytes(3, message or b"\0")
     call.put(0, status)
 
 
