@@ -1,4 +1,4 @@
-"""The workers of a command that plays many missions: processes of this computer, or a Dask cluster."""
+"""The workers of a command that runs many missions: processes of this computer, or a Dask cluster."""
 
 from __future__ import annotations
 

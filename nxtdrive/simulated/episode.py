@@ -1,4 +1,4 @@
-"""A mission in a random scenario: its simulation, its robot, and the targets reached by ground truth."""
+"""An episode: one mission in one scenario, from its start to its end, as in Gymnasium."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim_backend.simulation import Simulation
 
 
 class Episode:
-    """One mission in its simulation.
+    """A mission in its simulation, with its robot and the targets reached by the ground truth.
 
     Args:
         scenario: The scenario.

@@ -8,7 +8,7 @@ from behaviors.executive import Ending
 from firmware_protocol.direct import GetInputValues, SetOutputState
 from firmware_protocol.enums import InputPort, OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.tools.dev.faults import links
-from nxtdrive.tools.dev.faults.link_missions import perform_mission
+from nxtdrive.tools.dev.faults.link_missions import run_mission
 from nxtdrive.tools.dev.faults.wire import FOR_GOOD, REFUSED, STREAM, TRANSPORTS, USB, Exchange, Fault, Wire
 
 TRIALS = range(0, links.CAMPAIGN.count, 997)
@@ -67,4 +67,4 @@ class _Forgetful(list):
 
 @pytest.mark.parametrize("profile", ["thesis", "adaptive"])
 def test_a_mission_outlasts_a_brick_that_refuses_a_request(profile):
-    assert perform_mission(profile, USB, Fault(REFUSED, 400)) == (Ending.ACHIEVED, [])
+    assert run_mission(profile, USB, Fault(REFUSED, 400)) == (Ending.ACHIEVED, [])

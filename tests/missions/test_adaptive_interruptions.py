@@ -22,7 +22,7 @@ from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
 from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from nxtdrive.tools.sweep.task import perform as perform_scenario
+from nxtdrive.tools.sweep.task import run_episode
 from sim_backend.link import LinkFaults
 
 # one process looks up when a state is visited, and performs both of its tests
@@ -148,7 +148,7 @@ def test_the_same_seed_gives_the_same_journal(kind):
     journals = []
     for _ in range(2):
         scenario = generate_scenario(kind, 101)
-        _, referee = perform_scenario(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
+        _, referee = run_episode(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
         journals.append([record.to_json() for record in referee.records])
     assert len(journals[0]) > 50
     assert journals[0] == journals[1]

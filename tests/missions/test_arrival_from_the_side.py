@@ -9,7 +9,7 @@ import pytest
 
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 
 LENS_FORWARD_MM, ARRIVE_MM = 60.0, 420.0
 
@@ -25,7 +25,7 @@ def test_a_slanted_print_is_not_farther_away_than_its_echo_says(kind, seed):
         update={"wheel_diameter_mm": 1.08 * world.robot.wheel_diameter_mm, "track_mm": 0.92 * world.robot.track_mm}
     )
     world = world.model_copy(update={"robot": robot, "camera": world.camera.model_copy(update={"hfov_deg": 51.0})})
-    trace, _ = perform(replace(scenario, world=world), "adaptive", "geometric")
+    trace, _ = run_episode(replace(scenario, world=world), "adaptive", "geometric")
     stops = [
         entry for entry in trace.judged if entry.record.kind is Kind.TRANSITION and entry.record.data["to"] == "reached"
     ]

@@ -8,7 +8,7 @@ from behaviors.events import Reason
 from behaviors.executive import Ending
 from behaviors.journal import Kind
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
 
 UNSEEING_TURN_S = 2.0
@@ -18,7 +18,7 @@ UNSEEING_TURN_S = 2.0
 @pytest.mark.slow
 @pytest.mark.parametrize("eyes", ["geometric", pytest.param("camera", marks=pytest.mark.nightly)])
 def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
-    trace, referee = perform(generate_scenario("camera_loss", 102), "adaptive", eyes)
+    trace, referee = run_episode(generate_scenario("camera_loss", 102), "adaptive", eyes)
     lost = [record for record in referee.records if record.data.get("to") == "down"]
     unplugged_s = [each.time_s for each in trace.disturbances]
     assert [record.data["reason"] for record in lost] == [Reason.CAMERA_LOST] * len(unplugged_s)

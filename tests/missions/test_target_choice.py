@@ -11,7 +11,7 @@ from behaviors.journal import Kind
 from behaviors.mission import Mission
 from behaviors.recoveries import CHANGE_TARGET
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 
 SCENARIO = generate_scenario("absent", 100)
 """The first target does not exist; the second is in view at the first scan."""
@@ -21,14 +21,14 @@ TIME_LIMIT_S = 80.0
 
 def _events(scenario: Scenario) -> tuple[Ending, list[tuple[str, str]]]:
     """How the mission ended, and in turn each (target, what happened): a choice, left for another one, or reached."""
-    play, referee = perform(scenario, "adaptive", "geometric")
+    trace, referee = run_episode(scenario, "adaptive", "geometric")
     events = []
     for record in referee.records:
         if record.kind is Kind.CHOICE:
             events.append((record.target, record.data.get("instead", record.data["choice"])))
         elif record.kind is Kind.TRANSITION and record.data["to"] == "reached":
             events.append((record.target, "reached"))
-    return play.ending, events
+    return trace.ending, events
 
 
 def _mission(mission: Mission, in_order: bool) -> Mission:

@@ -13,7 +13,7 @@ from behaviors.mission import Mission
 from nxtdrive.cli.main import main
 from nxtdrive.simulated.rebuilt_room import OVER_MM, rebuilt
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 
 MISSION = {
     "mission": {"targets": ["lena"]},
@@ -99,7 +99,7 @@ def test_what_the_simulator_cannot_have_is_said_in_words():
 @pytest.fixture(scope="module", name="past")
 def _past():
     generated = generate_scenario("clutter", 103)
-    return generated, *perform(generated, "adaptive", "geometric")
+    return generated, *run_episode(generated, "adaptive", "geometric")
 
 
 @pytest.mark.slow

@@ -24,7 +24,6 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, cast
 
 import nxtdrive
-from behaviors.executive import Report
 from firmware_protocol.direct import GetOutputState, OutputState
 from firmware_protocol.enums import OutputMode, OutputPort, RegulationMode, RunState
 from nxtdrive.brick import Brick
@@ -209,20 +208,11 @@ def measure_simulation() -> Iterable[Figure]:
     """Measure the built-in mission with rendering and detection, and with geometric eyes, which skip both."""
     for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric eyes", GEOMETRIC, 100.0)):
         begun = time.perf_counter()
-        report = perform_built_in_mission(camera)
+        report = run_mission(nxt="sim://", camera=camera)
         wall_s = time.perf_counter() - begun
         yield Figure(f"built-in mission with {name}: simulated time", report.duration_s, "s")
         yield Figure(f"built-in mission with {name}: wall time", wall_s, "s")
         yield at_least(f"simulated / wall time with {name}", report.duration_s / wall_s, "x", goal)
-
-
-def perform_built_in_mission(camera: str) -> Report:
-    """Run the built-in mission without recording it.
-
-    Args:
-        camera: ``sim`` or ``geometric``.
-    """
-    return run_mission(nxt="sim://", camera=camera)
 
 
 DETECTORS: dict[str, dict[str, object]] = {

@@ -38,7 +38,7 @@ from sim_backend.world.world_file import Camera, Robot
 
 from ..calibrate.session import calibrate
 from ..sweep.result_file import ResultFile
-from ..sweep.task import UNCHANGED, Task, judge, perform
+from ..sweep.task import UNCHANGED, Task, judge, run_episode
 
 GOALS = {
     # value: goal, and whether it is a share of the value
@@ -100,7 +100,7 @@ def _world(true: RobotFile) -> str:
 
 
 def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
-    """Perform one mission of a random robot."""
+    """Run one mission of a random robot."""
     true = draw_robot(robot)
     kind = sorted(CLASSES)[number % len(CLASSES)]
     scenario = generate_scenario(kind, FIRST_SEED + number)
@@ -115,7 +115,7 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
     )
     believed = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
     scenario = replace(scenario, world=world, mission=described_by(scenario.mission, believed))
-    trace, _ = perform(scenario, "adaptive", "geometric")
+    trace, _ = run_episode(scenario, "adaptive", "geometric")
     judged = judge(Task(number, kind, scenario.seed, "adaptive", "geometric"), trace)
     kept = judged.model_dump(mode="json", include={"success", "sum_reward", "duration_s", "contacts", "ending"})
     return {"mission": number, "robot": robot, "class": kind, "arm": arm, **kept}
@@ -166,7 +166,7 @@ def _missions(done: dict[tuple[int, str], Line]) -> Iterator[str]:
 
 
 def main() -> None:
-    """Calibrate, perform missions, report."""
+    """Calibrate, run missions, report."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", type=int, default=50)
     parser.add_argument("--missions", type=int, default=600, help="for each of the two ways to know the robot")

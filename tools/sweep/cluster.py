@@ -1,6 +1,6 @@
 """Run a sweep on a Dask cluster that is already running: ``nxtdrive sweep --dask tcp://host:8786``.
 
-A mission is sent as names and numbers; each worker performs it with its own code. Every worker must therefore have the
+A mission is sent as names and numbers; each worker runs it with its own code. Every worker must therefore have the
 same nxtdrive as this computer: all workers are checked at the start, and a worker that joins later with another
 nxtdrive refuses its first mission.
 """

@@ -1,4 +1,4 @@
-"""Copies of this process, which go on from the same moment, each in another way."""
+"""Copies of this process, which continue from the same moment, each in another way."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _AllEnded(Exception):
 class Forks:
     """Copies of this process that compute one number each, one copy after the other.
 
-    A context manager: a copy ends with the context, or with the original, which leaves it when all copies have ended.
+    A context manager: a copy ends with the context or with the original, which leaves it once all copies have ended.
 
     Attributes:
         results: Results of the copies, in order; in the original.
@@ -46,7 +46,7 @@ class Forks:
         os._exit(error is not None)
 
     def each(self, number: int) -> int:
-        """Return each copy's own number, from 0, in it; the original goes on behind the context when all have ended.
+        """Return each copy's own number, from 0, in it; the original continues after the context once all have ended.
 
         Raises:
             RuntimeError: A copy ended without a result, in the original.

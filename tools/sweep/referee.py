@@ -59,7 +59,7 @@ class Disturbance:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeTrace:
-    """The ground truth of one mission from start to end.
+    """The ground truth of one episode.
 
     Attributes:
         targets: Names in order.

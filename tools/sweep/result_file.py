@@ -1,14 +1,13 @@
-"""The file of a sweep: one line of JSON per mission, in the order of the tasks."""
+"""The files of ``nxtdrive sweep`` and ``nxtdrive what-if``: one line of JSON per mission."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Self, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
@@ -18,28 +17,22 @@ from nxtdrive.host.unbuffered import write_all
 
 from .mission_result import MissionResult
 
-BEGIN = b'{"episode_index": '
-"""How each line begins, even one that an interruption cut short."""
 ANOTHER = "Choose another file with --out."
+Line = TypeVar("Line", bound=BaseModel)
 
 
 def read_results(path: Path) -> list[MissionResult]:
-    """Return the results in a sweep's file, except a last line that an interruption cut short.
-
-    Raises:
-        ConfigError: The file cannot be read, or is not a sweep's.
-    """
-    lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
-    return [_result(path, number, text) for number, text in enumerate(lines, start=1)]
+    """Return the results in a sweep's file, as `read_lines` does."""
+    return read_lines(path, MissionResult, "the file of a sweep")
 
 
-def whole_lines(path: Path, begin: bytes, foreign: Callable[[int], ConfigError]) -> list[bytes]:
+def read_lines(path: Path, model: type[Line], what: str) -> list[Line]:
     """Return the lines of a file, if there is one, except a last line that an interruption cut short.
 
     Args:
         path: The file.
-        begin: How each line begins.
-        foreign: Makes the error for a last line, by its number, that begins in another way.
+        model: Model of a line; every line, even one that was cut short, begins with the model's first field.
+        what: What the file has to be, for the error.
 
     Raises:
         ConfigError: The file cannot be read, or is another program's.
@@ -50,30 +43,30 @@ def whole_lines(path: Path, begin: bytes, foreign: Callable[[int], ConfigError])
         *whole, rest = read_bytes(path, MAX_BYTES).split(b"\n")
     except InputFileError as error:
         raise ConfigError(str(error)) from None
+
+    def foreign(number: int, reason: str = "") -> ConfigError:
+        return ConfigError(f"{path} is not {what} (line {number}{reason}).", remedy=ANOTHER)
+
+    begin = f'{{"{next(iter(model.model_fields))}": '.encode()
     if rest[: len(begin)] != begin[: len(rest)]:
         raise foreign(len(whole) + 1)
-    return whole
-
-
-def _result(path: Path, number: int, text: bytes) -> MissionResult:
-    try:
-        parse_object(text.decode())
-        return MissionResult.model_validate_json(text)
-    except ValidationError as error:
-        raise _foreign(path, number, f": {first_mistake(error.errors())}") from None
-    except ValueError:
-        raise _foreign(path, number) from None
-
-
-def _foreign(path: Path, number: int, reason: str = "") -> ConfigError:
-    return ConfigError(f"{path} is not the file of a sweep (line {number}{reason}).", remedy=ANOTHER)
+    lines = []
+    for number, text in enumerate(whole, start=1):
+        try:
+            parse_object(text.decode())
+            lines.append(model.model_validate_json(text))
+        except ValidationError as error:
+            raise foreign(number, f": {first_mistake(error.errors())}") from None
+        except ValueError:
+            raise foreign(number) from None
+    return lines
 
 
 class ResultFile:
-    """Appends lines to the file, after its last complete one.
+    """Appends lines to a file, after its last complete one.
 
     Args:
-        path: A file of which `whole_lines` accepts the lines, or a new one in a folder that exists.
+        path: A file that `read_lines` accepts, or a new one in a folder that exists.
         remedy: What to do when a line cannot be written.
 
     Raises:

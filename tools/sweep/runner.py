@@ -58,7 +58,7 @@ class InProcess(Executor):
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """The workers that perform calls; by default only this process.
+    """The workers that run calls; by default only this process.
 
     Attributes:
         executor: Any `concurrent.futures.Executor`, a cluster's included.
@@ -71,7 +71,7 @@ class Workers:
     ahead: int = 1
     watch: Callable[[], None] = lambda: None
 
-    def perform(self, calls: Iterable[tuple[K, Callable[[], T]]]) -> Iterator[tuple[K, Future[T]]]:
+    def run(self, calls: Iterable[tuple[K, Callable[[], T]]]) -> Iterator[tuple[K, Future[T]]]:
         """Yield the name of each call with its future, which is done, in the order of the calls."""
         queue = iter(calls)
         running: deque[tuple[K, Future[T]]] = deque()
@@ -150,11 +150,11 @@ def _end_with(parent: Connection) -> None:
 
 
 def run_tasks(tasks: Iterable[Task], workers: Workers) -> Iterator[MissionResult]:
-    """Perform tasks; yield their results in the order of the tasks as they become available.
+    """Run tasks; yield their results in the order of the tasks as they become available.
 
     A mission that killed its workers is reported as failed.
     """
-    for task, future in workers.perform((task, partial(evaluate, task)) for task in tasks):
+    for task, future in workers.run((task, partial(evaluate, task)) for task in tasks):
         error = future.exception()
         yield failed(task, error) if isinstance(error, WorkersDied) else future.result()
 
@@ -166,12 +166,12 @@ def sweep(
     *,
     progress: Callable[[MissionResult], None] = lambda _: None,
 ) -> Swept:
-    """Perform the tasks that have no result in the file yet, and append theirs.
+    """Run the tasks that have no result in the file yet, and append theirs.
 
     Args:
         tasks: All tasks of the sweep.
         out: The file, with one line of JSON per mission.
-        workers: Perform the missions.
+        workers: Run the missions.
         progress: Called with each new result, once it is in the file.
 
     Raises:

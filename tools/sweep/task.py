@@ -1,4 +1,7 @@
-"""The task of performing one mission of a sweep and judging it."""
+"""The task of running one mission of a sweep and judging it.
+
+An *episode* is one mission in one simulated scenario, from its start to its end, as in Gymnasium and LeRobot.
+"""
 
 from __future__ import annotations
 
@@ -62,8 +65,8 @@ class Task:
         return self.kind, self.seed, self.agent, self.eyes, self.described
 
 
-def perform(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
-    """Perform a mission and record its ground truth.
+def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
+    """Run an episode and record its ground truth.
 
     Returns:
         The trace to judge, and the referee, which has the journal.
@@ -110,10 +113,10 @@ def scenario_of(task: Task) -> Scenario:
 
 
 def evaluate(task: Task) -> MissionResult:
-    """Perform a task and return its result, even if the mission breaks."""
+    """Run a task and return its result, even if the mission breaks."""
     try:
         scenario = scenario_of(task)
-        trace, referee = perform(scenario, task.agent, task.eyes)
+        trace, referee = run_episode(scenario, task.agent, task.eyes)
         return judge(task, trace, predictions(referee.records, task.agent, scenario.mission))
     except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its result says what happened
         return failed(task, raised_by_profile(error, task.agent) or error)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from behaviors.executive import Ending, Executive, Report
 from behaviors.journal import Kind, Record
@@ -41,9 +41,13 @@ from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.judge import scene, stop_counts
 from sim_backend.scenarios.classes import ALL_CLASSES
+from sim_backend.simulation import Simulation
 
 from .forks import CAN_FORK, Forks
 from .runner import Workers
+
+Run = Callable[[Observers, MakeProfile], Report]
+"""Runs the mission that was opened, with these observers and this profile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,14 +143,14 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
         raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
     if past.mission is None:
         raise ConfigError(
-            f"{path} cannot be played again: its mission is not recorded.",
+            f"{path} cannot be repeated: its mission is not recorded.",
             remedy="Choose another run, or CLASS:SEED:PROFILE.",
         )
     if nxt.scheme != "sim":
         try:
             return RebuiltRun(path, rebuilt(past.records, past.mission))
         except ValueError as error:
-            raise ConfigError(f"{path} cannot be played in the simulator: {error}.") from None
+            raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.") from None
     choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
     nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
     return RecordedRun(path, past.mission, nxt, camera, tuple(choices))
@@ -185,14 +189,14 @@ class DecisionPoint:
 
 
 @dataclass(slots=True)
-class Rollout:
-    """How a mission went.
+class EpisodeOutcome:
+    """What came of an episode.
 
     Attributes:
-        decisions: Its decisions, in order.
-        reached: Mission time of the first right stop for each target, by the truth.
-        targets: All targets that exist.
         limit_s: The mission's time limit.
+        targets: All targets that exist.
+        decisions: Its decisions, in order.
+        reached: Mission time of the first stop that counts for each target, by the ground truth.
     """
 
     limit_s: float
@@ -208,13 +212,13 @@ class Rollout:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-def play(
+def run_episode(
     source: Source,
     decision: int = -1,
     enter: Callable[[], Branch] = Branch,
     tell: Callable[[DecisionPoint], None] = lambda _: None,
-) -> Rollout:
-    """Play a mission to its end.
+) -> EpisodeOutcome:
+    """Run a mission in the simulator from its start to its end.
 
     Args:
         source: The mission.
@@ -226,23 +230,26 @@ def play(
         ConfigError: The run cannot be repeated.
         KeyboardInterrupt: Ctrl-C, which ends a mission in good order.
     """
-    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as ready:
-        ready.observers.add("rollout", partial(_note, ready.rollout, ready.simulation, tell))
-        ask = partial(_decide, decision, enter, ready.rollout, ready.simulation.reseed)
-        if ready.run(supervised(ready.mission, ask)).ending is Ending.INTERRUPTED:
+    with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as (mission, sim, run):
+        pictures = {picture.name for picture in sim.world_file.pictures}
+        targets = tuple(target for target in mission.mission.targets if target in pictures)
+        outcome, observers = EpisodeOutcome(mission.mission.time_limit_s, targets), Observers()
+        observers.add("outcome", partial(_note, outcome, sim, tell))
+        ask = partial(_decide, decision, enter, outcome, sim.reseed)
+        if run(observers, supervised(mission, ask)).ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt
-        if ready.observers.failures:
-            raise RuntimeError(f"observers failed: {dict(ready.observers.failures)}")
-    return ready.rollout
+        if observers.failures:
+            raise RuntimeError(f"observers failed: {dict(observers.failures)}")
+    return outcome
 
 
 def _decide(
-    decision: int, enter: Callable[[], Branch], rollout: Rollout, reseed: Callable[[str], None], asked: Question
+    decision: int, enter: Callable[[], Branch], outcome: EpisodeOutcome, reseed: Callable[[str], None], asked: Question
 ) -> Choice:
     """Choose as the profile does, but for one decision."""
-    number, evidence = len(rollout.decisions), asked.evidence
+    number, evidence = len(outcome.decisions), asked.evidence
     words = tuple(each.choice.words() for each in asked.candidates)
-    rollout.decisions.append(DecisionPoint(evidence.target, evidence.reason.value, words))
+    outcome.decisions.append(DecisionPoint(evidence.target, evidence.reason.value, words))
     if number != decision:
         return asked.proposed
     branch = enter()
@@ -251,105 +258,81 @@ def _decide(
     return asked.candidates[branch.candidate].choice
 
 
-def _note(rollout: Rollout, simulation: Any, tell: Callable[[DecisionPoint], None], record: Record) -> None:  # noqa: ANN401 - as the transport gives it
+def _note(
+    outcome: EpisodeOutcome, simulation: Simulation, tell: Callable[[DecisionPoint], None], record: Record
+) -> None:
     if record.kind is Kind.CHOICE:
-        made = rollout.decisions[-1]
+        made = outcome.decisions[-1]
         made.time_s, made.chose = record.time_s, str(record.data["choice"])
         tell(made)
     claimed = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
-        rollout.reached.setdefault(record.target, record.time_s)
-
-
-@dataclass(slots=True)
-class _ReadyMission:
-    """A mission that is about to begin."""
-
-    mission: Mission
-    simulation: Any
-    observers: Observers
-    run: Callable[[MakeProfile], Report]
-    rollout: Rollout
-
-
-def _ready(
-    mission: Mission,
-    simulation: Any,  # noqa: ANN401 - see above
-    observers: Observers,
-    run: Callable[[MakeProfile], Report],
-) -> _ReadyMission:
-    """Set a mission up, with the targets that there are or will be."""
-    pictures = {picture.name for picture in simulation.world_file.pictures}
-    targets = tuple(target for target in mission.mission.targets if target in pictures)
-    rollout = Rollout(mission.mission.time_limit_s, targets)
-    return _ReadyMission(mission, simulation, observers, run, rollout)
+        outcome.reached.setdefault(record.target, record.time_s)
 
 
 @contextmanager
-def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[_ReadyMission]:
+def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Mission, Simulation, Run]]:
     if isinstance(source, GeneratedMission):
         scenario = generate_scenario(source.kind, source.seed)
         scenario = replace(scenario, mission=with_profile(scenario.mission, source.profile))
     else:
         scenario = source.scenario
-    mission = scenario.mission
     with closing(Episode(scenario, GEOMETRIC)) as episode:
-        robot, observers = episode.robot, Observers()
+        robot = episode.robot
 
-        def run(make_profile: MakeProfile) -> Report:
-            return Executive(mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
+        def run(observers: Observers, make_profile: MakeProfile) -> Report:
+            return Executive(robot.mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
 
-        yield _ready(mission, episode.simulation, observers, run)
+        yield robot.mission, episode.simulation, run
 
 
 @contextmanager
-def _open_recorded(source: RecordedRun) -> Iterator[_ReadyMission]:
-    mission = source.mission
+def _open_recorded(source: RecordedRun) -> Iterator[tuple[Mission, Simulation, Run]]:
     with open_robot(source.nxt, source.camera) as robot:
-        transport, observers = cast("SimTransport", robot.brick.link.transport), Observers()
         # the run was recorded, and a camera that is watched takes each frame when it is due
         robot.watch(lambda _: None)
 
-        def run(make_profile: MakeProfile) -> Report:
-            return MissionRun(mission, robot, observers, make_profile=make_profile).pursue()
+        def run(observers: Observers, make_profile: MakeProfile) -> Report:
+            return MissionRun(source.mission, robot, observers, make_profile=make_profile).pursue()
 
-        yield _ready(mission, transport.simulation, observers, run)
+        yield source.mission, cast("SimTransport", robot.brick.link.transport).simulation, run
 
 
 def branch_costs(source: Source, decision: int, candidates: Sequence[int], futures: int) -> list[list[float]]:
     """Return what these candidates of a decision cost in each future, in seconds: a row for each candidate.
 
-    The mission is played to the decision once and copied there with its process, where that is possible.
+    The episode runs to the decision once and is copied there with its process, where that is possible.
     """
     branches = list(product(candidates, range(futures)))
     if _copies(source):
         with Forks() as forks:
-            forks.tell(play(source, decision, lambda: Branch(*branches[forks.each(len(branches))])).cost_s(decision))
+            outcome = run_episode(source, decision, lambda: Branch(*branches[forks.each(len(branches))]))
+            forks.tell(outcome.cost_s(decision))
         costs_s = forks.results
     else:
-        costs_s = [play(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
+        costs_s = [run_episode(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
     return [costs_s[first : first + futures] for first in range(0, len(costs_s), futures)]
 
 
 def _copies(source: Source) -> bool:
-    """Return whether the branches of a mission are played by copies of its process."""
+    """Return whether copies of this process run the branches of an episode."""
     return CAN_FORK and not isinstance(source, RecordedRun)  # its camera may be a webcam: the thread would be missing
 
 
 def all_costs(
-    source: Source, base: Rollout, futures: int, wanted: Iterable[int], workers: Workers
+    source: Source, base: EpisodeOutcome, futures: int, wanted: Iterable[int], workers: Workers
 ) -> Iterator[tuple[int, list[list[float]]]]:
     """Yield the number of each decision and the costs of its candidates, in order, as they become available.
 
     Args:
         source: The mission.
-        base: How it went.
+        base: What came of it without a branch.
         futures: For each candidate.
         wanted: Numbers of the decisions.
-        workers: Play them; without copies each candidate by itself, so that one decision keeps all of them busy.
+        workers: Run the branches; without copies each candidate by itself, so that one decision keeps all of them busy.
     """
     rows: list[list[float]] = []
-    for number, future in workers.perform(_calls(source, base, futures, wanted)):
+    for number, future in workers.run(_calls(source, base, futures, wanted)):
         rows += future.result()
         if len(rows) == len(base.decisions[number].candidates):
             yield number, rows
@@ -357,7 +340,7 @@ def all_costs(
 
 
 def _calls(
-    source: Source, base: Rollout, futures: int, wanted: Iterable[int]
+    source: Source, base: EpisodeOutcome, futures: int, wanted: Iterable[int]
 ) -> Iterator[tuple[int, Callable[[], list[list[float]]]]]:
     for number in wanted:
         candidates = range(len(base.decisions[number].candidates))

@@ -8,14 +8,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from firmware_protocol.errors import ConfigError
-from input_files.json_text import parse_object
 from nxtdrive.recording.decision_costs import DecisionCosts
 
-from .result_file import whole_lines
-
-BEGIN = b'{"run": '
-"""How each line begins, even one that an interruption cut short."""
+from .result_file import read_lines
 
 Key = tuple[str, int | None, int | None, int | None]
 """Mission, decision, size of the sample and number of futures."""
@@ -47,23 +42,5 @@ class ExaminedMission(BaseModel):
 
 
 def read_missions(path: Path) -> dict[Key, ExaminedMission]:
-    """Return the missions of a file by their keys, except a last one that an interruption cut short.
-
-    Raises:
-        ConfigError: The file cannot be read, or is not of what-if.
-    """
-    lines = whole_lines(path, BEGIN, lambda number: _foreign(path, number))
-    missions = [_mission(path, number, line) for number, line in enumerate(lines, start=1)]
-    return {each.key: each for each in missions}
-
-
-def _mission(path: Path, number: int, line: bytes) -> ExaminedMission:
-    try:
-        parse_object(line.decode())
-        return ExaminedMission.model_validate_json(line)
-    except ValueError:
-        raise _foreign(path, number) from None
-
-
-def _foreign(path: Path, line: int) -> ConfigError:
-    return ConfigError(f"{path} is not from nxtdrive what-if (line {line}).", remedy="Choose another file with --out.")
+    """Return the missions of a file by their keys, as `read_lines` reads them."""
+    return {each.key: each for each in read_lines(path, ExaminedMission, "from nxtdrive what-if")}

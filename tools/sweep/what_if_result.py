@@ -22,7 +22,7 @@ from nxtdrive.recording.run_folder import WHAT_IF
 from .regret import over_missions, regret
 from .runner import Workers
 from .summary import Estimate, estimate
-from .what_if import RebuiltRun, RecordedRun, Rollout, Source, all_costs, play
+from .what_if import EpisodeOutcome, RebuiltRun, RecordedRun, Source, all_costs, run_episode
 from .what_if_file import ExaminedMission, Key
 
 Tell = Callable[[str], None]
@@ -67,13 +67,13 @@ class Request:
 
 
 def examine(name: str, source: Source, request: Request, workers: Workers, tell: Tell) -> Iterator[DecisionCosts]:
-    """Play a mission and the branches of its decisions; yield each decision with the cost of its candidates.
+    """Run a mission and the branches of its decisions; yield each decision with the cost of its candidates.
 
     Args:
         name: As the user named the mission.
         source: The mission.
         request: Which decisions.
-        workers: Play the branches.
+        workers: Run the branches.
         tell: Called with a sentence at each step.
 
     Raises:
@@ -82,20 +82,20 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
     if isinstance(source, RebuiltRun):
         world = source.scenario.world
         tell(
-            f"{name} is a run of a real robot. It is played in a room made from its map, with {len(world.boxes)} "
+            f"{name} is a run of a real robot. It is repeated in a room made from its map, with {len(world.boxes)} "
             f"obstacles and {len(world.pictures)} targets; the robot may decide differently there."
         )
     if isinstance(source, RecordedRun):
         request.numbers(len(source.choices))
     tell(f"{name}: repeating the mission, to find its decisions")
     begun_s = time.perf_counter()
-    base = play(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
+    base = run_episode(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
     took_s = time.perf_counter() - begun_s
     if isinstance(source, RecordedRun):
         _check_repeated(name, source.choices, base)
     wanted = request.numbers(len(base.decisions))
     branches = request.futures * sum(len(base.decisions[at].candidates) for at in wanted)
-    tell(f"{name}: {number_of(branches, 'mission')} to play; this one took {took_s:.1f} s")
+    tell(f"{name}: {number_of(branches, 'mission')} to run; this one took {took_s:.1f} s")
     for done, (at, costs_s) in enumerate(all_costs(source, base, request.futures, wanted, workers), 1):
         tell(f"{name}: decision {at + 1} is done, {done} of {len(wanted)}")
         yield _decision_costs(at, base, costs_s)
@@ -125,7 +125,7 @@ def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
     }
 
 
-def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Rollout) -> None:
+def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: EpisodeOutcome) -> None:
     """Raise a `ConfigError` that names the first decision in which a mission differs from its record."""
     choices = [(each.time_s, each.chose) for each in base.decisions]
     for number, (was, now) in enumerate(zip_longest(recorded, choices), 1):
@@ -139,7 +139,7 @@ def _check_repeated(name: str, recorded: Sequence[tuple[float, str]], base: Roll
             )
 
 
-def _decision_costs(at: int, base: Rollout, costs_s: list[list[float]]) -> DecisionCosts:
+def _decision_costs(at: int, base: EpisodeOutcome, costs_s: list[list[float]]) -> DecisionCosts:
     """Return what each candidate of a decision would have cost."""
     made, found = base.decisions[at], regret(np.array(costs_s))
     means = [estimate([(cost_s, 1.0) for cost_s in each]) for each in costs_s]

@@ -205,7 +205,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     from nxtdrive.drawing.sheet import encoded
     from nxtdrive.mission.files import read_robot_file
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.tools.sweep.task import Task, perform, scenario_of
+    from nxtdrive.tools.sweep.task import Task, run_episode, scenario_of
     from nxtdrive.tools.sweep.true_map import draw_true_map
     from sim_backend.scenarios.classes import ALL_CLASSES
 
@@ -218,9 +218,9 @@ def _draw_map(args: argparse.Namespace) -> int:
     _agents([agent])
     out = args.out or Path(f"{kind}-{seed}-{agent}.png".replace(":", "-"))  # Windows has no colons in names
     task = Task(0, kind, number, agent, args.eyes, read_robot_file(args.robot))
-    play, _ = perform(scenario_of(task), agent, args.eyes)
+    trace, _ = run_episode(scenario_of(task), agent, args.eyes)
     with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
-        write_file(out, encoded(draw_true_map(play, f"{kind}, seed {seed}, agent {agent}"), out))
+        write_file(out, encoded(draw_true_map(trace, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)
     return DONE
 

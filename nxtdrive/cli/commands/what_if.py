@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play all branches; return the exit code."""
+    """Run all branches; return the exit code."""
     if args.decision is not None and len(args.run_paths) > 1:
         raise ConfigError("--decision is for one run.", remedy="Name one, or leave --decision out.")
     from nxtdrive.tools.sweep.result_file import ResultFile
@@ -105,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
         for name, source in sources.items():
             result = kept.get(request.key(name))
             if result is None:
-                result = request.answered(name, list(_played(name, source, request, workers, show)))
+                result = request.answered(name, list(_examined(name, source, request, workers, show)))
                 if file:
                     file.append(result.to_json())
             elif show:
@@ -131,10 +131,10 @@ def _with_interval(figure: Sequence[float], digits: int, unit: str = "") -> str:
     return f"{value}{unit}" + (f" [{', '.join(ends)}]" if ends else "")
 
 
-def _played(
+def _examined(
     name: str, source: Source, request: Request, workers: Workers, show: Show | None
 ) -> Iterator[DecisionCosts]:
-    """Play a mission and its branches; show each decision and keep it in the run folder once it is known."""
+    """Run a mission and its branches; show each decision and keep it in the run folder once it is known."""
     from nxtdrive.recording.run_folder import WHAT_IF
     from nxtdrive.tools.sweep.what_if import RecordedRun
     from nxtdrive.tools.sweep.what_if_result import examine, keep

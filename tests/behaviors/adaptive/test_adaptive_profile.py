@@ -32,7 +32,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.recording.wording import evidence_lines
 from nxtdrive.simulated.robot import GEOMETRIC, scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -266,7 +266,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 @pytest.mark.slow
 def test_a_person_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
-    trace, referee = perform(generate_scenario("doorway", 3013), "adaptive", "geometric")
+    trace, referee = run_episode(generate_scenario("doorway", 3013), "adaptive", "geometric")
     waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY

@@ -18,13 +18,13 @@ from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import NAMES
 from nxtdrive.tools.sweep.plots import STYLES, check_plotting, counted, title, write_plot
 from nxtdrive.tools.sweep.summary import wilson
-from nxtdrive.tools.sweep.task import perform
+from nxtdrive.tools.sweep.task import run_episode
 from nxtdrive.tools.sweep.true_map import draw_true_map, true_map_page
 
 
 @pytest.fixture(name="trace", scope="module")
 def _trace():
-    trace, _ = perform(generate_scenario("open", 100), "oracle", "geometric")
+    trace, _ = run_episode(generate_scenario("open", 100), "oracle", "geometric")
     return trace
 
 
@@ -54,7 +54,7 @@ def test_a_map_of_a_failed_mission_says_which_targets_were_not_reached(trace):
 
 @pytest.mark.slow
 def test_a_map_says_when_a_person_stood_in_the_way():
-    trace, _ = perform(generate_scenario("doorway", 12010), "oracle", "geometric")
+    trace, _ = run_episode(generate_scenario("doorway", 12010), "oracle", "geometric")
     page = true_map_page(trace, "x")
     assert "person who stood there, when" in {key.text for key in page.keys}
     assert any(re.fullmatch(r"\d+ to \d+ s", tag.text) for tag in page.tags)

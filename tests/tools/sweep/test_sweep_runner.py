@@ -79,7 +79,7 @@ def test_each_mission_is_in_the_file_before_the_next_one_begins(tmp_path):
 
 def test_the_result_of_each_call_is_taken_before_the_next_one_begins_in_this_process():
     order = []
-    for name, future in Workers().perform((name, partial(order.append, f"{name} begins")) for name in "ab"):
+    for name, future in Workers().run((name, partial(order.append, f"{name} begins")) for name in "ab"):
         assert future.done()
         order.append(f"{name} is taken")
     assert order == ["a begins", "a is taken", "b begins", "b is taken"]
@@ -95,7 +95,7 @@ def test_only_so_many_calls_are_submitted_ahead():
 
     recorder = Recorder()
     found = []
-    for number, future in Workers(recorder, ahead=3).perform((number, partial(pow, number, 2)) for number in range(5)):
+    for number, future in Workers(recorder, ahead=3).run((number, partial(pow, number, 2)) for number in range(5)):
         found.append((number, future.result(), recorder.submitted))
     assert found == [(0, 0, 3), (1, 1, 4), (2, 4, 5), (3, 9, 5), (4, 16, 5)]
 

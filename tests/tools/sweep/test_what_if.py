@@ -27,11 +27,11 @@ from nxtdrive.tools.sweep.result_file import ResultFile
 from nxtdrive.tools.sweep.what_if import (
     Branch,
     DecisionPoint,
+    EpisodeOutcome,
     GeneratedMission,
-    Rollout,
     branch_costs,
-    play,
     read_recorded,
+    run_episode,
 )
 from nxtdrive.tools.sweep.what_if_file import read_missions
 from nxtdrive.tools.sweep.what_if_result import keep
@@ -151,7 +151,7 @@ def test_a_file_of_something_else_is_refused(tmp_path, text, capsys):
     assert out.read_text() == text
 
 
-def test_a_file_that_cannot_be_written_is_refused_before_the_mission_is_played(tmp_path, capsys):
+def test_a_file_that_cannot_be_written_is_refused_before_the_mission_runs(tmp_path, capsys):
     assert main(["what-if", "open:100", "--out", str(tmp_path / "none" / "regret.jsonl"), "--workers", "1"]) == 2
     said = capsys.readouterr().err
     assert "cannot be written" in said
@@ -163,7 +163,7 @@ def test_a_seed_that_no_scenario_can_have_is_refused(capsys):
     assert "CLASS:SEED" in capsys.readouterr().err
 
 
-def test_a_profile_that_cannot_be_loaded_is_refused_before_any_mission_is_played(capsys):
+def test_a_profile_that_cannot_be_loaded_is_refused_before_any_mission_runs(capsys):
     assert main(["what-if", "open:100", "open:101:no_such_profile"]) == 2
     said = capsys.readouterr()
     assert (said.out, said.err.count("\n")) == ("", 1)
@@ -182,9 +182,9 @@ def test_one_decision_of_several_runs_is_refused(capsys):
 
 
 def test_a_cost_counts_what_is_open_and_a_target_that_is_never_reached_by_the_time_that_is_left():
-    rollout = Rollout(100.0, ("a", "b", "c"), [DecisionPoint("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
-    assert rollout.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
-    assert Rollout(100.0, ("b",), [DecisionPoint("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
+    outcome = EpisodeOutcome(100.0, ("a", "b", "c"), [DecisionPoint("a", "", (), 40.0)], reached={"a": 50.0, "b": 30.0})
+    assert outcome.cost_s(0) == pytest.approx((10.0 + 60.0) / 2)
+    assert EpisodeOutcome(100.0, ("b",), [DecisionPoint("b", "", (), 40.0)], reached={"b": 30.0}).cost_s(0) == 0.0
 
 
 def test_chance_that_is_seeded_anew_differs_from_then_on():
@@ -202,13 +202,13 @@ def test_chance_that_is_seeded_anew_differs_from_then_on():
 
 @pytest.mark.nightly
 def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_another():
-    base = play(SOURCE)
-    assert play(SOURCE, 0) == base
+    base = run_episode(SOURCE)
+    assert run_episode(SOURCE, 0) == base
     assert len(base.decisions[0].candidates) > 1
-    other = play(SOURCE, 0, lambda: Branch(1))
+    other = run_episode(SOURCE, 0, lambda: Branch(1))
     assert replace(other.decisions[0], chose="") == replace(base.decisions[0], chose="")
     assert other.reached != base.reached
-    assert play(SOURCE, 0, lambda: Branch(1, 1)) != play(SOURCE, 0, lambda: Branch(1, 2))
+    assert run_episode(SOURCE, 0, lambda: Branch(1, 1)) != run_episode(SOURCE, 0, lambda: Branch(1, 2))
 
 
 def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
@@ -216,7 +216,7 @@ def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        play(SOURCE, 0, interrupt)
+        run_episode(SOURCE, 0, interrupt)
 
 
 @pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
@@ -355,7 +355,7 @@ def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
     (folder,) = tmp_path.glob("*-001")
     recorded = read_recorded(folder)
     assert recorded.choices
-    assert tuple((each.time_s, each.chose) for each in play(recorded).decisions) == recorded.choices
+    assert tuple((each.time_s, each.chose) for each in run_episode(recorded).decisions) == recorded.choices
 
 
 def _records():
@@ -395,7 +395,7 @@ def test_decisions_that_are_done_are_shown_and_kept_when_ctrl_c_ends_the_command
     capsys.readouterr()
     monkeypatch.setattr("sys.stderr", _InterruptedAt("decision 2 is done"))
     assert main(["what-if", str(folder), "--futures", "2", "--workers", "1"]) == 130
-    assert "12 missions to play" in sys.stderr.getvalue()
+    assert "12 missions to run" in sys.stderr.getvalue()
     assert "regret" in capsys.readouterr().out
     (kept,) = json.loads((folder / "what-if.json").read_text())["decisions"]
     assert kept["decision"] == 1

@@ -45,14 +45,14 @@ def mission_trial(seed: int, number: int) -> tuple[str, list[str]]:
     transport, latency_ms = random.choice(TRANSPORTS), random.choice(LATENCIES_MS)
     camera = number % CAMERA_EVERY == CAMERA_EVERY - 1
     fault = Fault(kind, random.randrange(TELEGRAMS), draw=seed)
-    outcome, wrong = perform_mission(profile, transport, fault, latency_ms=latency_ms, camera=camera)
+    outcome, wrong = run_mission(profile, transport, fault, latency_ms=latency_ms, camera=camera)
     if outcome not in (Ending.ACHIEVED, NO_BRICK) and (kind, outcome) != (FOR_GOOD, Ending.LINK_LOST):
         wrong.append(f"it ended with {outcome}")
     what = f"mission, {profile}, over {transport} at {latency_ms} ms, {kind} at telegram {fault.at}, camera: {camera}"
     return f"mission: {outcome}", [f"{what}: {each}" for each in wrong]
 
 
-def perform_mission(
+def run_mission(
     profile: str, transport: str, fault: Fault, *, latency_ms: int = 2, camera: bool = False
 ) -> tuple[str, list[str]]:
     """Perform a mission in an open room; return how it ended and any violations."""

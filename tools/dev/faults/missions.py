@@ -136,18 +136,18 @@ def trials(seed: int, numbers: range) -> Tally:
 def trial(seed: int, number: int, folder: Path) -> tuple[str, list[str]]:
     """Perform one mission, some twice; return its outcome and any violations."""
     drawn = draw(seed, number, folder, camera=number % CAMERA_EVERY == CAMERA_EVERY - 1)
-    outcome, wrong = perform(drawn, folder / "run")
+    outcome, wrong = run_mission(drawn, folder / "run")
     if outcome != NO_BRICK and (folder / "run" / JOURNAL).exists():
         wrong += _unreadable(folder / "run")
     if number % TWICE_EVERY == 0:
-        perform(drawn, folder / "again")
+        run_mission(drawn, folder / "again")
         one, other = (folder / each / JOURNAL for each in ("run", "again"))
         if one.read_bytes() != other.read_bytes():
             wrong.append("the same mission again has another journal")
     return f"{drawn.mission.mission.profile}: {outcome}", wrong
 
 
-def perform(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
+def run_mission(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
     """Perform a mission; return how it ended and any violations."""
     simulation, outcome = Simulation(drawn.world, seed=drawn.seed), "broken"
     simulation.webcam.unplugged_ms = drawn.camera_lost_ms
