@@ -13,25 +13,17 @@ def _block_transient(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for target in builder.targets:
         person = f"visitor of {target}"
-        builder.people.append(
-            {
-                "name": person,
-                "enters_from_mm": builder.place_at_wall(350.0)[0],
-                "radius_mm": builder.between(160, 280),
-            }
-        )
+        builder.add_person(person, builder.place_at_wall(350.0)[0], radius_mm=builder.between(160, 280))
         for i in range(random.randint(1, 2)):
             stays_s = builder.between(2, 6) if random.random() < 0.5 else min(60.0, 4 + random.expovariate(1 / 18))
             when = {"sees": target, "for_s": builder.between(0.5, 2.0), "robot_beyond_mm": 1000}
-            builder.events.append(
-                {
-                    "name": f"{person} {i}",
-                    "when": {**when, "after_end_of": f"{person} {i - 1}"} if i else when,
-                    "person": person,
-                    "blocks": target,
-                    "blocks_at_mm": builder.between(550, 900),
-                    "stays_s": round(stays_s, 1),
-                }
+            builder.add_event(
+                f"{person} {i}",
+                {**when, "after_end_of": f"{person} {i - 1}"} if i else when,
+                person=person,
+                blocks=target,
+                blocks_at_mm=builder.between(550, 900),
+                stays_s=round(stays_s, 1),
             )
     return builder
 
@@ -43,24 +35,12 @@ def _block_permanent(random: Random) -> RoomBuilder:
     for target in builder.targets:
         radius_mm = builder.between(160, 320)
         low = random.random() < 0.4
-        builder.boxes.append(
-            {
-                "name": f"box before {target}",
-                "at_mm": builder.start_mm,
-                "size_mm": (radius_mm * math.sqrt(2), radius_mm * math.sqrt(2)),
-                "height_mm": builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
-                "present": False,
-            }
-        )
-        builder.events.append(
-            {
-                "name": f"{target} is blocked",
-                "when": {"sees": target, "for_s": builder.between(0.5, 2.0), "robot_beyond_mm": 1200},
-                "box": f"box before {target}",
-                "blocks": target,
-                "blocks_at_mm": radius_mm + builder.between(420, 600),
-            }
-        )
+        box, side_mm = f"box before {target}", radius_mm * math.sqrt(2)
+        height_mm = builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM))
+        builder.add_box(box, builder.start_mm, (side_mm, side_mm), height_mm, present=False)
+        when = {"sees": target, "for_s": builder.between(0.5, 2.0), "robot_beyond_mm": 1200}
+        blocks_at_mm = radius_mm + builder.between(420, 600)
+        builder.add_event(f"{target} is blocked", when, box=box, blocks=target, blocks_at_mm=blocks_at_mm)
     return builder
 
 
@@ -68,24 +48,7 @@ def _patrol(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for i in range(random.randint(2, 3)):
         beat = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
-        builder.people.append(
-            {
-                "name": f"guard{i}",
-                "enters_from_mm": beat[0],
-                "radius_mm": builder.between(160, 250),
-                "speed_mm_s": builder.between(120, 400),
-            }
-        )
-        builder.events.append(
-            {
-                "name": f"guard{i} walks",
-                "when": {"at_s": 0, "delay_s": (0, 8)},
-                "times": 0,
-                "person": f"guard{i}",
-                "to_mm": beat[1],
-                "stays_s": (0, 8),
-            }
-        )
+        builder.add_patrol(f"guard{i}", *beat, pause_s=(0, 8), radius_mm=(160, 250), speed_mm_s=(120, 400))
     return builder
 
 
@@ -96,15 +59,8 @@ def _moved(random: Random) -> RoomBuilder:
         places = [builder.place_at_wall() for _ in range(20)]
         to_mm, facing_deg = max(places, key=lambda place: min(math.dist(place[0], at) for at in taken))
         taken.append(to_mm)
-        builder.events.append(
-            {
-                "name": f"{target} moves",
-                "when": {"sees": target, "for_s": builder.between(1, 8), "robot_beyond_mm": 700},
-                "picture": target,
-                "to_mm": to_mm,
-                "facing_deg": facing_deg,
-            }
-        )
+        when = {"sees": target, "for_s": builder.between(1, 8), "robot_beyond_mm": 700}
+        builder.add_event(f"{target} moves", when, picture=target, to_mm=to_mm, facing_deg=facing_deg)
     return builder
 
 

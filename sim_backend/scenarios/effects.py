@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from random import Random
-from typing import Any
 
 from sim_backend.scenarios.room_builder import FREE_START_MM, ROBOT_RADIUS_MM, RoomBuilder, point_from
 from sim_backend.scenarios.rooms import add_boxes, furnished
@@ -89,16 +88,9 @@ def _carpets(builder: RoomBuilder) -> None:
 
 
 def _wheel_slips(builder: RoomBuilder) -> None:
-    builder.events.append(
-        {
-            "name": "a wheel slips",
-            "when": {"at_s": 0, "delay_s": (3, 15)},
-            "times": 0,
-            "wheel": builder.random.choice(("left", "right")),
-            "slip_percent": builder.between(15, 70),
-            "stays_s": (20, 120),
-        }
-    )
+    wheel, slip_percent = builder.random.choice(("left", "right")), builder.between(15, 70)
+    when = {"at_s": 0, "delay_s": (3, 15)}
+    builder.add_event("a wheel slips", when, times=0, wheel=wheel, slip_percent=slip_percent, stays_s=(20, 120))
 
 
 def _weak_battery(builder: RoomBuilder) -> None:
@@ -120,15 +112,13 @@ def _kidnapped(builder: RoomBuilder) -> None:
             far = math.dist(to_mm, builder.pictures[target]["at_mm"]) > 1000.0
             if far and plan.passable(to_mm, to_mm, ROBOT_RADIUS_MM + FREE_START_MM):
                 break
-        builder.events.append(
-            {
-                "name": f"carried away from {target}",
-                "when": {"sees": target, "for_s": builder.between(1, 3)},
-                "robot": True,
-                "to_mm": to_mm,
-                "facing_deg": builder.between(0, 360),
-                "stays_s": builder.between(1, 4),
-            }
+        builder.add_event(
+            f"carried away from {target}",
+            {"sees": target, "for_s": builder.between(1, 3)},
+            robot=True,
+            to_mm=to_mm,
+            facing_deg=builder.between(0, 360),
+            stays_s=builder.between(1, 4),
         )
 
 
@@ -137,16 +127,15 @@ def _soft_things(builder: RoomBuilder) -> None:
         box["absorbs"] = builder.random.random() < 0.7
     at, along_deg = builder.place(850.0), builder.between(0, 180)
     half_mm = builder.between(300, 600)
-    ends = [point_from(at, along_deg, side * half_mm) for side in (-1, 1)]
-    builder.walls.append({"from_mm": ends[0], "to_mm": ends[1], "absorbs": True})
+    builder.add_wall(*(point_from(at, along_deg, side * half_mm) for side in (-1, 1)), absorbs=True)
 
 
 def _fails(port: int, *faults: str) -> Effect:
     """Return the effect of a sensor that fails after a while."""
 
     def switch_on(builder: RoomBuilder) -> None:
-        event: dict[str, Any] = {"name": "a sensor fails", "when": {"at_s": builder.between(0, 20)}, "sensor": port}
-        builder.events.append({**event, "fault": builder.random.choice(faults)})
+        when = {"at_s": builder.between(0, 20)}
+        builder.add_event("a sensor fails", when, sensor=port, fault=builder.random.choice(faults))
 
     return switch_on
 

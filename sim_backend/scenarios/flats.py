@@ -105,12 +105,10 @@ def _side(builder: RoomBuilder, low: float, high: float, widths: Sequence[float]
         x1 = round(x0 + width, 1)
         gap = builder.between(*DOOR_MM)
         door = builder.between(x0 + CORNER_MM + gap / 2, x1 - CORNER_MM - gap / 2)
-        builder.walls += [
-            {"from_mm": (x0, inner), "to_mm": (round(door - gap / 2, 1), inner)},
-            {"from_mm": (round(door + gap / 2, 1), inner), "to_mm": (x1, inner)},
-        ]
+        builder.add_wall((x0, inner), (round(door - gap / 2, 1), inner))
+        builder.add_wall((round(door + gap / 2, 1), inner), (x1, inner))
         if number:
-            builder.walls.append({"from_mm": (x0, low), "to_mm": (x0, high)})
+            builder.add_wall((x0, low), (x0, high))
         rooms.append(FlatRoom((x0, low), (x1, high), (door, inner)))
         x0 = x1
     return rooms
@@ -152,12 +150,6 @@ def _furnish(builder: RoomBuilder, room: FlatRoom, number: str) -> None:
     else:
         return
     low = builder.random.random() < 0.2
-    builder.boxes.append(
-        {
-            "name": f"{kind} {number}",
-            "at_mm": (round(at[0], 1), round(at[1], 1)),
-            "size_mm": (depth, width),
-            "height_mm": builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
-            "facing_deg": inward,
-        }
-    )
+    height_mm = builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM))
+    middle = round(at[0], 1), round(at[1], 1)
+    builder.add_box(f"{kind} {number}", middle, (depth, width), height_mm, facing_deg=inward)

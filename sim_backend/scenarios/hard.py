@@ -28,6 +28,10 @@ MISMEASURED = {"hfov_deg": 4.0, "diameter_percent": 3.0, "track_percent": 4.0, "
 sheets of webcams."""
 
 
+WALKER = {"radius_mm": (160.0, 220.0), "speed_mm_s": (200.0, 600.0)}
+"""Ranges of the size and the speed of a person who walks about."""
+
+
 def mismeasure(builder: RoomBuilder) -> None:
     """Let the robot differ from the mission's description; values that the class has set stay."""
     random = builder.random
@@ -67,19 +71,7 @@ def _walker(builder: RoomBuilder, flat: Flat) -> None:
     """Add a person who walks up and down the corridor."""
     (x0, y0), (x1, y1) = flat.corridor.low_mm, flat.corridor.high_mm
     y = builder.between(y0 + 250.0, y1 - 250.0)
-    _patrol(builder, "neighbour", (x0 + 300.0, y), (x1 - 300.0, y), pause_s=(5, 20))
-
-
-def _patrol(
-    builder: RoomBuilder, name: str, start: tuple[float, float], end: tuple[float, float], pause_s: tuple[float, float]
-) -> None:
-    """Add a person who walks to and fro between two places."""
-    person = {"radius_mm": builder.between(160, 220), "speed_mm_s": builder.between(200, 600)}
-    builder.people.append({"name": name, "enters_from_mm": start, **person})
-    when = {"at_s": 0, "delay_s": pause_s}
-    builder.events.append(
-        {"name": f"{name} walks", "when": when, "times": 0, "person": name, "to_mm": end, "stays_s": pause_s}
-    )
+    builder.add_patrol("neighbour", (x0 + 300.0, y), (x1 - 300.0, y), pause_s=(5, 20), **WALKER)
 
 
 def _many_lookalikes(random: Random) -> RoomBuilder:
@@ -127,16 +119,10 @@ def _doorway(random: Random) -> RoomBuilder:
             break
     person = "who stands in the door"
     aside = (round(x + 500.0, 1), round(middle, 1))
-    builder.people.append({"name": person, "enters_from_mm": aside, "radius_mm": builder.between(200, 260)})
-    builder.events.append(
-        {
-            "name": "the door is taken",
-            "when": {"of": person, "robot_within_mm": builder.between(1100, 1500)},
-            "person": person,
-            "to_mm": (round(x, 1), round(middle, 1)),
-            "stays_s": builder.between(5, 45),
-        }
-    )
+    builder.add_person(person, aside, radius_mm=builder.between(200, 260))
+    when = {"of": person, "robot_within_mm": builder.between(1100, 1500)}
+    door = round(x, 1), round(middle, 1)
+    builder.add_event("the door is taken", when, person=person, to_mm=door, stays_s=builder.between(5, 45))
     return builder
 
 
@@ -157,9 +143,9 @@ def _moving(random: Random) -> RoomBuilder:
             continue
         taken.append(end)
         ride = {"times": 0, "picture": target, "speed_mm_s": builder.between(20, 60)}
-        away = {"name": f"{target} rides away", "when": {"at_s": 0, "delay_s": (10, 20)}}
-        back = {"name": f"{target} rides back", "when": {"after_end_of": away["name"], "delay_s": (2, 8)}}
-        builder.events += [{**away, **ride, "to_mm": end}, {**back, **ride, "to_mm": start}]
+        away = f"{target} rides away"
+        builder.add_event(away, {"at_s": 0, "delay_s": (10, 20)}, **ride, to_mm=end)
+        builder.add_event(f"{target} rides back", {"after_end_of": away, "delay_s": (2, 8)}, **ride, to_mm=start)
     return builder
 
 
@@ -168,7 +154,7 @@ def _crowd(random: Random) -> RoomBuilder:
     builder = furnished(random, 3000.0, 4000.0)
     for i in range(random.randint(4, 6)):
         ends = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
-        _patrol(builder, f"visitor{i}", *ends, pause_s=(1, 8))
+        builder.add_patrol(f"visitor{i}", *ends, pause_s=(1, 8), **WALKER)
     return builder
 
 
@@ -204,8 +190,8 @@ def _battery(random: Random) -> RoomBuilder:
 def _sonar_silent(random: Random) -> RoomBuilder:
     """Go on among objects that absorb ultrasound, with a sonar that gives no echo from some moment on."""
     builder = _among_boxes(random, "soft_things")
-    fault = {"sensor": SONAR_PORT, "fault": "no_echo", "when": {"at_s": builder.between(0, 40)}}
-    builder.events.append({"name": "the sonar falls silent", **fault})
+    when = {"at_s": builder.between(0, 40)}
+    builder.add_event("the sonar falls silent", when, sensor=SONAR_PORT, fault="no_echo")
     return builder
 
 

@@ -31,13 +31,13 @@ def _six_walls(random: Random) -> RoomBuilder:
     turn = builder.between(8, 22)
     corners = [point_from(middle, turn + 60.0 * i, radius) for i in range(6)]
     for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
-        _wall(builder, start, end)
+        builder.add_wall(start, end)
     for target, side in zip(builder.targets, random.sample(range(6), 2), strict=True):
         outward = turn + 60.0 * side + 30.0
         at = point_from(middle, outward, radius * math.cos(math.radians(30.0)) - builder.between(60, 150))
         builder.add_picture(target, at, outward - 180.0 + builder.between(-20, 20))
     stool = point_from(middle, builder.between(0, 360), builder.between(600, 1200))
-    _box(builder, "stool", stool, (350.0, 350.0), 450.0)
+    builder.add_box("stool", stool, (350.0, 350.0), 450.0, facing_deg=builder.between(0, 90))
     _start(builder, point_from(middle, builder.between(0, 360), builder.between(0, 800)))
     return builder
 
@@ -51,14 +51,14 @@ def _corner(random: Random) -> RoomBuilder:
     bends = [(0.0, across), (inner, across), (inner, low), (inner - niche, low), (inner - niche, low + 900.0)]
     bends += [(inner, low + 900.0), (inner, depth)]
     for start, end in pairwise(bends):
-        _wall(builder, start, end)
+        builder.add_wall(start, end)
     first, second = builder.targets
     builder.add_picture(first, (inner - niche + 120.0, low + 450.0), builder.between(-15, 15))
     builder.add_picture(
         second, (width - 120.0, builder.between(across, depth - 500.0)), 180.0 + builder.between(-20, 20)
     )
     at = builder.between(1500, inner - 600.0), random.choice((150.0, across - 150.0))
-    _box(builder, "bin", at, (220.0, 220.0), 300.0)
+    builder.add_box("bin", at, (220.0, 220.0), 300.0, facing_deg=builder.between(0, 90))
     _start(builder, (600.0, across / 2))
     return builder
 
@@ -72,10 +72,12 @@ def _tables(random: Random) -> RoomBuilder:
         for leg, (along, aside) in enumerate([(-1, -1), (-1, 1), (1, -1), (1, 1)]):
             side = point_from(at, facing, along * TABLE_MM[0] / 2)
             place = point_from(side, facing + 90.0, aside * TABLE_MM[1] / 2)
-            _box(builder, f"leg {leg} of table {table}", place, (LEG_MM, LEG_MM), TABLE_HEIGHT_MM, facing)
+            name = f"leg {leg} of table {table}"
+            builder.add_box(name, place, (LEG_MM, LEG_MM), TABLE_HEIGHT_MM, facing_deg=facing)
         for chair in range(random.randint(0, 2)):
             place = point_from(at, facing + random.choice((-90.0, 90.0)), 600.0)
-            _box(builder, f"chair {chair} of table {table}", place, (300.0, 300.0), 430.0)
+            name = f"chair {chair} of table {table}"
+            builder.add_box(name, place, (300.0, 300.0), 430.0, facing_deg=builder.between(0, 90))
     builder.hang_targets()
     builder.put_robot()
     return builder
@@ -88,10 +90,10 @@ def _open_office(random: Random) -> RoomBuilder:
     for _ in range(5):
         at, facing, half = builder.place(900.0), builder.between(0, 180), builder.between(400, 800)
         ends = point_from(at, facing, -half), point_from(at, facing, half)
-        _wall(builder, *ends, height_mm=random.choice(PARTITION_HEIGHTS_MM))
+        builder.add_wall(*ends, height_mm=random.choice(PARTITION_HEIGHTS_MM))
     for sofa, y in enumerate((400.0, depth - 400.0)):
         at = builder.between(1000, width - 1000.0), y
-        _box(builder, f"sofa {sofa}", at, (1600.0, 700.0), 700.0, 0.0, absorbs=True)
+        builder.add_box(f"sofa {sofa}", at, (1600.0, 700.0), 700.0, absorbs=True)
     at_wall, free = builder.targets
     builder.add_picture(at_wall, *builder.place_at_wall())
     builder.add_picture(free, builder.place(1200.0), builder.between(0, 360))
@@ -107,31 +109,11 @@ def _two_doors(random: Random) -> RoomBuilder:
     doors = [depth * random.uniform(0.15, 0.35), depth * random.uniform(0.65, 0.85)]
     edges = [0.0, *(door + side * DOOR_MM / 2 for door in doors for side in (-1, 1)), depth]
     for start, end in zip(edges[::2], edges[1::2], strict=True):
-        _wall(builder, (x, start), (x, end))
-    _box(builder, "crate", (x, random.choice(doors)), (400.0, 550.0), 400.0, 0.0)
+        builder.add_wall((x, start), (x, end))
+    builder.add_box("crate", (x, random.choice(doors)), (400.0, 550.0), 400.0)
     builder.hang_targets(400.0, beyond_x_mm=x + 300.0)
     _start(builder, (builder.between(400, x - 400.0), builder.between(400, depth - 400.0)))
     return builder
-
-
-def _wall(builder: RoomBuilder, start_mm: Point, end_mm: Point, **more: float) -> None:
-    builder.walls.append({"from_mm": start_mm, "to_mm": end_mm, **more})
-
-
-def _box(
-    builder: RoomBuilder,
-    name: str,
-    at_mm: Point,
-    size_mm: tuple[float, float],
-    height_mm: float,
-    facing_deg: float | None = None,
-    **more: bool,
-) -> None:
-    """Add a box; its direction is random unless it is given."""
-    facing = builder.between(0, 90) if facing_deg is None else facing_deg
-    builder.boxes.append(
-        {"name": name, "at_mm": at_mm, "size_mm": size_mm, "height_mm": height_mm, "facing_deg": facing, **more}
-    )
 
 
 def _start(builder: RoomBuilder, at_mm: Point) -> None:

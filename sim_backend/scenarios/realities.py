@@ -29,14 +29,12 @@ def _before(random: Random) -> RoomBuilder:
                 round(y + ahead * math.sin(facing) + aside * math.cos(facing), 1),
             )
             low = random.random() < 0.6
-            builder.boxes.append(
-                {
-                    "name": f"clutter{i} before {name}",
-                    "at_mm": at_mm,
-                    "size_mm": (builder.between(60, 160), builder.between(60, 160)),
-                    "height_mm": builder.between(*(LOW_BOX_MM if low else (120.0, 260.0))),
-                    "facing_deg": builder.between(0, 90),
-                }
+            builder.add_box(
+                f"clutter{i} before {name}",
+                at_mm,
+                (builder.between(60, 160), builder.between(60, 160)),
+                builder.between(*(LOW_BOX_MM if low else (120.0, 260.0))),
+                facing_deg=builder.between(0, 90),
             )
     return builder
 
@@ -58,15 +56,9 @@ def _slow_link(random: Random) -> RoomBuilder:
 
 def _dead_sonar(random: Random) -> RoomBuilder:
     builder = ROOMS["clutter"](random)
-    from_the_start = random.random() < 0.5
-    builder.events.append(
-        {
-            "name": "the sonar dies",
-            "when": {"at_s": 0.0 if from_the_start else builder.between(3, 30)},
-            "sensor": SONAR_PORT,
-            "fault": random.choice(("no_echo", "stuck", "unplugged")),
-        }
-    )
+    when = {"at_s": 0.0 if random.random() < 0.5 else builder.between(3, 30)}
+    fault = random.choice(("no_echo", "stuck", "unplugged"))
+    builder.add_event("the sonar dies", when, sensor=SONAR_PORT, fault=fault)
     return builder
 
 

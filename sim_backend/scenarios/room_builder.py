@@ -35,6 +35,9 @@ START_MARGIN_MM = 300.0
 """Smallest distance from the middle of the robot to the room's walls at the start."""
 
 
+Range = tuple[float, float]
+
+
 @dataclass
 class RoomBuilder:
     """The tables of a world file under construction.
@@ -102,6 +105,31 @@ class RoomBuilder:
             "centre_height_mm": STAND_HEIGHT_MM,
             **more,
         }
+
+    def add_box(self, name: str, at_mm: Point, size_mm: tuple[float, float], height_mm: float, **more: object) -> None:
+        """Add a box; `more` has further keys of its table, as for the methods below."""
+        self.boxes.append({"name": name, "at_mm": at_mm, "size_mm": size_mm, "height_mm": height_mm, **more})
+
+    def add_wall(self, from_mm: Point, to_mm: Point, **more: object) -> None:
+        """Add an inner wall."""
+        self.walls.append({"from_mm": from_mm, "to_mm": to_mm, **more})
+
+    def add_person(self, name: str, enters_from_mm: Point, **more: object) -> None:
+        """Add a person, who comes and goes by events."""
+        self.people.append({"name": name, "enters_from_mm": enters_from_mm, **more})
+
+    def add_event(self, name: str, when: Mapping[str, object], **more: object) -> None:
+        """Add an event."""
+        self.events.append({"name": name, "when": when, **more})
+
+    def add_patrol(
+        self, name: str, start_mm: Point, end_mm: Point, *, pause_s: Range, radius_mm: Range, speed_mm_s: Range
+    ) -> None:
+        """Add a person who walks to and fro between two places, with a size and a speed drawn from these ranges."""
+        person = {"radius_mm": self.between(*radius_mm), "speed_mm_s": self.between(*speed_mm_s)}
+        self.add_person(name, start_mm, **person)
+        when = {"at_s": 0, "delay_s": pause_s}
+        self.add_event(f"{name} walks", when, times=0, person=name, to_mm=end_mm, stays_s=pause_s)
 
     def is_apart(self, at_mm: Point, apart_mm: float) -> bool:
         """Return whether a point is at least this far from all pictures."""

@@ -26,10 +26,6 @@ def furnished(
     return builder
 
 
-def _open(random: Random) -> RoomBuilder:
-    return furnished(random)
-
-
 def _far(random: Random) -> RoomBuilder:
     builder = room(random, 4000.0, 6000.0)
     builder.hang_targets()
@@ -47,14 +43,12 @@ def add_boxes(builder: RoomBuilder, number: int) -> None:
     """Add boxes anywhere in the room, some of them lower than the camera."""
     for i in range(number):
         low = builder.random.random() < 0.3
-        builder.boxes.append(
-            {
-                "name": f"box{i}",
-                "at_mm": builder.place(200.0),
-                "size_mm": (builder.between(200, 700), builder.between(200, 700)),
-                "height_mm": builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
-                "facing_deg": builder.between(0, 90),
-            }
+        builder.add_box(
+            f"box{i}",
+            builder.place(200.0),
+            (builder.between(200, 700), builder.between(200, 700)),
+            builder.between(*(LOW_BOX_MM if low else TALL_BOX_MM)),
+            facing_deg=builder.between(0, 90),
         )
 
 
@@ -79,10 +73,8 @@ def _narrow_door(random: Random) -> RoomBuilder:
     builder = room(random, 2600.0, 3600.0)
     width, depth = builder.size_mm = (builder.size_mm[0] + 800.0, builder.size_mm[1])
     x, middle, gap = builder.between(0.42, 0.58) * width, builder.between(600, depth - 600), builder.between(420, 550)
-    builder.walls += [
-        {"from_mm": (x, 0.0), "to_mm": (x, middle - gap / 2)},
-        {"from_mm": (x, middle + gap / 2), "to_mm": (x, depth)},
-    ]
+    builder.add_wall((x, 0.0), (x, middle - gap / 2))
+    builder.add_wall((x, middle + gap / 2), (x, depth))
     while True:
         builder.pictures.clear()
         builder.hang_targets()
@@ -96,7 +88,7 @@ def _narrow_door(random: Random) -> RoomBuilder:
 
 
 ROOMS: dict[str, RoomGenerator] = {
-    "open": _open,
+    "open": furnished,
     "far": _far,
     "clutter": _clutter,
     "absent": _absent,
