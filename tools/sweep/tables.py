@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,25 +41,33 @@ BAR = 20
 """Characters of a bar from 0 to 1."""
 CHANCE_COLUMNS = ["agent", "chances", "choices", "predicted", "succeeded", "0" + "1".rjust(BAR)]
 
-AGENT_COLUMNS = [
-    "agent",
-    "success [95 %]",
-    "SPL",
-    "SoftSPL",
-    "SCT",
-    "all targets",
-    "contacts",
-    "contact-free",
-    "wrong stops",
-    "mission s",
-    "to goal s p50 / p90",
-]
 FRAME = 3
 """Characters of a column besides its text: a border and two spaces."""
 MORE_COLUMNS = ("SPL", "SCT", "contacts", "wrong stops", "longest run")
 """Headline figures of a table of their own."""
+Results = Sequence[MissionResult]
+Cell = Callable[[Results, Mapping[str, Estimate]], str]
+"""Writes a cell of a row about an agent, from its results and their figures."""
+
+
+def _mean(name: str, digits: int = 3) -> Cell:
+    """Return a cell with the mean of a figure."""
+    return lambda _, known: _number(known[name].mean, digits)
+
+
+AGENT_COLUMNS: dict[str, Cell] = {
+    "success [95 %]": lambda _, known: interval(known["success"]),
+    "SPL": _mean("spl"),
+    "SoftSPL": _mean("soft_spl"),
+    "SCT": _mean("sct"),
+    "all targets": _mean("all_targets"),
+    "contacts": _mean("contacts", 2),
+    "contact-free": _mean("contact_free", 2),
+    "wrong stops": lambda _, known: _number(100 * known["wrong_stops"].mean, 1, " %"),
+    "mission s": _mean("duration_s", 0),
+    "to goal s p50 / p90": lambda group, _: _pair(percentiles(times_to_goal_s(group)), 0),
+}
 OVERVIEW = {
-    "agent": "agent",
     "success [95 %]": "targets reached [95 %]",
     "SPL": "path efficiency",
     "contacts": "contacts per mission",
@@ -67,59 +75,26 @@ OVERVIEW = {
     "mission s": "seconds per mission",
 }
 """Columns of the overview, and what they are called there."""
-RECOVERY_COLUMNS = [
-    "agent",
-    "noticed s p50 / p90",
-    "fitting choices",
-    "regret s",
-    "leaves an absent target s p50",
-    "longest run",
-    "soonest s",
-]
+RECOVERY_COLUMNS: dict[str, Cell] = {
+    "noticed s p50 / p90": lambda group, _: _pair(percentiles(recognition_s(group)), 1),
+    "fitting choices": _mean("fitting_choices", 2),
+    "regret s": _mean("regret_s", 1),
+    "leaves an absent target s p50": lambda group, _: _pair(percentiles(given_up_s(group), [50]), 0),
+    "longest run": lambda group, _: str(longest_run(group)),
+    "soonest s": lambda group, _: _pair([soonest_s(group)], 1),
+}
 
 
-def agent_rows(results: Sequence[MissionResult]) -> Rows:
-    """Return a row for each agent."""
-    return [_agent_row(agent, group) for agent, group in _by_agent(results).items()]
-
-
-def _agent_row(agent: str, results: Sequence[MissionResult]) -> list[str]:
-    all_of_it = figures(results)
-    return [
-        agent,
-        interval(all_of_it["success"]),
-        _number(all_of_it["spl"].mean),
-        _number(all_of_it["soft_spl"].mean),
-        _number(all_of_it["sct"].mean),
-        _number(all_of_it["all_targets"].mean),
-        _number(all_of_it["contacts"].mean, 2),
-        _number(all_of_it["contact_free"].mean, 2),
-        _number(100 * all_of_it["wrong_stops"].mean, 1, " %"),
-        _number(all_of_it["duration_s"].mean, 0),
-        _pair(percentiles(times_to_goal_s(results)), 0),
-    ]
-
-
-def recovery_rows(results: Sequence[MissionResult]) -> Rows:
-    """Return a row on each agent's recoveries."""
+def agent_rows(results: Results, cells: Collection[Cell] = AGENT_COLUMNS.values()) -> Rows:
+    """Return a row for each agent: its name, then these cells."""
     rows = []
     for agent, group in _by_agent(results).items():
-        all_of_it = figures(group)
-        rows.append(
-            [
-                agent,
-                _pair(percentiles(recognition_s(group)), 1),
-                _number(all_of_it["fitting_choices"].mean, 2),
-                _number(all_of_it["regret_s"].mean, 1),
-                _pair(percentiles(given_up_s(group), [50]), 0),
-                str(longest_run(group)),
-                _pair([soonest_s(group)], 1),
-            ]
-        )
+        known = figures(group)
+        rows.append([agent, *(cell(group, known) for cell in cells)])
     return rows
 
 
-def class_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
+def class_rows(results: Results) -> tuple[list[str], Rows]:
     """Return success by class and agent: the column names, and a row for each class."""
     agents = list(_by_agent(results))
     rows = []
@@ -129,7 +104,7 @@ def class_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     return ["class", *agents], rows
 
 
-def cause_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
+def cause_rows(results: Results) -> tuple[list[str], Rows]:
     """Return how often the choice fitted, by cause: the column names, and a row for each agent."""
     causes = sorted({choice.cause for result in results for choice in result.choices})
     rows = []
@@ -140,7 +115,7 @@ def cause_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     return ["agent", *causes], rows
 
 
-def choice_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
+def choice_rows(results: Results) -> tuple[list[str], Rows]:
     """Return the choices by agent and cause: the column names, and a row for each agent and cause."""
     rows = []
     for agent, group in _by_agent(results).items():
@@ -154,38 +129,30 @@ def choice_rows(results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
     return ["agent", "cause", "fitting", *FITTING.values(), "other"], rows
 
 
-def reached_rows(results: Sequence[MissionResult]) -> Rows:
+def reached_rows(results: Results) -> Rows:
     """Return the share of the targets that each agent had reached by each of `REACHED_BY_S`."""
+    shares = [success_by(time_s) for time_s in REACHED_BY_S]
     return [
-        [
-            agent,
-            *(interval(estimate_share([success_by(time_s)(result) for result in group])) for time_s in REACHED_BY_S),
-        ]
+        [agent, *(interval(estimate_share([share(result) for result in group])) for share in shares)]
         for agent, group in _by_agent(results).items()
     ]
 
 
-def headline_rows(results: Sequence[MissionResult]) -> Rows:
+def headline_rows(results: Results) -> Rows:
     """Return the headline figures of each agent that "targets reached by" does not have, with intervals."""
-    rows = []
-    for agent, group in _by_agent(results).items():
-        known = headline(group)
-        rows.append([agent, *(interval(known[name]) for name in MORE_COLUMNS)])
-    return rows
+    known = {agent: headline(group) for agent, group in _by_agent(results).items()}
+    return [[agent, *(interval(each[name]) for name in MORE_COLUMNS)] for agent, each in known.items()]
 
 
-def difference_rows(results: Sequence[MissionResult], reference: str) -> Rows:
+def difference_rows(results: Results, reference: str) -> Rows:
     """Return by how much each agent's headline figures exceed the reference's on the same scenarios."""
     groups = _by_agent(results)
-    others = [agent for agent in groups if agent != reference and reference in groups]
-    rows = []
-    for agent in others:
-        more = beyond(groups[agent], groups[reference])
-        rows.append([agent, *(interval(value, signed=True) for value in more.values())])
-    return rows
+    base = groups.pop(reference, None)
+    more = {agent: beyond(group, base) for agent, group in groups.items()} if base else {}
+    return [[agent, *(interval(value, signed=True) for value in each.values())] for agent, each in more.items()]
 
 
-def chance_rows(results: Sequence[MissionResult]) -> Rows:
+def chance_rows(results: Results) -> Rows:
     """Return the reliability diagram: for each agent and range of chances their mean, and the share that succeeded."""
     rows = []
     for agent, group in _by_agent(results).items():
@@ -197,7 +164,7 @@ def chance_rows(results: Sequence[MissionResult]) -> Rows:
     return rows
 
 
-def calibration_rows(results: Sequence[MissionResult]) -> Rows:
+def calibration_rows(results: Results) -> Rows:
     """Return each agent's calibration error, that of true chances, and by choice the mean chance and the successes."""
     rows = []
     for agent, group in _by_agent(results).items():
@@ -213,18 +180,17 @@ def _predicted(part: NDArray[np.float64]) -> str:
     return f"{part[:, 0].mean():.2f} / {part[:, 1].mean():.2f} ({len(part)})" if len(part) else "-"
 
 
-def print_overview(results: Sequence[MissionResult], console: Console) -> None:
+def print_overview(results: Results, console: Console) -> None:
     """Print how the agents did, in all missions and by class."""
-    kept = [AGENT_COLUMNS.index(name) for name in OVERVIEW]
-    rows = [[row[index] for index in kept] for row in agent_rows(results)]
-    _print(console, "agents", *_with_broken(list(OVERVIEW.values()), rows, results))
+    rows = agent_rows(results, [AGENT_COLUMNS[name] for name in OVERVIEW])
+    _print(console, "agents", *_with_broken(["agent", *OVERVIEW.values()], rows, results))
     _print(console, "targets reached by class", *class_rows(results))
     _print_failures(results, console)
 
 
-def print_tables(results: Sequence[MissionResult], console: Console) -> None:
+def print_tables(results: Results, console: Console) -> None:
     """Print all tables."""
-    _print(console, "agents", *_with_broken(AGENT_COLUMNS, agent_rows(results), results))
+    _print(console, "agents", *_with_broken(["agent", *AGENT_COLUMNS], agent_rows(results), results))
     _print(
         console,
         "targets reached by [95 %]",
@@ -234,7 +200,8 @@ def print_tables(results: Sequence[MissionResult], console: Console) -> None:
     _print(console, "headline figures [95 %]", ["agent", *MORE_COLUMNS], headline_rows(results))
     _print(console, "success by class", *class_rows(results))
     if any(result.choices for result in results):
-        _print(console, "recovery", RECOVERY_COLUMNS, recovery_rows(results))
+        recoveries = agent_rows(results, RECOVERY_COLUMNS.values())
+        _print(console, "recovery", ["agent", *RECOVERY_COLUMNS], recoveries)
         _print(console, "choices that fitted, by cause", *cause_rows(results))
         _print(console, "what was chosen, by cause", *choice_rows(results), keys=2)
     if chances := calibration_rows(results):
@@ -248,7 +215,7 @@ def print_tables(results: Sequence[MissionResult], console: Console) -> None:
     _print_failures(results, console)
 
 
-def _with_broken(columns: Sequence[str], rows: Rows, results: Sequence[MissionResult]) -> tuple[list[str], Rows]:
+def _with_broken(columns: Sequence[str], rows: Rows, results: Results) -> tuple[list[str], Rows]:
     """Return columns and rows of a table of agents, with how many missions of each broke if any did."""
     if not (number := Counter(result.agent for result in results if result.broke)):
         return list(columns), rows
@@ -258,7 +225,7 @@ def _with_broken(columns: Sequence[str], rows: Rows, results: Sequence[MissionRe
     return [name, "broken", *others], [[row[0], cell, *row[1:]] for row, cell in zip(rows, broken, strict=True)]
 
 
-def _print_failures(results: Sequence[MissionResult], console: Console) -> None:
+def _print_failures(results: Results, console: Console) -> None:
     for result in results:
         if result.broke:
             failure = f"{result.kind}:{result.seed}:{result.agent} failed: {result.error}"
@@ -299,14 +266,14 @@ def _groups(table: Sequence[Sequence[str]], keys: int, width: int) -> list[list[
     return groups
 
 
-def _by_agent(results: Sequence[MissionResult]) -> dict[str, list[MissionResult]]:
+def _by_agent(results: Results) -> dict[str, list[MissionResult]]:
     """Return the results of each agent, in the order in which the agents are declared."""
     groups = by(results, "agent")
     known = [name for name in ALL_NAMES if name in groups]
     return {agent: groups[agent] for agent in [*known, *(name for name in groups if name not in known)]}
 
 
-def _success(results: Sequence[MissionResult]) -> str:
+def _success(results: Results) -> str:
     return _number(estimate([success_rate(result) for result in results]).mean, 2) if results else "-"
 
 
