@@ -16,7 +16,6 @@ from collections.abc import Callable
 from itertools import count
 from numbers import Integral, Real
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import ConfigError
@@ -105,9 +104,7 @@ class SimWorld:
         self.address = self._ends.enter_context(shared(f"world{next(_numbers)}", self.open_transport))
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._ends.close()
 
     def _time_is_up(self) -> None:

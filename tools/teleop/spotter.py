@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from typing import Protocol
 
 from behaviors.ports import Eyes, Sighting
 from firmware_protocol.errors import CameraError
@@ -12,30 +11,18 @@ EVERY_S = 0.5
 """Time between looks that block driving."""
 
 
-class Spotter(Protocol):
-    """Reports what the eyes saw last.
+class Spotter:
+    """Looks between steps of driving, in the same thread, as a simulation needs.
+
+    Args:
+        eyes: The robot's.
+        target: What to look for.
 
     Attributes:
-        target: Name of the target.
+        target: As given.
         sighting: Sighting of the last look, or None.
         trouble: What is wrong with the camera, or an empty string.
     """
-
-    target: str
-    sighting: Sighting | None
-    trouble: str
-
-    def look(self, now_s: float) -> None:
-        """Look if it is time to; called between two steps of driving. Raises whatever a detector raises."""
-        ...
-
-    def close(self) -> None:
-        """Stop looking."""
-        ...
-
-
-class TurnSpotter:
-    """Looks between steps of driving, in the same thread, as a simulation needs."""
 
     def __init__(self, eyes: Eyes, target: str) -> None:
         self._eyes, self.target = eyes, target
@@ -44,25 +31,29 @@ class TurnSpotter:
         self._due_s = 0.0
 
     def look(self, now_s: float) -> None:
-        """Look once per `EVERY_S`; wait for the camera's next frame."""
+        """Look once per `EVERY_S`, waiting for the camera's next frame; raises whatever a detector raises."""
         if now_s >= self._due_s:
             self._due_s = now_s + EVERY_S
-            self.sighting, self.trouble = _look(self._eyes, self.target)
+            self._look()
 
     def close(self) -> None:
-        """Do nothing: there is no thread."""
+        """Stop looking."""
+
+    def _look(self) -> None:
+        try:
+            self.sighting, self.trouble = self._eyes.look(self.target), ""
+        except CameraError as error:
+            self.sighting, self.trouble = None, str(error)
 
 
-class ThreadSpotter:
+class ThreadedSpotter(Spotter):
     """Looks in a thread of its own: a hanging webcam must not delay a stop."""
 
     def __init__(self, eyes: Eyes, target: str) -> None:
-        self._eyes, self.target = eyes, target
-        self.sighting: Sighting | None = None
-        self.trouble = ""
+        super().__init__(eyes, target)
         self._defect: Exception | None = None
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._go_on, name="teleop eyes", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="teleop eyes", daemon=True)
         self._thread.start()
 
     def look(self, now_s: float) -> None:  # noqa: ARG002 - the thread looks as often as it can
@@ -75,16 +66,9 @@ class ThreadSpotter:
         self._closed.set()
         self._thread.join()
 
-    def _go_on(self) -> None:
+    def _run(self) -> None:
         try:
             while not self._closed.is_set():
-                self.sighting, self.trouble = _look(self._eyes, self.target)
+                self._look()
         except Exception as defect:  # noqa: BLE001 - of a detector; the driving thread raises it
             self._defect = defect
-
-
-def _look(eyes: Eyes, target: str) -> tuple[Sighting | None, str]:
-    try:
-        return eyes.look(target), ""
-    except CameraError as error:
-        return None, str(error)

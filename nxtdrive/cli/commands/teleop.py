@@ -167,9 +167,9 @@ def _open_camera(
 
 def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, latest: LatestFrame) -> Spotter:
     from nxtdrive.mission.eyes import camera_eyes
-    from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
+    from nxtdrive.tools.teleop.spotter import Spotter, ThreadedSpotter
 
     eyes = camera_eyes(camera, mission)
     eyes.on_look(latest.look)
-    spotter = TurnSpotter if brick.link.transport.simulated else ThreadSpotter
-    return spotter(eyes, target)
+    kind = Spotter if brick.link.transport.simulated else ThreadedSpotter
+    return kind(eyes, target)

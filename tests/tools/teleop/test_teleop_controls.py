@@ -11,7 +11,7 @@ from firmware_protocol.errors import CameraError
 from nxtdrive.tools.teleop.controls import DEAD_MAN_S, Controls, Direction
 from nxtdrive.tools.teleop.floor_map import FARTHEST_ECHO_MM, FloorMap
 from nxtdrive.tools.teleop.pilot import Pilot
-from nxtdrive.tools.teleop.spotter import ThreadSpotter, TurnSpotter
+from nxtdrive.tools.teleop.spotter import Spotter, ThreadedSpotter
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 
 STOP = (0.0, 0.0)
@@ -201,14 +201,14 @@ LENA = Sighting("lena", -12.0, 900.0, 0.9, 0.0, (0, 0, 10, 10))
 
 def test_the_camera_line_says_where_the_target_is(room, controls):
     _, brick = room()
-    spotter = TurnSpotter(Seer(None, LENA, CameraError("The camera is gone.")), "lena")
+    spotter = Spotter(Seer(None, LENA, CameraError("The camera is gone.")), "lena")
     pilot = _pilot(brick, controls, spotter)
     lines = list(dict.fromkeys(pilot.step().eyes for _ in range(20)))
     assert lines == ["lena: not in sight", "lena: 0.90 m, 12° left", "The camera is gone."]
     assert "T" in "".join(pilot.map.draw(Pose(), 60, 30))
 
 
-@pytest.mark.parametrize("make", [TurnSpotter, ThreadSpotter])
+@pytest.mark.parametrize("make", [Spotter, ThreadedSpotter])
 def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sighting(room, controls, make):
     _, brick = room()
     spotter = make(Seer(LENA, ZeroDivisionError("defect")), "lena")
@@ -223,7 +223,7 @@ def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sightin
 
 
 def test_eyes_of_a_real_robot_look_in_a_thread_that_ends():
-    spotter = ThreadSpotter(Seer(LENA), "lena")
+    spotter = ThreadedSpotter(Seer(LENA), "lena")
     while spotter.sighting is None:
         pass
     spotter.close()

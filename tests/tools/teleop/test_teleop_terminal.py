@@ -14,7 +14,7 @@ from firmware_protocol.enums import OutputPort
 from nxtdrive.cli.main import USAGE, main
 from nxtdrive.tools.teleop.controls import Controls
 from nxtdrive.tools.teleop.pilot import Pilot
-from nxtdrive.tools.teleop.spotter import TurnSpotter
+from nxtdrive.tools.teleop.spotter import Spotter
 from nxtdrive.tools.teleop.terminal import LastingStream
 from tests.small_mission import MISSION
 from tests.tools.teleop.on_screen import app_of, play, text, until
@@ -175,7 +175,7 @@ def test_a_detector_that_breaks_while_it_drives_stops_the_robot(room):
     controls = Controls(300.0, 120.0)
     controls.steer(0.0, 0.0, math.inf)
     controls.steer(0.0, 1.0, math.inf)  # never old
-    pilot = Pilot(brick, brick.rover(), controls, TurnSpotter(Blind(), "lena"))
+    pilot = Pilot(brick, brick.rover(), controls, Spotter(Blind(), "lena"))
     pilot.step()
     driven.append(brick.request(GetOutputState(OutputPort.B)).power)
     app = Teleop(pilot, controls, brick.now, "sim://")
