@@ -18,7 +18,7 @@ from nxtdrive.mission.files import read_mission_file
 from ..web.classroom.app import ClassroomServer, serve_classroom
 from ..web.classroom.classroom import Classroom
 from ..web.classroom.config import simulated_classroom
-from .bench import Figure
+from .bench import Figure, at_least, at_most
 
 ROBOTS = 12
 SECONDS = 20.0
@@ -93,8 +93,8 @@ def _measured(name: str, classroom: Classroom, seconds: float, settle_s: float) 
     lasted_s, cpu_s = time.perf_counter() - begun_s, time.process_time() - begun_cpu_s
     slowest = min(station.time_s - since_s for station, since_s in zip(stations, begun, strict=True)) / lasted_s
     percent = 100 * cpu_s / lasted_s
-    yield Figure(f"{name}: CPU of robots and server", percent, "%", f"<= {CORE_PERCENT:g}", percent <= CORE_PERCENT)
-    yield Figure(f"{name}: slowest robot's simulated time", slowest, "s/s", f">= {REAL_TIME}", slowest >= REAL_TIME)
+    yield at_most(f"{name}: CPU of robots and server", percent, "%", CORE_PERCENT)
+    yield at_least(f"{name}: slowest robot's simulated time", slowest, "s/s", REAL_TIME)
 
 
 @contextmanager

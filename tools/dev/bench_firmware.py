@@ -15,7 +15,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.motors.bench_motor import BenchMotor
 from sim_backend.firmware.vm.rxe import Type
 
-from .bench import REPEATS, Figure, at_least
+from .bench import REPEATS, Figure, at_least, at_most
 from .faults.assembler import Variables, Words, assemble, instruction, store
 
 TELEGRAMS, PASSES, PROGRAM_MS, BRICKS = 3_000, 3_000, 1_000, 10
@@ -45,9 +45,7 @@ def measure_firmware() -> Iterable[Figure]:
     """Measure one brick in this process; takes some 10 s."""
     yield at_least("telegrams of a brick in process, median of three kinds", _telegrams_hz(), "1/s", TELEGRAMS_GOAL)
     yield at_least("passes with three regulated motors / real time", _passes_ratio(), "x", PASSES_GOAL)
-    megabytes = _brick_mb()
-    goal = f"<= {MEMORY_GOAL_MB}"
-    yield Figure("memory of a brick that runs a program", megabytes, "MB", goal, megabytes <= MEMORY_GOAL_MB)
+    yield at_most("memory of a brick that runs a program", _brick_mb(), "MB", MEMORY_GOAL_MB)
     ratios = {name: _program_ratio(content) for name, content in programs().items()}
     ratios["counts, firmware 1.05"] = _program_ratio(_loop(_count, floats=()), "1.05")
     for name, ratio in ratios.items():

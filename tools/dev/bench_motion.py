@@ -23,7 +23,7 @@ from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
 
-from .bench import Figure
+from .bench import Figure, at_most
 
 if TYPE_CHECKING:
     from nxtdrive.motion.motor import Motor
@@ -198,7 +198,7 @@ def error_figures(
         if math.isnan(goal):
             yield Figure(f"{name}: {what}", value, "deg")
         else:
-            yield Figure(f"{name}: {what}", value, "deg", f"<= {goal:g}", value <= goal)
+            yield at_most(f"{name}: {what}", value, "deg", goal)
 
 
 def _cuts(name: str, unit: str, cuts: Sequence[Cut]) -> Iterator[Figure]:

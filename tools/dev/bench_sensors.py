@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from nxtdrive.brick import open_brick
 from nxtdrive.ports import SensorPort
 
-from .bench import Figure
+from .bench import Figure, at_least
 from .bench_peer import run_nxt_python, served, where
 
 LATENCY_MS = 45
@@ -43,7 +43,7 @@ def measure_sensors() -> Iterable[Figure]:
     yield Figure("their age when they are there, mean", age_ms, "ms")
     if peer_hz is not None:
         ratio = ours_hz / peer_hz
-        yield Figure("distances / nxt-python's", ratio, "x", f">= {GOAL:g}", ratio >= GOAL)
+        yield at_least("distances / nxt-python's", ratio, "x", GOAL)
 
 
 def _ours(address: str) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 
@@ -66,15 +67,9 @@ def run_campaign(campaign: Campaign, seed: int, count: int, workers: int = 1) ->
     """Make `count` trials; after each batch yield the number of trials made so far and the tally of all of them."""
     batches = [range(first, min(first + campaign.batch, count)) for first in range(0, count, campaign.batch)]
     total, made = Tally(), 0
-    if workers == 1:
-        tallies: Iterator[Tally] = (campaign.run(seed, numbers) for numbers in batches)
+    with ProcessPoolExecutor(workers) if workers > 1 else nullcontext() as pool:
+        tallies = (pool.map if pool else map)(campaign.run, [seed] * len(batches), batches)
         for numbers, tally in zip(batches, tallies, strict=True):
-            total.add(tally)
-            made += len(numbers)
-            yield made, total
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        for numbers, tally in zip(batches, pool.map(campaign.run, [seed] * len(batches), batches), strict=True):
             total.add(tally)
             made += len(numbers)
             yield made, total

@@ -15,7 +15,6 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -23,27 +22,23 @@ from random import Random
 import cv2
 import numpy as np
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Kind
 from behaviors.mission import BUILT_IN
 from firmware_protocol.errors import AddressError, CameraError, ConfigError, LocalProtocolError
-from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
 from nxtdrive.cli.templates.mission import template
 from nxtdrive.mission.files import PICTURES
-from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import WORLDS
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
-from ...sweep.agents import drive, equipped
 from ...sweep.causes import Cause, Judgement
 from ...sweep.result_file import read_results
 from ...sweep.summary import aggregate
-from ...sweep.task import Task, evaluate, failed
+from ...sweep.task import Task, evaluate, failed, run_episode
 from .campaign import Campaign, Tally, Violation
 from .mutation import mutated
 
@@ -216,12 +211,8 @@ def _run_folder() -> dict[str, bytes]:
     """Return the files of a run with decisions."""
     from behaviors.mission import load_mission
 
-    scenario, records = generate_scenario("block_transient", 100), list[Record]()
-    scenario = replace(scenario, mission=equipped("adaptive", scenario.mission))
-    simulation = Simulation(scenario.world, seed=scenario.seed)
-    with Brick(SimTransport(simulation)) as brick:
-        drive("adaptive", scenario_robot(scenario, simulation, brick, "geometric", [records.append]), simulation)
-    lines = [record.to_json() for record in records if record.kind not in (Kind.LOOK, Kind.STEP)]
+    _, referee = run_episode(generate_scenario("block_transient", 100), "adaptive", "geometric")
+    lines = [record.to_json() for record in referee.records if record.kind not in (Kind.LOOK, Kind.STEP)]
     mission = load_mission(BUILT_IN, [PICTURES])
     summary = {"ending": "achieved", "achieved": True, "targets": []}
     return {
