@@ -11,7 +11,7 @@ SHOWN = 20
 """Mistakes that are listed; the others are counted."""
 LONGEST = 400
 LONGEST_VALUE = 80
-MOST_KNOWN = 100
+MAX_KNOWN = 100
 """Among more names the nearest is not looked for: a file of thousands of wrong names would take minutes."""
 
 _MORE = re.compile(r"and (\d+) more")
@@ -57,15 +57,15 @@ def _in_words(count: int) -> str:
 
 def nearest(name: str, known: Collection[str]) -> str:
     """Return the known name that is most like another one; empty if none is, or there are more than 100."""
-    close = difflib.get_close_matches(name, known, n=1) if len(known) <= MOST_KNOWN else []
+    close = difflib.get_close_matches(name, known, n=1) if len(known) <= MAX_KNOWN else []
     return close[0] if close else ""
 
 
 def hint(name: str, known: Collection[str]) -> str:
     """Suggest the known name that is most like another one, or list the known ones."""
     near = nearest(name, known)
-    more = ["..."] if len(known) > MOST_KNOWN else []
-    return f"did you mean {near!r}?" if near else f"known here: {', '.join([*islice(known, MOST_KNOWN), *more])}"
+    more = ["..."] if len(known) > MAX_KNOWN else []
+    return f"did you mean {near!r}?" if near else f"known here: {', '.join([*islice(known, MAX_KNOWN), *more])}"
 
 
 def excerpt(value: object) -> str:

@@ -26,7 +26,7 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
 pytest_plugins = ["nxtdrive.pytest_plugin", "pytester"]
 
-MOST_PROCESSES = 8
+MAX_PROCESSES = 8
 """Each takes up to 0.7 GB."""
 
 # a deadline is wall time, which tells of the machine and not of the code
@@ -49,7 +49,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     None for single files and tests, so that -s and debuggers work there.
     """
     single = any("::" in arg or arg.endswith(".py") for arg in config.args)
-    return 0 if single or config.option.capture == "no" else min(MOST_PROCESSES, (os.cpu_count() or 1) + 1)
+    return 0 if single or config.option.capture == "no" else min(MAX_PROCESSES, (os.cpu_count() or 1) + 1)
 
 
 @pytest.hookimpl(wrapper=True)

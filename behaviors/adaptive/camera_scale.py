@@ -34,14 +34,14 @@ class ScaleNumbers:
         offset_mm: Standard deviation of the offset between the target and the source of the echo.
         gate: An echo that is more standard deviations away than this is of something else than the last one.
         ahead_deg: A target within this bearing is straight ahead.
-        nearest_echo_mm: Least distance by size at which a target is compared with echoes.
-        farthest_echo_mm: Greatest distance by size at which it is compared with them.
+        nearest_echo_mm: Minimum distance by size at which a target is compared with echoes.
+        farthest_echo_mm: Maximum distance by size at which it is compared with them.
         apart_mm: Echoes are compared this far apart; nearer to each other they say the same.
         least_nearer: The source of an echo is straight ahead if it comes nearer by at least this share of the distance
             driven.
         most_nearer: The source is straight ahead if it comes nearer by at most this share.
         stretch_mm: Least length of a stretch over which the growth of a picture is measured.
-        longest_mm: Greatest length of such a stretch, since wheels slip.
+        longest_mm: Maximum length of such a stretch, since wheels slip.
         straight_deg: The robot turns no more than this on such a stretch.
         unheard_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
             up to 8 %, and so is a factor learned by driving.

@@ -23,7 +23,7 @@ class TurnNumbers:
     Attributes:
         enough_deg: A turn this long, by the wheels, shows the scale if the sonar heard edges at its beginning.
         further_deg: Otherwise the turn goes on by this much at a time.
-        longest_deg: Greatest length of the turn.
+        longest_deg: Maximum length of the turn.
         most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
         least: A smaller share may be an accident of the echoes, and is ignored.
         overlap_deg: The arc that is heard twice must be at least this wide.

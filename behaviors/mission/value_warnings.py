@@ -10,7 +10,7 @@ from behaviors.mission.robot import Table
 from behaviors.mission.tables import AdaptiveParameters, Mission, ThesisParameters
 from behaviors.profile_names import ADAPTIVE, THESIS
 
-LEAST_HEIGHT_MM, GREATEST_HEIGHT_MM = 40.0, 2500.0
+MIN_HEIGHT_MM, MAX_HEIGHT_MM = 40.0, 2500.0
 """Heights outside are rarely intended: smaller ones are found from less than a metre, or are centimetres."""
 WHEEL_DEG_S = 855.0
 """An NXT motor's speed at full power and 8 V. Source: docs/firmware.md section 0.2."""
@@ -61,13 +61,13 @@ def unused_keys(mission: Mission) -> dict[str, set[str]]:
 
 
 def _odd_height(name: str, height_mm: float) -> Iterator[str]:
-    if height_mm < LEAST_HEIGHT_MM:
+    if height_mm < MIN_HEIGHT_MM:
         yield (
             f"target.{name}: height_mm = {height_mm:g} is small; all distances are computed from it. "
             f"Is it in centimetres? Then it is {10 * height_mm:g} mm."
         )
-    elif height_mm > GREATEST_HEIGHT_MM:
-        most_m = GREATEST_HEIGHT_MM / 1000
+    elif height_mm > MAX_HEIGHT_MM:
+        most_m = MAX_HEIGHT_MM / 1000
         yield f"target.{name}: height_mm = {height_mm:g} is more than {most_m:g} m; all distances are computed from it."
 
 

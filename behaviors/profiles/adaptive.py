@@ -26,7 +26,7 @@ from behaviors.skills import Skill, SkillContext
 from behaviors.target_queue import TargetQueue
 from behaviors.thesis.skills import ThesisMoveSkill
 
-LEAST_S = 1.0
+MIN_INTERVAL_S = 1.0
 """Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""
 EYES_ONLY_S = 20.0
 """A map without any path is more likely wrong than the robot is shut in: it is ignored for this time."""
@@ -118,7 +118,7 @@ class AdaptiveProfile:
         while self._decided is not None:
             decided_s, place = self._decided
             elapsed_s = self._perception.now() - decided_s
-            if elapsed_s >= LEAST_S or math.dist(place, self.world.here) > ATTEMPTS.same_place_mm:
+            if elapsed_s >= MIN_INTERVAL_S or math.dist(place, self.world.here) > ATTEMPTS.same_place_mm:
                 return
             self._perception.step()
 

@@ -81,7 +81,7 @@ class FloorView:
         area: What is shown.
         axes: Its axes.
         corner: Upper left corner of the frame.
-        most: Greatest width and height of the frame.
+        most: Maximum width and height of the frame.
     """
 
     def __init__(self, sheet: Sheet, area: Area, axes: Axes, corner: Point, most: Point) -> None:

@@ -23,9 +23,9 @@ SUBTITLE_PX = 26
 GAP_PX = 36
 """Between the columns of the page."""
 NOTES_PX = 520
-"""Least width of a column of notes."""
+"""Minimum width of a column of notes."""
 MAP_PX = 860.0
-"""Greatest height of the map."""
+"""Maximum height of the map."""
 SECTION_PX = 22
 """Above and below the legend."""
 KEEP_PX = 12.0

@@ -25,8 +25,8 @@ SHEET_SHAPE = 0.02
 """A picture whose shape differs from a sheet's by less than this share fills a sheet."""
 SHEET_SIZE = 0.08
 """A height within this share of a sheet's is that sheet's, measured roughly or printed with a margin."""
-LEAST_WIDTH_MM, GREATEST_WIDTH_MM = 30.0, 2500.0
-LEAST_IN_VIEW = 0.7
+MIN_WIDTH_MM, MAX_WIDTH_MM = 30.0, 2500.0
+MIN_IN_VIEW = 0.7
 """Share of a picture's width and height that the frame must show at the stop; the detector knows its middle 60 %."""
 RIM = 1.15
 """For a whole target to be in view, the frame must be larger than it by this factor."""
@@ -71,7 +71,7 @@ def warnings(mission: Mission) -> Iterator[str]:
         if shape is not None:
             yield from _odd_shape(name, target.height_mm, shape, chosen="height_mm" in target.model_fields_set)
         yield from _no_sheet_height(name, target)
-        whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else LEAST_IN_VIEW
+        whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else MIN_IN_VIEW
         yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
 
 
@@ -94,7 +94,7 @@ def _odd_shape(name: str, height_mm: float, shape: float, *, chosen: bool) -> It
             f"target.{name}: height_mm is missing, so that of an upright A4 sheet counts, {A4_HEIGHT_MM:g}, but the "
             f"picture has another shape. Measure it and set height_mm{landscape}."
         )
-    elif not LEAST_WIDTH_MM <= width_mm <= GREATEST_WIDTH_MM:
+    elif not MIN_WIDTH_MM <= width_mm <= MAX_WIDTH_MM:
         yield f"target.{name}: at height_mm = {height_mm:g} the picture is {width_mm:.0f} mm wide. Is that its height?"
     elif abs(min(shape, 1 / shape) / A4_SHAPE - 1) < SHEET_SHAPE:
         heights = {sheet: sides[shape < 1] for sheet, sides in SHEETS_MM.items()}

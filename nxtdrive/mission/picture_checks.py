@@ -21,7 +21,7 @@ from nxtdrive.vision.geometry import Pinhole
 from nxtdrive.vision.sources import read_image
 
 FRAME_WIDTH = 320
-LEAST_RANGE_M = 1.2
+MIN_RANGE_M = 1.2
 """A print that is found only from nearer is worth a warning for any reason: the robot hardly ever gets that near."""
 
 
@@ -86,7 +86,7 @@ def _hard_to_find(mission: Mission, name: str, predictions: list[RangePrediction
             f"target.{name}: the picture will be hard to find: {far}, where most prints of its size are found up to "
             f"{usual_m:.1f} m. The reason: {'; '.join(best.reasons)}."
         )
-    elif range_m < LEAST_RANGE_M:
+    elif range_m < MIN_RANGE_M:
         yield (
             f"target.{name}: a print of {height_mm:g} mm is small: it is found only up to about {range_m:.1f} m. "
             f"Print it larger, and set height_mm."

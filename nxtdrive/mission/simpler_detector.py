@@ -13,10 +13,10 @@ from nxtdrive.vision.detectors.qr import LONGEST, text_of
 
 LONG_SIDE_PX = 640
 """A larger picture is reduced to this; a code that fills a good part of it is recognized all the same."""
-LEAST_SHARE = 0.15
-"""Least share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
-LEAST_OF_COLOR = 0.8
-"""Least share of all that is strongly coloured in the picture: a patch among others is one of many details."""
+MIN_SHARE = 0.15
+"""Minimum share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
+MIN_COLOR_SHARE = 0.8
+"""Minimum share of all that is strongly coloured in the picture: a patch among others is one of many details."""
 PLAIN = 15.0
 """Largest standard deviation of the grey levels in the middle of a plain patch."""
 
@@ -28,7 +28,7 @@ def simpler_detector(image: Image) -> str:
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
     margin = max(small.shape[:2]) // 8  # codes and markers are not recognized without white around them
     framed = cv2.copyMakeBorder(small, margin, margin, margin, margin, cv2.BORDER_CONSTANT, value=(255, 255, 255))
-    least_px = LEAST_SHARE * small.shape[0] * small.shape[1]
+    least_px = MIN_SHARE * small.shape[0] * small.shape[1]
     return _qr(framed, least_px) or _marker(framed, least_px) or _color(small, least_px)
 
 
@@ -63,7 +63,7 @@ def _color(image: Image, least_px: float) -> str:
             left, top, width, height = (round(each) for each in patch.box)
             middle = grey[top + height // 4 : top + height * 3 // 4, left + width // 4 : left + width * 3 // 4]
             plain = float(middle.std()) < PLAIN
-            if plain and patch.score * width * height >= max(least_px, LEAST_OF_COLOR * strong_px):
+            if plain and patch.score * width * height >= max(least_px, MIN_COLOR_SHARE * strong_px):
                 keys = f'detector = "color" and color = "{color}"'
                 return f"the picture shows something plain {color}: a target with {keys} finds it from every side"
     return ""

@@ -21,7 +21,7 @@ FRAME = (240, 320)
 HEIGHTS_PX = (120, 70)
 """Apparent heights at which a front is shown to a detector; every detector finds its target at one of these."""
 GRAY = 128
-LEAST_SHARE = 0.25
+MIN_SHARE = 0.25
 """A detection that covers less of a front is of a detail: a red sleeve on a portrait is not a red box."""
 
 
@@ -101,7 +101,7 @@ def shows(front: Image, detector: Detector) -> bool:
 
 def _finds(detector: Detector, front: Image, height_px: int) -> bool:
     frame, area = _shown(front, height_px)
-    return any(found.box[2] * found.box[3] >= LEAST_SHARE * area for found in detector.detect(frame))
+    return any(found.box[2] * found.box[3] >= MIN_SHARE * area for found in detector.detect(frame))
 
 
 def said_by(front: Image, detector: Detector) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Protocol
 from firmware_protocol.errors import LinkLost
 
 SURPLUS_LIMIT = 64
-"""Most telegrams discarded at once; a peer that sends more never stops."""
+"""Maximum number of telegrams discarded at once; a peer that sends more never stops."""
 
 
 class Transport(Protocol):

@@ -16,7 +16,7 @@ BLOCKED_S = 0.02
 BUSY_SHARE = 0.05
 """A program that sleeps uses less than this share of the time; one that computes uses more, even under load."""
 WAITS = 3
-"""Most voluntary context switches of a sleep; work in a library's threads causes more."""
+"""Maximum number of voluntary context switches of a sleep; work in a library's threads causes more."""
 WARNED_S = 0.25
 """Total sleep at which to warn."""
 

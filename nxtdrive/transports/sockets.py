@@ -10,7 +10,7 @@ from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.stream import SEND_TIMEOUT_S, StreamTransport
 
 CHUNK = 4096
-LEAST_WAIT_S = 0.001
+MIN_WAIT_S = 0.001
 """A timeout of 0 would mean not to wait at all, and raises another error."""
 _CLOCK = WallClock()
 
@@ -47,7 +47,7 @@ class Connection:
         left, deadline = memoryview(data), _CLOCK.now() + SEND_TIMEOUT_S
         try:
             while left:
-                self._socket.settimeout(max(deadline - _CLOCK.now(), LEAST_WAIT_S))
+                self._socket.settimeout(max(deadline - _CLOCK.now(), MIN_WAIT_S))
                 left = left[self._socket.send(left) :]
         except OSError as error:
             if not _is_silence(error):

@@ -17,7 +17,7 @@ TARGET_HEIGHT_PX = 80
 MARGIN = 0.7
 """Margin of the crop around the old box on each side, as a share of the box's larger side."""
 
-LEAST_MARGIN_PX = 24
+MIN_MARGIN_PX = 24
 """The margin is at least this wide, so that a far target may move by more than its own small size."""
 
 
@@ -27,7 +27,7 @@ def detect_near(detector: Detector, image: Image, box: Box) -> list[Detection]:
     A target that extends beyond that part of the image is not returned, since the whole image shows more of it.
     """
     left, top, width, height = box
-    margin = max(LEAST_MARGIN_PX, round(MARGIN * max(width, height)))
+    margin = max(MIN_MARGIN_PX, round(MARGIN * max(width, height)))
     x0, y0 = max(0, left - margin), max(0, top - margin)
     crop = image[y0 : max(0, top + height + margin), x0 : max(0, left + width + margin)]
     if crop.size == 0:

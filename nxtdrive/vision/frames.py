@@ -7,12 +7,12 @@ import numpy as np
 
 from nxtdrive.vision.detection import Image
 
-MOST_PIXELS = 3840 * 2160
+MAX_PIXELS = 3840 * 2160
 """A frame with more is reduced: several are kept at a time, and detectors need far fewer."""
 
 
 def as_frame(image: cv2.typing.MatLike | None) -> Image | None:
-    """Return a frame in BGR with 8 bits, of at most `MOST_PIXELS`; None if it is not a picture.
+    """Return a frame in BGR with 8 bits, of at most `MAX_PIXELS`; None if it is not a picture.
 
     Args:
         image: Grey, BGR, or BGR with transparency; with 8 bits or, as of thermal and scientific cameras, 16.
@@ -20,8 +20,8 @@ def as_frame(image: cv2.typing.MatLike | None) -> Image | None:
     if image is None or image.ndim not in (2, 3) or not image.size or image.dtype not in (np.uint8, np.uint16):
         return None
     pixels = image.shape[0] * image.shape[1]
-    if pixels > MOST_PIXELS:
-        scale = (MOST_PIXELS / pixels) ** 0.5
+    if pixels > MAX_PIXELS:
+        scale = (MAX_PIXELS / pixels) ** 0.5
         size = [max(1, int(scale * side)) for side in image.shape[1::-1]]
         image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     if image.dtype == np.uint16:

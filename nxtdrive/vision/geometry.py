@@ -30,10 +30,10 @@ DEFAULT_HFOV_DEG = 60.0
 
 Array = NDArray[np.float64]
 
-LEAST_AHEAD = 1e-3
+MIN_AHEAD = 1e-3
 """A ray that points up or down too steeply for a level camera counts as this far ahead, over its length."""
-MOST_ROLLED = 0.3
-"""Least cosine of twice the roll at which the size of a rolled target is computed from its box: 36 degrees."""
+MAX_ROLLED = 0.3
+"""Minimum cosine of twice the roll at which the size of a rolled target is computed from its box: 36 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ class Pinhole:
         roll, tilt = math.radians(self.mounting.roll_deg), math.radians(self.mounting.tilt_deg)
         right, down = right * math.cos(roll) - down * math.sin(roll), right * math.sin(roll) + down * math.cos(roll)
         down, ahead = down * math.cos(tilt) - math.sin(tilt), down * math.sin(tilt) + math.cos(tilt)
-        ahead = np.maximum(ahead, LEAST_AHEAD)
+        ahead = np.maximum(ahead, MIN_AHEAD)
         return centre_u + self.focal_px * right / ahead, centre_v + self.focal_px * down / ahead
 
 
@@ -185,7 +185,7 @@ def _upright(box: Box, roll: float) -> Quad:
     cos, sin = math.cos(roll), abs(math.sin(roll))
     scale = 1 / (cos + sin)
     width, height = box_width * scale, box_height * scale
-    if cos * cos - sin * sin > MOST_ROLLED:
+    if cos * cos - sin * sin > MAX_ROLLED:
         divisor = cos * cos - sin * sin
         width = max(width / 4, (cos * box_width - sin * box_height) / divisor)
         height = max(height / 4, (cos * box_height - sin * box_width) / divisor)

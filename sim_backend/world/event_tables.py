@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sim_backend.world.toml_types import MOST_TIMES, Direction, Duration, Length, Name, Percent, Point, Seconds, Table
+from sim_backend.world.toml_types import MAX_TIMES, Direction, Duration, Length, Name, Percent, Point, Seconds, Table
 
 Fault = Literal["no_echo", "stuck", "error", "unplugged"]
 """How a sensor fails: an ultrasonic sensor without echoes, a reading that stays, one that answers only at times (a
@@ -36,7 +36,7 @@ class When(Table):
     delay_s: Duration = (0.0, 0.0)
     sees: Name | None = None
     for_s: Duration = (0.0, 0.0)
-    view_number: Annotated[int, Field(ge=1, le=MOST_TIMES)] = 1
+    view_number: Annotated[int, Field(ge=1, le=MAX_TIMES)] = 1
     of: Name | None = None
     robot_within_mm: Length | None = None
     robot_beyond_mm: Length | None = None
@@ -83,7 +83,7 @@ class Event(Table):
 
     name: Name
     when: When
-    times: Annotated[int, Field(ge=0, le=MOST_TIMES)] = 1
+    times: Annotated[int, Field(ge=0, le=MAX_TIMES)] = 1
     person: Name | None = None
     picture: Name | None = None
     box: Name | None = None

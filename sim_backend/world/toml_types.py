@@ -13,11 +13,11 @@ FARTHEST_MM = 1e6
 """A kilometre: larger numbers are mistakes, and those near the end of the floating-point range break computations."""
 Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM)]
 Point = Annotated[tuple[Coordinate, Coordinate], Strict(False)]
-LEAST = 1e-3
+MIN_SIZE = 1e-3
 """A micrometre, or a gram: products of much smaller sizes and masses are 0."""
 LONGEST_S = 1e6
 """Eleven days, more than any simulation runs."""
-Length = Annotated[float, Field(ge=LEAST, le=FARTHEST_MM)]
+Length = Annotated[float, Field(ge=MIN_SIZE, le=FARTHEST_MM)]
 Size = Annotated[tuple[Length, Length], Strict(False)]
 Name = Annotated[str, Field(min_length=1)]
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
@@ -28,7 +28,7 @@ Offset = Annotated[float, Field(ge=-500, le=500)]
 """From the middle of the robot's axle; the body's radius is 500 mm at most."""
 Mounting = Annotated[tuple[Offset, Offset], Strict(False)]
 """A position on the robot: forward and right of the middle of the axle."""
-MOST_TIMES = 1_000_000
+MAX_TIMES = 1_000_000
 """Once a second in the longest simulation."""
 
 

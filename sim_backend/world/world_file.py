@@ -31,7 +31,7 @@ from sim_backend.world.toml_types import (
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 SensorPort = Annotated[int, Field(ge=0, le=4)]
 
-LEAST_RADIUS_MM = 50
+MIN_RADIUS_MM = 50
 """Of the robot's body."""
 FRAME_DIAGONAL = 1.25
 """Diagonal of a 4:3 frame over its width."""
@@ -56,7 +56,7 @@ class Floor(Table):
     @field_validator("size_mm")
     @classmethod
     def _holds_a_robot(cls, size_mm: tuple[float, float]) -> tuple[float, float]:
-        if min(size_mm) < 2 * LEAST_RADIUS_MM:
+        if min(size_mm) < 2 * MIN_RADIUS_MM:
             millimetres = ", ".join(f"{1000 * each:g}" for each in size_mm)
             raise ValueError(f"no robot fits in; if it is in metres, write it in millimetres: [{millimetres}]")
         return size_mm
@@ -164,7 +164,7 @@ class Robot(Table):
 
     start_mm: Point
     heading_deg: Direction = 0.0
-    radius_mm: Annotated[float, Field(ge=LEAST_RADIUS_MM, le=500)] = 115.0
+    radius_mm: Annotated[float, Field(ge=MIN_RADIUS_MM, le=500)] = 115.0
     wheel_diameter_mm: Annotated[float, Field(ge=10, le=300)] = 56.0
     track_mm: Annotated[float, Field(ge=30, le=600)] = 112.0
     mass_kg: Length = 0.75

@@ -53,7 +53,7 @@ LATENCIES_S = (0.05, 0.2, 0.4)
 """First guesses of the latency; the one that fits best counts."""
 FEW_VIEWS, MANY_VIEWS = 60, 200
 """Views used to find the first guess, and the best values."""
-FEWEST_VIEWS = 60
+MIN_VIEWS = 60
 """Views from steady motion that an estimate needs."""
 SLIP_EVERY_DEG, SLIP_DEG = 300.0, 0.05
 """Length of a stretch of motion, as the sum of both wheels' turns, and the standard deviation of the turn by slipping
@@ -178,9 +178,9 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
     best = min((_fit(few, *guess) for guess in guesses), key=lambda found: found.residual)
     _, prior_sd, scales = guesses[0]
     seen, track = len(track.views), track.steady(float(best.values[NAMES.index("latency_s")]))
-    if (steady := len(track.views)) < FEWEST_VIEWS:
+    if (steady := len(track.views)) < MIN_VIEWS:
         frames = f"of {number_of(seen, 'frame')} that show the sheet, {steady} were taken in steady motion"
-        raise CalibrationRefused(f"{frames}; {FEWEST_VIEWS} are needed.", remedy=REMEDY)
+        raise CalibrationRefused(f"{frames}; {MIN_VIEWS} are needed.", remedy=REMEDY)
     best = _fit(Corners(track, MANY_VIEWS), best.values[: len(NAMES)], prior_sd, scales)
     return Estimate(
         dict(zip(NAMES, map(float, best.values), strict=False)),

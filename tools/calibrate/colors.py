@@ -27,14 +27,14 @@ FRAMES, FRAME_S = 20, 3.0
 """Frames from which the colour is learned, and the longest wait for each."""
 MIDDLE = 0.06
 """Width of the patch in the middle of the frame from which the colour is learned, as a share of the frame's width."""
-LEAST_SATURATION_PERCENT, MOST_SPREAD_DEG = 20.0, 12.0
+MIN_SATURATION_PERCENT, MAX_SPREAD_DEG = 20.0, 12.0
 """Paler patches have no hue to go by; more varied ones are not of one colour."""
 FARTHEST_DEG = 60.0
 """A hue farther than this from the usual one is another colour."""
-REACH_SPREADS, LEAST_REACH_DEG, MOST_REACH_DEG = 4.0, 16.0, 24.0
+REACH_SPREADS, MIN_REACH_DEG, MAX_REACH_DEG = 4.0, 16.0, 24.0
 """How far a hue may be from the learned one: so many standard deviations of the patch's hues, within these bounds."""
 SATURATION_SHARE, VALUE_SHARE = 0.7, 0.5
-"""Least saturation and value, as shares of what the dullest twentieth of the patch has; the light changes."""
+"""Minimum saturation and value, as shares of what the dullest twentieth of the patch has; the light changes."""
 FOUND_SHARE = 0.8
 """Share of the frames in which the patch must be found."""
 OTHER_SHARE = 0.5
@@ -90,8 +90,8 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
     hue_deg = math.degrees(np.angle(turned)) % 360
     spread_deg = math.degrees(math.sqrt(max(0.0, -2 * math.log(max(abs(turned), 1e-9)))))
     saturation, value = (float(np.percentile(patches[:, column], 5)) / 2.55 for column in (1, 2))
-    if saturation < LEAST_SATURATION_PERCENT or spread_deg > MOST_SPREAD_DEG:
-        why = "has no strong colour" if saturation < LEAST_SATURATION_PERCENT else "has several colours"
+    if saturation < MIN_SATURATION_PERCENT or spread_deg > MAX_SPREAD_DEG:
+        why = "has no strong colour" if saturation < MIN_SATURATION_PERCENT else "has several colours"
         raise CalibrationRefused(
             f"what is in the middle of the picture {why} (saturation {saturation:.0f} %, hues {spread_deg:.0f} degrees "
             "apart).",
@@ -106,7 +106,7 @@ def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName,
         )
     turns = np.array([_mean_hue(patch) for patch in by_frame])
     error_deg = float(np.degrees(np.std(np.angle(turns / turned)))) / math.sqrt(len(frames))
-    reach_deg = min(max(LEAST_REACH_DEG, REACH_SPREADS * spread_deg), MOST_REACH_DEG)
+    reach_deg = min(max(MIN_REACH_DEG, REACH_SPREADS * spread_deg), MAX_REACH_DEG)
     shade = ColorTable(
         hue_deg=round(hue_deg, 1) % 360,
         reach_deg=round(reach_deg, 1),

@@ -35,7 +35,7 @@ shares of the frame's width."""
 NEAR_SHARE, FAR_SHARE = 0.58, 0.2
 """Width of the sheet in the frame from near and from far."""
 MARKERS_TO_LOCATE, MARKERS_IN_VIEW = 2, 4
-"""Fewest markers that show where the sheet is, and that it is in view, wholly or nearly."""
+"""Minimum number of markers that show where the sheet is, and that it is in view, wholly or nearly."""
 FRAMES_TO_LEAVE = 4
 """Frames in a row with fewer markers mean that the sheet leaves the view; in one frame the detector may miss some."""
 APPROACHES = 2

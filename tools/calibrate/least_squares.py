@@ -18,7 +18,7 @@ ENOUGH = 1e-5
 DAMPING, HARDER, EASIER, UNDAMPED = 1e-4, 10.0, 0.1, 1e-8
 """Damping of the first step, its factors after a step that failed and one that helped, and what counts as none: values
 that are hard to tell apart move by much smaller steps when damped."""
-MOST_DAMPING = 1e12
+MAX_DAMPING = 1e12
 HUBER = 2.5
 """A residual beyond this many standard deviations counts less: it is an error of another kind."""
 
@@ -58,7 +58,7 @@ def fit(residuals: Residuals, start: Array, prior_sd: Array, scales: Array, alik
     converged = False
     for _ in range(STEPS):
         normal, gradient = _normal(residuals, values, errors, sigma, (values - start) * known, known, scales)
-        while damping < MOST_DAMPING:
+        while damping < MAX_DAMPING:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -gradient)
             tried = residuals(values + step)
             tried_cost = _cost(tried, sigma, (values + step - start) * known)

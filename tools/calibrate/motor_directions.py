@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 TURN_DEG, RATE_DEG_S = 45.0, 90.0
 """How far and how fast each wheel turns."""
-LEAST_SHARE = 0.02
+MIN_SHARE = 0.02
 """The sheet moves at least this share of the frame's width then."""
 POWERS = range(2, 41, 2)
 """Powers that are tried in turn, in percent."""
@@ -45,7 +45,7 @@ def is_reversed(brick: Brick, port: OutputPort, sign: int, column: Column) -> bo
     motor.run_angle(RATE_DEG_S, TURN_DEG)
     moved = column() - before
     motor.run_angle(RATE_DEG_S, -TURN_DEG)
-    if abs(moved) < LEAST_SHARE:
+    if abs(moved) < MIN_SHARE:
         raise CalibrationRefused(
             f"the picture did not move when the motor on port {port} turned.",
             remedy="See that the wheels touch the floor, find the ports with `nxtdrive motor`, and write them into the "

@@ -22,7 +22,7 @@ RULER_MM, RULER_DEG, RADIUS_MM = 2.0, 3.0, 5.0
 RADIUS_QUESTION = (
     "How many millimetres is the farthest point of the robot from the middle between its wheels (0: as it was)?"
 )
-MOST_OFF = 0.3
+MAX_CORRECTION = 0.3
 """A larger correction is a slip of the pen, or wheels of another size."""
 
 
@@ -42,7 +42,7 @@ def by_ruler(
     """
     longer, turned_more = driven[1] / driven[0], turned[1] / turned[0]
     for name, share in (("distance", longer), ("turn", turned_more)):
-        if abs(share - 1) > MOST_OFF:
+        if abs(share - 1) > MAX_CORRECTION:
             raise CalibrationRefused(
                 f"the {name} you measured is {share:.0%} of what the wheels counted.",
                 remedy="Measure again; if it is right, correct the wheels' diameter and track in the robot file first.",

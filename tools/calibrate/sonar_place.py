@@ -14,7 +14,7 @@ from .track import Array, Track, at_times, poses
 
 STRAIGHT_DEG = 8.0
 """Echoes count only when the robot faces the wall this well: then the whole beam hits it at about the same distance."""
-FEWEST = 20
+MIN_ECHOES = 20
 """Echoes that an estimate needs."""
 ASLANT_DEG = 35.0
 """At larger angles the echo may be of another wall."""
@@ -72,9 +72,9 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
     off = np.remainder(heading - turn + math.pi, 2 * math.pi) - math.pi
     wall_mm = (values["sheet_x_mm"] - x) * math.cos(turn) + (values["sheet_y_mm"] - y) * math.sin(turn)
     facing = np.abs(off) < math.radians(STRAIGHT_DEG)
-    if (echoes := int(facing.sum())) < FEWEST:
+    if (echoes := int(facing.sum())) < MIN_ECHOES:
         raise CalibrationRefused(
-            f"the sonar gave {echoes} echoes from straight before the wall, and {FEWEST} are needed.", remedy=REMEDY
+            f"the sonar gave {echoes} echoes from straight before the wall, and {MIN_ECHOES} are needed.", remedy=REMEDY
         )
     forward = (wall_mm - ranges)[facing] / np.cos(off[facing])
     middle = float(np.median(forward))
@@ -100,7 +100,7 @@ def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> 
     aside = np.radians(np.maximum(0.0, off_deg - HALVES_DEG[:, None]))
     losses = np.minimum(np.abs(ranges - upright_mm / np.cos(aside)) / noise_mm, OUTLIER)
     half = float(HALVES_DEG[losses.sum(axis=1).argmin()])
-    if (off_deg > half + BEYOND_DEG).sum() < FEWEST:
+    if (off_deg > half + BEYOND_DEG).sum() < MIN_ECHOES:
         return None
     group = np.arange(len(off_deg)) % GROUPS
     others = [float(HALVES_DEG[losses[:, group != each].sum(axis=1).argmin()]) for each in range(GROUPS)]

@@ -15,7 +15,7 @@ from input_files.toml_file import toml_key, toml_string
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate
 from .course import REMEDY, CalibrationRefused
 
-MOST_RESIDUAL = 1.0 / 320
+MAX_RESIDUAL = 1.0 / 320
 """Largest distance between predicted and measured corners, over the frame's width."""
 MOST_MISSED = 1.0 / 50
 """Largest such distance, root mean square, over the whole drive by wheel counts alone, over the frame's width: 1.4
@@ -54,7 +54,7 @@ def check(found: Estimate, width_px: int, missed_px: float) -> None:
 def _objections(found: Estimate, width_px: int, missed_px: float) -> Iterator[str]:
     if not found.converged:
         yield "no values fit what the camera saw."
-    if not found.residual_px <= MOST_RESIDUAL * width_px:
+    if not found.residual_px <= MAX_RESIDUAL * width_px:
         yield (
             f"the best values still miss the markers by {found.residual_px:.1f} px; the sheet may be bent or printed "
             "in another size, the wheels slip, or the lens bends straight lines."

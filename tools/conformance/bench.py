@@ -29,8 +29,8 @@ _RADIO_PATIENCE = 5000
 """Passes that the recordings wait for a reply over Bluetooth."""
 _WRITE_FORM = 0xFE
 """Mask of an I2C address without the bit that says that a device sends."""
-MOST = 1_000_000
-"""Most passes, bytes or files of a control line: some seconds of work."""
+MAX_COUNT = 1_000_000
+"""Maximum number of passes, bytes or files of a control line: some seconds of work."""
 
 
 class NotSupportedOnBench(Exception):
@@ -359,6 +359,6 @@ def _count(text: str) -> int:
         ValueError: It is not a number, or so large that it would take minutes.
     """
     count = int(text)
-    if count > MOST:
-        raise ValueError(f"{count} is more than {MOST}")
+    if count > MAX_COUNT:
+        raise ValueError(f"{count} is more than {MAX_COUNT}")
     return count

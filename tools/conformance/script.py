@@ -19,9 +19,9 @@ from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from firmware_protocol.telegram import NO_REPLY, REQUEST_HEADER, Kind
 from input_files.plain import MEGABYTE, InputFileError, read_text
 
-from .bench import MOST
+from .bench import MAX_COUNT
 
-MOST_TELEGRAM_BYTES = 1024
+MAX_TELEGRAM_BYTES = 1024
 
 WRITING: frozenset[AnyCommand] = DESTRUCTIVE | {
     enhanced.SetInterpreterState,
@@ -95,7 +95,7 @@ def _line(words: str, number: int, note: str, place: str) -> Line:
         return Line(number, b"", _wait_ms(words, place), note)
     if _HEX.fullmatch(words):
         digits = "".join(words.split())
-        if len(digits) % 2 or len(digits) > 2 * MOST_TELEGRAM_BYTES:
+        if len(digits) % 2 or len(digits) > 2 * MAX_TELEGRAM_BYTES:
             raise ConfigError(f"{place}: {words[:60]!r} is not a telegram.", remedy="A byte is two hex digits: 00 0b.")
         return Line(number, bytes.fromhex(digits), 0, note)
     try:
@@ -116,9 +116,9 @@ def _wait_ms(words: str, place: str) -> int:
         )
     if len(arguments) == 1 and re.fullmatch(r"[0-9]{1,6}", arguments[0]):
         wait_ms = int(arguments[0])
-        if 0 < wait_ms <= MOST:
+        if 0 < wait_ms <= MAX_COUNT:
             return wait_ms
-    raise ConfigError(f"{place}: {words!r} is not a valid wait.", remedy=f"Write {_TICK} N, N from 1 to {MOST}.")
+    raise ConfigError(f"{place}: {words!r} is not a valid wait.", remedy=f"Write {_TICK} N, N from 1 to {MAX_COUNT}.")
 
 
 def _objection(telegram: bytes) -> str:

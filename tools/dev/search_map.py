@@ -42,7 +42,7 @@ Image = NDArray[np.uint8]
 CELL_PX = 9
 BLUE, BLACK, GREEN, VIOLET = (255, 0, 0), (0, 0, 0), (0, 110, 0), (200, 0, 200)
 OBSTACLE, FREE, UNKNOWN = (130, 130, 255), (225, 255, 225), (225, 225, 225)
-BELIEF_PX, LEAST_BELIEF = 80, 0.001
+BELIEF_PX, MIN_BELIEF = 80, 0.001
 """Radius of the disc of a belief of 1, and the least belief that has one."""
 
 AROUND_PX = 60
@@ -161,7 +161,7 @@ def _true_walls(image: Image, cells: Cells, truth: WorldFile) -> NDArray[np.int6
 def _belief(image: Image, world: WorldModel, target: str) -> None:
     belief, cells = world.targets.beliefs[target], world.floor.cells
     by_place = belief.by_place()
-    for i, j in zip(*np.nonzero(by_place > LEAST_BELIEF), strict=True):
+    for i, j in zip(*np.nonzero(by_place > MIN_BELIEF), strict=True):
         place = i * BELIEF.spacing_mm - belief.reach_mm, j * BELIEF.spacing_mm - belief.reach_mm
         cv2.circle(image, pixel(cells, place), round(BELIEF_PX * math.sqrt(by_place[i, j])), VIOLET)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mission_result import MissionResult
-from .summary import CONFIDENCE, LEAST_MISSIONS, RESAMPLES, SEED, Estimate, times_drawn
+from .summary import CONFIDENCE, MIN_MISSIONS, RESAMPLES, SEED, Estimate, times_drawn
 
 BINS = 10
 """Bins of equal width, from 0 to 1."""
@@ -55,7 +55,7 @@ def calibration_error(results: Sequence[MissionResult]) -> Estimate:
     if not len(sums):
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     mean, number = float(_errors(sums.sum(axis=0))), int(sums[:, BINS].sum())
-    if len(sums) < LEAST_MISSIONS:
+    if len(sums) < MIN_MISSIONS:
         return Estimate(mean, float("nan"), float("nan"), number)
     tail = (1.0 - CONFIDENCE) / 2
     low, high = np.quantile(_errors(times_drawn(len(sums))[: RESAMPLES // 4] @ sums), [tail, 1.0 - tail])

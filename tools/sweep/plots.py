@@ -29,7 +29,7 @@ STYLES = (
 )
 """Colour, dashes and marker of each agent, distinct for colour-blind readers (Okabe and Ito 2008) and in grey."""
 MARK_EVERY_S = 50
-ROW_INCHES, LEAST_INCHES = 0.48, 5.2
+ROW_INCHES, MIN_INCHES = 0.48, 5.2
 
 
 def check_plotting(path: Path) -> None:
@@ -61,7 +61,7 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
     check_plotting(path)
     from matplotlib.figure import Figure
 
-    height = max(LEAST_INCHES, 1.6 + ROW_INCHES * len(by(results, "kind")))
+    height = max(MIN_INCHES, 1.6 + ROW_INCHES * len(by(results, "kind")))
     figure = Figure(figsize=(12, height), layout="constrained")
     figure.suptitle(title(results))
     over_time, by_class = figure.subplots(1, 2)

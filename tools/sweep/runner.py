@@ -30,7 +30,7 @@ from .task import UNCHANGED, Task, evaluate, failed
 
 AHEAD = 4
 """Calls queued per worker: the next ones are there when one ends out of order."""
-MOST_ON_WINDOWS = 61
+MAX_ON_WINDOWS = 61
 """Processes that Windows can wait for. Source: the documentation of `concurrent.futures.ProcessPoolExecutor`."""
 CHECK_INTERVAL_S = 1.0
 """How often the wait for a call checks that workers are left."""
@@ -124,7 +124,7 @@ def local_workers(number: int) -> Iterator[Workers]:
         yield Workers()
         return
     if sys.platform == "win32":
-        number = min(number, MOST_ON_WINDOWS)
+        number = min(number, MAX_ON_WINDOWS)
     # spawned everywhere, so that a sweep works the same on all systems
     context = get_context("spawn")
     theirs, ours = context.Pipe(duplex=False)

@@ -20,7 +20,7 @@ CONFIDENCE = 0.95
 SEED = 2017
 """Seed of the resampling: the same results give the same intervals."""
 
-LEAST_MISSIONS = 2
+MIN_MISSIONS = 2
 """Fewer missions have no interval: resamples of one mission are all the same."""
 
 Pair = tuple[float, float]
@@ -55,7 +55,7 @@ def estimate(pairs: Sequence[Pair]) -> Estimate:
     if not number:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     mean = float(values[:, 0].sum() / number)
-    if np.count_nonzero(values[:, 1]) < LEAST_MISSIONS:
+    if np.count_nonzero(values[:, 1]) < MIN_MISSIONS:
         return Estimate(mean, float("nan"), float("nan"), number)
     means = _resampled(values)
     tail = (1.0 - CONFIDENCE) / 2
@@ -70,7 +70,7 @@ def estimate_share(pairs: Sequence[Pair]) -> Estimate:
     """
     found = estimate(pairs)
     missions = sum(number > 0 for _, number in pairs)
-    if found.mean in (0.0, 1.0) and missions >= LEAST_MISSIONS:
+    if found.mean in (0.0, 1.0) and missions >= MIN_MISSIONS:
         low, high = wilson(found.mean * missions, missions)
         return Estimate(found.mean, low, high, found.number)
     return found

@@ -25,7 +25,7 @@ from .latest_frame import STALE_S, LatestFrame
 HALF_BLOCK = "▀"
 COLOR_STEP = 8
 """Colors are rounded to multiples of this, so that neighbours are often equal: less text for the terminal to take."""
-MOST_OF_SCREEN = 0.6
+MAX_SCREEN_SHARE = 0.6
 """Part of the height that the picture may take from the map below it."""
 
 LEGEND = f"{PATH} path {ECHO} echo {TARGET} target {ARROWS[0]} robot"
@@ -62,7 +62,7 @@ class CameraView(Widget):
 
     def get_content_height(self, container: Size, _viewport: Size, width: int) -> int:
         """Take the height of the picture at this width, or most of the screen's."""
-        return max(1, min(round(width * self._aspect / 2), round(container.height * MOST_OF_SCREEN)))
+        return max(1, min(round(width * self._aspect / 2), round(container.height * MAX_SCREEN_SHARE)))
 
     def show(self, now_s: float) -> None:
         """Draw the latest frame; `now_s` is the time on the frames' clock."""

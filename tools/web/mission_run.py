@@ -32,7 +32,7 @@ from .robot_shape import robot_shape
 from .true_room import TrueRoom
 
 MAP_EVERY_S = 1.0
-"""Least time between two maps, by the robot's clock."""
+"""Minimum time between two maps, by the robot's clock."""
 SURE = 2.0
 """Evidence of the occupancy grid that is shown as certain."""
 WAITING = {"select": "waiting for your choice"}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 KEPT = 20
 """Pictures that boxes can still be drawn on."""
-LEAST_OVERLAP = 0.5
+MIN_OVERLAP = 0.5
 """The detector must find the box again where it was drawn: intersection over union."""
 BOM = "\ufeff"
 
@@ -123,7 +123,7 @@ def cut_out(image: Image, box: Box) -> Image:
         found = PictureDetector([picture]).detect(image)
     except ConfigError as error:
         raise ValueError(str(error)) from None
-    if not any(overlap(box, detection.box) >= LEAST_OVERLAP for detection in found):
+    if not any(overlap(box, detection.box) >= MIN_OVERLAP for detection in found):
         raise ValueError(
             "The detector does not find this box again in the same picture. Draw it around something flat with a "
             "pattern, seen from the front, without the background."

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from nxtdrive.brick import Brick
 
 EVERY_S = 0.5
-"""Least time between two messages, by the robot's clock."""
+"""Minimum time between two messages, by the robot's clock."""
 
 
 class TrueRoom:

@@ -40,7 +40,7 @@ EXAMPLES = """\
 
 Show = Callable[[str, "DecisionCosts"], None]
 
-FUTURES, MOST_FUTURES = 6, 1000
+FUTURES, MAX_FUTURES = 6, 1000
 """Their default number for each candidate, and the largest, which takes days."""
 NEARLY = "within 3 s of the best"
 KEEPING = "Make room in the run folder, or make it writable."
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--futures",
         metavar="N",
-        type=number("futures", int, 2, MOST_FUTURES),
+        type=number("futures", int, 2, MAX_FUTURES),
         default=FUTURES,
         help=f"futures tried for each candidate (default: {FUTURES})",
     )

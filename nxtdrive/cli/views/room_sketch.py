@@ -21,7 +21,7 @@ COLUMNS = ROWS = 72
 """Largest size of the map."""
 ASPECT = 2.0
 """Height of a character divided by its width."""
-MOST_STEPS = 4 * COLUMNS
+MAX_STEPS = 4 * COLUMNS
 """A length is sampled at no more points than this: an object may be larger than the room."""
 ARROWS = ">v<^"
 MAGNET, SOUND = "U", "!"
@@ -211,4 +211,4 @@ def _inside(outline: Outline, step_mm: float) -> Iterator[Point]:
 
 
 def _steps(length_mm: float, step_mm: float) -> int:
-    return min(MOST_STEPS, max(2, math.ceil(2 * length_mm / step_mm)))
+    return min(MAX_STEPS, max(2, math.ceil(2 * length_mm / step_mm)))

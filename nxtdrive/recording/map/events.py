@@ -12,7 +12,7 @@ from behaviors.ports import Pose
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES, Recovery
 from nxtdrive.recording.progress_lines import UNKNOWN_FORM, ProgressLines
 
-MOST = 16
+MAX_NUMBERS = 16
 """Numbers on a map, at most."""
 QUIET = ("search", "verify", "gave_up", "distrusted")
 """States into which a transition gets no number: the event that led to it has one."""
@@ -120,11 +120,11 @@ def _kind(record: Record) -> str:
 def numbering(events: Sequence[MapEvent]) -> Numbering:
     """Choose which events get numbers.
 
-    Up to `MOST` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
+    Up to `MAX_NUMBERS` events all do. If there are more, equal ones within `SAME_PLACE_MM` share a number; if there are
     still too many, the `LAST` events come first, then the first of each kind, then the second of each, and so on.
     Ties go to arrivals, targets left and outages, then to the earliest.
     """
-    groups = [EventGroup([event]) for event in events] if len(events) <= MOST else _grouped(events)
+    groups = [EventGroup([event]) for event in events] if len(events) <= MAX_NUMBERS else _grouped(events)
     seen: Counter[tuple[str, ...]] = Counter()
     ranked = []
     for group in groups:
@@ -132,8 +132,8 @@ def numbering(events: Sequence[MapEvent]) -> Numbering:
         ranked.append((repeat, not group.first.important, group.first.time_s, group))
         seen[group.first.same] += 1
     ranked.sort(key=lambda each: each[:3])
-    chosen = sorted((each[3] for each in ranked[:MOST]), key=lambda group: group.first.time_s)
-    left = (event for each in ranked[MOST:] for event in each[3].events)
+    chosen = sorted((each[3] for each in ranked[:MAX_NUMBERS]), key=lambda group: group.first.time_s)
+    left = (event for each in ranked[MAX_NUMBERS:] for event in each[3].events)
     return Numbering(tuple(chosen), tuple(_counted(left)))
 
 

@@ -23,8 +23,8 @@ Poses = NDArray[np.float64]
 ROBUST_SD = 2.0
 """Differences beyond this many standard deviations get no more weight: glare covers part of the picture."""
 
-LEAST_LIT = 0.5
-"""Least share of a place that must be free of glare."""
+MIN_LIT = 0.5
+"""Minimum share of a place that must be free of glare."""
 
 BLUR_PX = 0.6
 """Standard deviation of the blur of the template: a lens blurs the frame, and steps reach farther on soft edges."""
@@ -214,7 +214,7 @@ class _Batch:
         lengths = np.maximum(np.linalg.norm(template, axis=1), 1e-6)
         scores = (centred * template).sum(axis=1) / norms / lengths
         difference = centred * (lengths / norms / np.maximum(scores, 0.2))[:, None] - template
-        return difference, np.where(share[:, 0] >= LEAST_LIT, scores, 0.0)
+        return difference, np.where(share[:, 0] >= MIN_LIT, scores, 0.0)
 
     def _moved(self, poses: Poses, difference: NDArray[np.float64], lit: NDArray[np.float32] | None) -> Poses:
         limit = ROBUST_SD * 1.5 * np.median(np.abs(difference), axis=1, keepdims=True)

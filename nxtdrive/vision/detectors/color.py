@@ -16,13 +16,13 @@ HUE_REACH = 8
 """How far a hue may be from the colour's centre, in OpenCV's hues."""
 
 MIN_SATURATION, MIN_VALUE = 110, 50
-"""Least saturation and value of a pixel that has the colour, 0 to 255."""
+"""Minimum saturation and value of a pixel that has the colour, 0 to 255."""
 
 MIN_SIDE_PX = 8
 """Smaller patches are not reported."""
 
 MIN_FILL = 0.6
-"""Least share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
+"""Minimum share of the box that has the colour: a sheet of paper fills its box, a cable does not."""
 
 
 def usual_shade(color: str) -> dict[str, float]:

@@ -34,18 +34,18 @@ FINE_HEIGHT, FINE_STEPS = 40, 3
 """Heights in pixels at which the picture is aligned, first on a proposal's level and then on the next finer one, and
 steps of each alignment."""
 
-PROMISING, LEAST_PROMISING = 16, 4
+PROMISING, MIN_PROMISING = 16, 4
 """Number of the best proposals after one step that are aligned further: all pictures that are looked for at once share
 the first number, and each has the second."""
 
 ALIGNED_AT = 0.65
-"""Least gray correlation of an aligned proposal that is checked in colour."""
+"""Minimum gray correlation of an aligned proposal that is checked in colour."""
 
-CHECKS, LEAST_CHECKS = 4, 2
+CHECKS, MIN_CHECKS = 4, 2
 """Number of the best aligned proposals that are checked in colour, shared likewise; where the picture is, it is nearly
 always the best."""
 
-LEAST_RANGE = 16.0
+MIN_RANGE = 16.0
 """Range of gray that must be left below the median; a mostly black picture has none."""
 
 KEPT_HEIGHT = 160
@@ -57,13 +57,13 @@ LENS_BLUR_PX = 0.8
 ALL_SHOWN = 0.95
 """If less of a picture can be compared, the rest may be coarser than the whole."""
 
-LEAST_INSIDE = 0.6
+MIN_INSIDE = 0.6
 """Share of a place that must lie inside the frame."""
 
-LEAST_HEIGHT_PX = 15
-"""Least height of a place."""
+MIN_HEIGHT_PX = 15
+"""Minimum height of a place."""
 
-MOST_ROLL_DEG, MOST_SHEAR_DEG = 22.0, 10.0
+MAX_ROLL_DEG, MAX_SHEAR_DEG = 22.0, 10.0
 """How far a place's sides may lean from the vertical, and its corners from a right angle."""
 
 NARROWEST, WIDEST = 0.4, 1.15
@@ -111,13 +111,13 @@ def match_all(matchers: Sequence[CorrelationMatcher], frame: Pyramid, sharers: i
 def _aligned(frame: Pyramid, parts: Sequence[_Part], sharers: int) -> list[Poses]:
     """Return the poses of the best distinct proposals of each part after their alignment."""
     places = [Places(part.aligner(COARSE_HEIGHT, cut=frame.overexposed), *part.propose(frame)) for part in parts]
-    promising = max(LEAST_PROMISING, PROMISING // sharers)
+    promising = max(MIN_PROMISING, PROMISING // sharers)
     for number, (poses, scores) in enumerate(align(frame.canvas, places, 1)):
         best = np.argsort(-scores, kind="stable")[:promising]
         places[number] = Places(places[number].aligner, poses[best], places[number].levels[best])
     kept = []
     for part, before, (poses, scores) in zip(parts, places, align(frame.canvas, places, COARSE_STEPS - 1), strict=True):
-        chosen = part.chosen(poses, scores, max(LEAST_CHECKS, CHECKS // sharers))
+        chosen = part.chosen(poses, scores, max(MIN_CHECKS, CHECKS // sharers))
         kept.append((poses[chosen], before.levels[chosen]))
     fine = [
         Places(part.aligner(FINE_HEIGHT, cut=frame.overexposed), poses[levels > 0], levels[levels > 0] - 1)
@@ -143,7 +143,7 @@ class _Part:
         self._picture = picture
         gray = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.float32)
         cut = np.minimum(gray, np.median(gray))
-        self._grays = gray, cut if np.ptp(cut) >= LEAST_RANGE else gray
+        self._grays = gray, cut if np.ptp(cut) >= MIN_RANGE else gray
         self.propose = Proposer(*self._grays, share).propose
         self._aligners: dict[tuple[int, bool], Aligner] = {}
         self._sizes: dict[int, tuple[NDArray[np.float32], float]] = {}
@@ -183,7 +183,7 @@ class _Part:
         width_px, height_px = (float(side) for side in np.hypot(*pose[:, :2]))
         picture, coarse = self._at(max(4, min(FINE_HEIGHT, round(height_px))))
         seen, inside = straightened(frame, pose, picture.shape[1], picture.shape[0])
-        if inside.mean() < LEAST_INSIDE:
+        if inside.mean() < MIN_INSIDE:
             return None
         score, share, expected = resemblance(seen, picture, inside, overexposed=frame.overexposed)
         if share < ALL_SHOWN:
@@ -205,10 +205,10 @@ def _plausible(pose: Poses, ratio: float) -> bool:
     """Return whether a pose can be the upright picture, seen by a camera rolled by up to some 20 degrees."""
     (ax, bx, _), (ay, by, _) = pose
     width, height = math.hypot(ax, ay), math.hypot(bx, by)
-    if width < 4 or height < LEAST_HEIGHT_PX:
+    if width < 4 or height < MIN_HEIGHT_PX:
         return False
     roll_x, roll_y = math.degrees(math.atan2(ay, ax)), math.degrees(math.atan2(-bx, by))
-    upright = abs(roll_y) <= MOST_ROLL_DEG and abs(roll_x - roll_y) <= MOST_SHEAR_DEG
+    upright = abs(roll_y) <= MAX_ROLL_DEG and abs(roll_x - roll_y) <= MAX_SHEAR_DEG
     return upright and NARROWEST <= width / height / ratio <= WIDEST
 
 

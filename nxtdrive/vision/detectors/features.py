@@ -35,11 +35,11 @@ MIN_INLIERS = 9
 REPROJECTION_PX = 2.5
 """A match agrees if it is at most this far off, in pixels of the working copy."""
 MIN_HEIGHT_PX = 20
-"""Least height of either side of the picture in the frame."""
+"""Minimum height of either side of the picture in the frame."""
 STRAIGHT_HEIGHT = 40
 """Height in pixels at which the rectified picture is compared."""
 SURE = 0.4
-"""Least colour correlation of the rectified picture: low, because a third of it may be covered."""
+"""Minimum colour correlation of the rectified picture: low, because a third of it may be covered."""
 
 
 @dataclass(frozen=True, slots=True)

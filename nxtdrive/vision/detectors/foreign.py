@@ -17,10 +17,10 @@ from input_files.pydantic_words import words
 from nxtdrive.vision.detection import Described, Detection, Detector, Image, Quad
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
-MOST = 1000
+MAX_DETECTIONS = 1000
 """Detections of a frame that are looked at, the best ones."""
-LEAST_TURN = 1.0
-"""Least product of neighbouring sides, square pixels, whatever the direction."""
+MIN_TURN = 1.0
+"""Minimum product of neighbouring sides, square pixels, whatever the direction."""
 FAR_PX = 1_000_000
 """A box or corner beyond this, in pixels, is none."""
 REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
@@ -49,7 +49,7 @@ def _convex(quad: Quad) -> Quad:
     """Refuse corners of which three are collinear: no distance can be computed from those."""
     sides = [(u - last_u, v - last_v) for (last_u, last_v), (u, v) in pairwise((*quad, quad[0]))]
     turns = [a * d - b * c for (a, b), (c, d) in pairwise((*sides, sides[0]))]
-    if min(turns) < LEAST_TURN and max(turns) > -LEAST_TURN:
+    if min(turns) < MIN_TURN and max(turns) > -MIN_TURN:
         raise ValueError("its corners are not a convex quadrilateral")
     return quad
 
@@ -102,7 +102,9 @@ class ForeignDetector:
         """
         shown = image.view()
         shown.flags.writeable = False
-        places = _called(self._entry, "fails", lambda: list(islice(_iterable(self._detector.detect(shown)), MOST)))
+        places = _called(
+            self._entry, "fails", lambda: list(islice(_iterable(self._detector.detect(shown)), MAX_DETECTIONS))
+        )
         try:
             found = _FOUND.validate_python(places, from_attributes=True)
         except ValidationError as error:

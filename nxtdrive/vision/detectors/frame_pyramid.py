@@ -23,7 +23,7 @@ from nxtdrive.vision.detectors.resemblance import CUT, WHITE
 WORK_WIDTH = 320
 """Proposals are made on a copy of the frame at most this wide."""
 
-LEAST_SIDE = 14
+MIN_SIDE = 14
 """The coarsest level is at least this wide and high, in pixels."""
 
 STEPS = (2, 1, 1, 1, 1)
@@ -32,7 +32,7 @@ STEPS = (2, 1, 1, 1, 1)
 GLARE_SPREAD_PX = 5.0
 """Glare is replaced by the mean of what lies within about this distance, on each level: mostly of the print."""
 
-DAZZLING, USUAL, LEAST_DAZZLING = 1.5, 0.995, 190.0
+DAZZLING, USUAL, MIN_DAZZLING = 1.5, 0.995, 190.0
 """Blur and compression darken a small reflection: it is white from this factor of what this share of a frame does not
 exceed, and never below this value."""
 
@@ -163,7 +163,7 @@ def pyramid(image: Image) -> Pyramid:
     levels: list[Level] = []
     for number, step in enumerate(STEPS):
         if number:
-            if min(gray.shape) < 2 * LEAST_SIDE:
+            if min(gray.shape) < 2 * MIN_SIDE:
                 break
             gray, work = _halved(gray), _u8(_halved(work))
             lit = None if lit is None else _halved(lit)
@@ -186,7 +186,7 @@ def _glare(image: Image) -> tuple[bool, cv2.typing.MatLike | None]:
     if share > OVEREXPOSED or cut > 2 * share + COLORED:
         return share > OVEREXPOSED, None
     usual = np.searchsorted(np.cumsum(np.bincount(_u8(least).ravel())), USUAL * least.size)
-    white = (least > min(WHITE, max(LEAST_DAZZLING, DAZZLING * float(usual)))).astype(np.uint8)
+    white = (least > min(WHITE, max(MIN_DAZZLING, DAZZLING * float(usual)))).astype(np.uint8)
     if not white.any():
         return False, None
     lit = (1 - cv2.dilate(white, SOFT)).astype(np.float32)

@@ -13,12 +13,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nxtdrive.vision.detectors.alignment import LEAST_LIT
+from nxtdrive.vision.detectors.alignment import MIN_LIT
 
 FLAT_SD = 1.0
 """Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
 
-LEAST_SHOWN = 0.25
+MIN_SHOWN = 0.25
 """Lower bound of the share of a template's contrast that counts as lit: chance matches the rest of a hidden one."""
 
 SPOTS_APART = np.ones((23, 23), np.uint8)
@@ -101,7 +101,7 @@ class LitWindows:
             lost, lost_power = (
                 cv2.matchTemplate(hidden, each, cv2.TM_CCORR) for each in (template.sums, template.powers)
             )
-            shown = np.maximum(1 - lost_power - lost * lost / lit, np.float32(LEAST_SHOWN))
+            shown = np.maximum(1 - lost_power - lost * lost / lit, np.float32(MIN_SHOWN))
             scores[places] = (sums[places] + means * lost) / (norms * np.sqrt(shown))
 
     def _near(self, height: int, width: int) -> Iterator[_Windows]:
@@ -121,7 +121,7 @@ class LitWindows:
             lit, total, square = (
                 each[low, far] - each[up, far] - each[low, near] + each[up, near] for each in self._integrals
             )
-            few = lit < LEAST_LIT * height * width
+            few = lit < MIN_LIT * height * width
             lit = np.maximum(lit, 1.0)
             norms = np.sqrt(np.maximum(square - total * total / lit, FLAT_SD**2 * lit))
             norms[few] = np.inf

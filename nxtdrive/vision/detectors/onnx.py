@@ -19,7 +19,7 @@ from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
 MIN_SCORE = 0.4
-MOST_PLACES = 100
+MAX_PLACES = 100
 """Number of the best places that are compared for overlaps."""
 
 
@@ -64,7 +64,7 @@ class OnnxDetector:
     def _named(self, image: Image, places: Places, extent: NDArray[np.float64]) -> list[Detection]:
         """Return those of the model's places in the image that have the label."""
         wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
-        best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MOST_PLACES]
+        best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MAX_PLACES]
         inside = np.tile((image.shape[1], image.shape[0]), 2)
         corners = np.rint((places.corners[best] * np.tile(extent, 2)).clip(0, inside)).astype(int)
         found = []

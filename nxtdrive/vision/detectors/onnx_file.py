@@ -16,7 +16,7 @@ from input_files.plain import MEGABYTE, InputFileError, read_bytes
 MAX_BYTES = 400 * MEGABYTE
 """The largest detectors that a laptop runs in a second a frame have half of it."""
 
-MOST_FIELDS = 1_000_000
+MAX_FIELDS = 1_000_000
 """Parts of a file that are read at most; a model with a thousand layers has some ten thousand."""
 
 TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 9: "bool", 10: "float16", 11: "float64"}
@@ -82,7 +82,7 @@ class _Reader:
     """Walks through one protocol buffer; counts its fields, so that a damaged file takes no time either."""
 
     def __init__(self) -> None:
-        self._left = MOST_FIELDS
+        self._left = MAX_FIELDS
 
     def model(self, path: Path, content: bytes) -> OnnxFile:
         graphs, metadata = [], {}

@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from input_files.plain import MEGABYTE, InputFileError, read_text
 
 MAX_BYTES = MEGABYTE
-MOST_LABELS = 30_000
+MAX_LABELS = 30_000
 """The largest vocabulary of a published detector, that of Objects365 and OpenImages together, has a tenth of it."""
 
 KEYS = ("names", "id2label", "labels", "classes", "class_names", "categories")
@@ -105,7 +105,7 @@ def _parsed(text: str) -> tuple[str, ...]:
         if text.lstrip().startswith(("{", '["', "['")):
             return ()  # a list or an object that is cut short or damaged
         value = text.split("\n" if "\n" in text.strip() else ",")
-    names = [str(one).strip()[:200] for one in value[:MOST_LABELS]]
+    names = [str(one).strip()[:200] for one in value[:MAX_LABELS]]
     while names and not names[-1]:
         names.pop()
     return tuple(names)
@@ -114,6 +114,6 @@ def _parsed(text: str) -> tuple[str, ...]:
 def _numbered(table: Mapping[object, object]) -> tuple[str, ...]:
     keyed = {str(key): str(name)[:200] for key, name in table.items()}
     numbers = {int(key): name for key, name in keyed.items() if key.isdecimal() and len(key) < 6}
-    if not numbers or max(numbers) >= MOST_LABELS:
+    if not numbers or max(numbers) >= MAX_LABELS:
         return ()
     return tuple(numbers.get(number, "") for number in range(max(numbers) + 1))

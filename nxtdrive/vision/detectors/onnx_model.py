@@ -25,8 +25,8 @@ MULTIPLE = 32
 STRETCHED = ("detr", "detr-post", "boxes")
 """Layouts whose models get the frame stretched to their size."""
 
-LEAST_FACE, FACES_OVERLAP = 0.05, 0.3
-"""Least score with which YuNet reports a place, and how much of two faces may be the same."""
+MIN_FACE, FACES_OVERLAP = 0.05, 0.3
+"""Minimum score with which YuNet reports a place, and how much of two faces may be the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +164,7 @@ def _usual(layout: Layout, dtype: str) -> tuple[str, str]:
 
 def _face_detector(path: Path) -> cv2.FaceDetectorYN:
     try:
-        return cv2.FaceDetectorYN.create(str(path), "", (OPEN_SIZE, OPEN_SIZE), LEAST_FACE, FACES_OVERLAP)
+        return cv2.FaceDetectorYN.create(str(path), "", (OPEN_SIZE, OPEN_SIZE), MIN_FACE, FACES_OVERLAP)
     except cv2.error as error:
         raise ConfigError(f"OpenCV cannot load {path} as YuNet: {error}", remedy="Use the one of 2023.") from None
 

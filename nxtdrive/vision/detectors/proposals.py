@@ -34,10 +34,10 @@ FAR_HEIGHT = 22
 """On the finest level, templates from the side start at this height: smaller ones match anything."""
 
 PROPOSE_AT = 0.4
-"""Least gray correlation of a proposal."""
+"""Minimum gray correlation of a proposal."""
 
 PROPOSALS = (16, 8, 6, 4, 4)
-"""Most proposals per level; the finest level has the smallest templates and the most places for chance matches."""
+"""Proposals per level at most; the finest level has the smallest templates and the most places for chance matches."""
 
 CROWD = 10
 """For each proposal this many places are compared for overlaps."""

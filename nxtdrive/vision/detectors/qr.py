@@ -17,7 +17,7 @@ Gray = NDArray[np.uint8]
 Corners = NDArray[np.float32]
 """Of a code in the frame, four in its own order, (4, 2)."""
 
-SEARCH_WIDTH, MOST_ZOOM = 640, 2.0
+SEARCH_WIDTH, MAX_ZOOM = 640, 2.0
 """Narrower frames are enlarged towards this width for the search: codes are then found from a tenth farther away."""
 
 SIDE_PX = 300
@@ -74,7 +74,7 @@ class QrDetector:
     def codes(self, image: Image) -> list[tuple[str, Corners]]:
         """Return the text and the corners of every code that can be read."""
         gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        zoom = min(MOST_ZOOM, max(1.0, SEARCH_WIDTH / image.shape[1]))
+        zoom = min(MAX_ZOOM, max(1.0, SEARCH_WIDTH / image.shape[1]))
         large = gray if zoom == 1 else cv2.resize(gray, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
         found, quads = self._finder.detectMulti(large)
         corners = [(np.asarray(quad, np.float32) + 0.5) / zoom for quad in quads] if found else []

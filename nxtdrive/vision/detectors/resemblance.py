@@ -24,7 +24,7 @@ GAIN_RATIO = 2.5
 GLARE, RIM = 203.0, np.ones((3, 3), np.uint8)
 """Where all channels are above, and next to it, the picture may be hidden by glare, which has soft edges."""
 
-MOST_GLARE = 0.5
+MAX_GLARE = 0.5
 """Share of the picture that may be left out as glare."""
 
 CUT = 250.0
@@ -33,16 +33,16 @@ CUT = 250.0
 FITS, HARDLY_CUT = 3, 0.98
 """Gains are measured this many times where less than this share of the values is below `CUT`."""
 
-LEAST_LIT = 0.1
-"""Least share of the pixels that must not be cut for the gain of a channel to be measured."""
+MIN_LIT = 0.1
+"""Minimum share of the pixels that must not be cut for the gain of a channel to be measured."""
 
-LEAST_GAIN = 0.12
+MIN_GAIN = 0.12
 """A print in a third of the light, softened by the lens, keeps twice this; walls resemble pictures with less."""
 
 HAZE_COLOR = 20.0
 """Haze, which brightens black, has this little colour."""
 
-WELL_LIT, MOST_HAZE = 0.8, 90.0
+WELL_LIT, MAX_HAZE = 0.8, 90.0
 """Where so few values are cut, black shows no brighter than this in the darkest channel."""
 
 
@@ -73,10 +73,10 @@ def resemblance(
     """
     bright = cv2.dilate((_darkest(seen) >= GLARE).astype(np.uint8), RIM) > 0
     lit, certain = inside & ~bright, inside
-    if lit.mean() < 1 - MOST_GLARE and not overexposed:
+    if lit.mean() < 1 - MAX_GLARE and not overexposed:
         # Glare hides nothing where the picture is white, but that the frame is white there is no evidence.
         lit, certain = inside & ~(bright & (_darkest(picture) < GLARE)), lit
-    if lit.mean() < 1 - MOST_GLARE:
+    if lit.mean() < 1 - MAX_GLARE:
         lit, certain = inside, inside
     expected = _exposed(seen, picture, lit)
     darkest = _darkest(expected)
@@ -112,7 +112,7 @@ def _measured(
     counts = np.maximum(lit.sum(axis=(0, 1)), 1)
     mean_picture, mean_seen, power, product = (each.sum(axis=(0, 1)) / counts for each in sums)
     spread = power - mean_picture**2
-    measured = (shares >= LEAST_LIT) & (spread >= 1.0)
+    measured = (shares >= MIN_LIT) & (spread >= 1.0)
     if not measured.any():
         return None
     gains = (product - mean_picture * mean_seen) / np.maximum(spread, 1.0)
@@ -120,7 +120,7 @@ def _measured(
     best = measured & (shares >= shares[measured].max() - 0.1)
     offsets = mean_seen - gains * mean_picture
     haze = _median(offsets[best])
-    if _median(gains[best]) < LEAST_GAIN or (shares.min() > WELL_LIT and haze > MOST_HAZE):
+    if _median(gains[best]) < MIN_GAIN or (shares.min() > WELL_LIT and haze > MAX_HAZE):
         return np.zeros_like(gains), np.zeros_like(offsets)
     offsets = offsets.clip(haze - HAZE_COLOR, haze + HAZE_COLOR)
     gains = (product - offsets * mean_picture) / np.maximum(power, 1.0)

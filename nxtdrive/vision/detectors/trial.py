@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-MOST_MEMORY = 4_000_000_000
+MAX_MEMORY = 4_000_000_000
 """Address space of the process, bytes."""
 
 
@@ -24,7 +24,7 @@ def run_trial(program: Path, *words: str, limit_s: float) -> subprocess.Complete
 
 
 def limit_this_process() -> None:
-    """Limit the calling process to `MOST_MEMORY`, without core dumps; no effect on Windows.
+    """Limit the calling process to `MAX_MEMORY`, without core dumps; no effect on Windows.
 
     macOS refuses a limit below what a process has mapped, hundreds of gigabytes on Apple's processors.
     """
@@ -34,6 +34,6 @@ def limit_this_process() -> None:
         return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    most = MOST_MEMORY if hard == resource.RLIM_INFINITY else min(MOST_MEMORY, hard)
+    most = MAX_MEMORY if hard == resource.RLIM_INFINITY else min(MAX_MEMORY, hard)
     with suppress(ValueError):
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))

@@ -25,7 +25,7 @@ from behaviors.evidence import Evidence, evidence_from
 from behaviors.failures import Blocker, Failure, TargetFinding
 from behaviors.journal import Kind
 from behaviors.ports import Glimpse, Pose, Sighting, StopReason
-from behaviors.profiles.adaptive import LEAST_S, AdaptiveProfile
+from behaviors.profiles.adaptive import MIN_INTERVAL_S, AdaptiveProfile
 from behaviors.skills import SkillContext
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from nxtdrive.brick import Brick
@@ -232,10 +232,10 @@ def test_a_skill_that_fails_at_once_leads_to_no_second_decision_at_once(bench):
     bench.profile.select(bench.evidence(Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN)))
     decided_s = perception.now()
     assert bench.profile.skill("arrive", None).call().event is Event.ARRIVE_FAILED
-    assert perception.now() - decided_s >= LEAST_S
+    assert perception.now() - decided_s >= MIN_INTERVAL_S
     begun_s = perception.now()
     assert bench.profile.skill("arrive", None).call().event is Event.ARRIVE_FAILED
-    assert perception.now() - begun_s < LEAST_S, "the decision was made long ago"
+    assert perception.now() - begun_s < MIN_INTERVAL_S, "the decision was made long ago"
 
 
 @pytest.mark.parametrize(("round_trip_ms", "slow"), [(2.0, False), (300.0, True)])

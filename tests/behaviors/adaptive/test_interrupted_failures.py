@@ -8,7 +8,7 @@ from staged_ports import Stage, adaptive_profile
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence
 from behaviors.ports import CameraLost
-from behaviors.profiles.adaptive import LEAST_S
+from behaviors.profiles.adaptive import MIN_INTERVAL_S
 from behaviors.recoveries import WAIT, Choice
 
 WAIT_S = 0.3
@@ -24,4 +24,4 @@ def test_a_failure_is_reported_after_an_outage_as_it_was():
     fact = skill.call()
     assert fact.event is Event.RECOVERY_FAILED
     assert fact.measured["waited_s"] == pytest.approx(WAIT_S, abs=0.05)
-    assert stage.now() >= LEAST_S, "it has gone on waiting for new evidence"
+    assert stage.now() >= MIN_INTERVAL_S, "it has gone on waiting for new evidence"

@@ -18,7 +18,7 @@ from nxtdrive.drawing.label_placement import overlap
 from nxtdrive.drawing.page import place_tags
 from nxtdrive.drawing.sheet import Sheet
 from nxtdrive.mission.files import read_mission_file
-from nxtdrive.recording.map.events import LAST, MOST, numbering
+from nxtdrive.recording.map.events import LAST, MAX_NUMBERS, numbering
 from nxtdrive.recording.map.picture import draw_map, map_page
 from nxtdrive.recording.map.scene import gather
 from nxtdrive.recording.map.style import PATHS
@@ -222,9 +222,9 @@ def test_a_run_of_any_kind_has_a_map(records):
 
 
 def test_a_few_events_all_have_numbers_in_the_order_of_time():
-    records = [START, *(record for i in range(MOST) for record in _failure(float(i + 1)))]
+    records = [START, *(record for i in range(MAX_NUMBERS) for record in _failure(float(i + 1)))]
     shown = numbering(gather(records).events)
-    assert [group.first.time_s for group in shown.numbered] == [float(i + 1) for i in range(MOST)]
+    assert [group.first.time_s for group in shown.numbered] == [float(i + 1) for i in range(MAX_NUMBERS)]
     assert shown.rest == ()
 
 
@@ -232,12 +232,12 @@ def test_a_few_events_all_have_numbers_in_the_order_of_time():
 def test_hundreds_of_events_are_summarised(seed):
     records = list(_long_run(300, seed))
     shown = numbering(gather(records).events)
-    assert len(shown.numbered) == MOST
+    assert len(shown.numbered) == MAX_NUMBERS
     counted = sum(len(group.events) for group in shown.numbered) + sum(count for _, count in shown.rest)
     assert counted == 301
     assert any(group.first.kind == "reached" for group in shown.numbered)
     kinds = [group.first.same for group in shown.numbered]
-    assert len(set(kinds)) >= MOST - LAST, "the first of a kind comes before the second of another"
+    assert len(set(kinds)) >= MAX_NUMBERS - LAST, "the first of a kind comes before the second of another"
     numbered = [event for group in shown.numbered for event in group.events]
     assert all(event in numbered for event in gather(records).events[-LAST:]), "they show how the run ended"
     rest = map_page(records).notes[-1]

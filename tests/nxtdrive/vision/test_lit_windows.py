@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from nxtdrive.vision.detectors.alignment import LEAST_LIT
+from nxtdrive.vision.detectors.alignment import MIN_LIT
 from nxtdrive.vision.detectors.fourier import spectra
 from nxtdrive.vision.detectors.frame_pyramid import Level, Transformed
-from nxtdrive.vision.detectors.lit_windows import LEAST_SHOWN, Footprint
+from nxtdrive.vision.detectors.lit_windows import MIN_SHOWN, Footprint
 
 HOLE = np.s_[12:20, 20:28]
 
@@ -24,10 +24,10 @@ def scores_of(gray, lit, template, step):
 
 def masked(window, lit, template):
     """The normalised correlation of what is lit, as its definition says."""
-    if lit.mean() < LEAST_LIT:
+    if lit.mean() < MIN_LIT:
         return 0.0
     seen, sought = window[lit > 0], template[lit > 0]
-    shown = max(LEAST_SHOWN, float(((sought - sought.mean()) ** 2).sum()))
+    shown = max(MIN_SHOWN, float(((sought - sought.mean()) ** 2).sum()))
     return float((seen - seen.mean()) @ sought) / float(np.linalg.norm(seen - seen.mean())) / np.sqrt(shown)
 
 

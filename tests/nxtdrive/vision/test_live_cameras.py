@@ -283,7 +283,7 @@ class OddCamera(Webcam):
     ],
 )
 def test_frames_of_other_kinds_become_frames_of_the_usual_one(mocker, frame, shape, value):
-    mocker.patch("nxtdrive.vision.frames.MOST_PIXELS", 1200)
+    mocker.patch("nxtdrive.vision.frames.MAX_PIXELS", 1200)
     mocker.patch("cv2.VideoCapture", side_effect=[odd := OddCamera(frame)])
     camera = open_camera("0", clock=WallClock())
     image = camera.read(2.0).image

@@ -44,7 +44,7 @@ from .mutation import mutated
 
 LONGEST_S = 30.0
 """Hundreds of times what any trial takes; processor time, so that a busy machine does not matter."""
-MOST_MEMORY = 6_000_000_000
+MAX_MEMORY = 6_000_000_000
 """Address space while files are read, bytes."""
 REFUSALS = (ConfigError, CameraError, AddressError, LocalProtocolError)
 NET = ("nested too deeply. Simplify it", "not enough memory", "standard output or a file cannot be used")
@@ -311,7 +311,7 @@ def _limited_memory() -> Iterator[None]:
     import resource
 
     limits = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, limits[1]))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, limits[1]))
     try:
         yield
     finally:

@@ -42,7 +42,7 @@ from .wire_transports import plug_in
 
 CAMERA_EVERY, TWICE_EVERY = 15, 5
 """One mission out of these numbers renders frames; is repeated."""
-SAME_PLACE_MM, LEAST_PAUSE_S, MOST_REPEATS = 250.0, 1.0, 2
+SAME_PLACE_MM, MIN_PAUSE_S, MAX_REPEATS = 250.0, 1.0, 2
 """docs/adaptive.md: what counts as one place, the pause between decisions there, and choices of one recovery there."""
 CLAIM_MM, CLAIM_DEG, MOVED_S = 700.0, 80.0, 3.0
 """Farthest and most oblique stop that counts, with a margin, and how long ago the print may have left."""
@@ -95,7 +95,7 @@ class Referee:
         wrong = list[str]()
         for (one, here), (other, there) in pairwise(self.choices):
             pause_s = other.time_s - one.time_s
-            if pause_s < LEAST_PAUSE_S and one.target == other.target and math.dist(here, there) < SAME_PLACE_MM:
+            if pause_s < MIN_PAUSE_S and one.target == other.target and math.dist(here, there) < SAME_PLACE_MM:
                 wrong.append(f"two decisions within {pause_s:.3f} s at {other.time_s} s")
         return wrong + (self._repeats() if self.trial.mission.mission.profile == ADAPTIVE else [])
 
@@ -111,7 +111,7 @@ class Referee:
             failed = (record.target, known["reason"] if isinstance(known, dict) else None)
             same = first is not None and first[0] == failed and math.dist(first[1], place) < SAME_PLACE_MM
             first, run = (first, run + 1) if same else ((failed, place), 1)
-            if run > MOST_REPEATS:
+            if run > MAX_REPEATS:
                 wrong.append(f"recovery number {run} in a row at one place after {failed} at {record.time_s} s")
         return wrong
 

@@ -23,7 +23,7 @@ import onnx
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detectors.onnx_model import OnnxModel, Options
 from nxtdrive.vision.detectors.onnx_runtimes import RUNTIMES
-from nxtdrive.vision.detectors.trial import MOST_MEMORY
+from nxtdrive.vision.detectors.trial import MAX_MEMORY
 from nxtdrive.vision.opencv import configure
 
 from ..onnx_models import LAYOUTS, constant_model, outputs_of, red_model, yunet_model
@@ -130,7 +130,7 @@ def read_apart(path: Path, options: Options) -> tuple[str, str]:
     if child == 0:
         receiver.close()
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
         resource.setrlimit(resource.RLIMIT_CPU, (LONGEST_S, LONGEST_S))
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         code, said = ACCEPTED, ""

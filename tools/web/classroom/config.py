@@ -23,8 +23,8 @@ from sim_backend.world.loading import load_world
 
 from ..missions import Missions, is_device
 
-MOST = 30
-"""Most robots of a classroom."""
+MAX_ROBOTS = 30
+"""Maximum number of robots in a classroom."""
 DEFAULT_WORLD = "arena"
 COLOURS = ("#c4161c", "#0b5fb0", "#1b7a3d", "#b35900", "#7b2d8b", "#00747a", "#8a6d00", "#c2185b", "#4a5568", "#5d4037")
 """Colours of robots for which none is given, in order."""
@@ -84,7 +84,7 @@ class ClassroomTable(_Table):
     name: str = "classroom"
     runs: str | None = None
     missions: str | None = None
-    simulated: Annotated[int, Field(ge=0, le=MOST)] = 0
+    simulated: Annotated[int, Field(ge=0, le=MAX_ROBOTS)] = 0
     world: str = DEFAULT_WORLD
 
 
@@ -145,8 +145,8 @@ def simulated_classroom(number: int, missions: Path, runs: Path, mission: Path |
     Raises:
         ConfigError: There are too few or too many of them.
     """
-    if not 1 <= number <= MOST:
-        raise ConfigError(f"a classroom has 1 to {MOST} robots, not {number}.", remedy="Choose another number.")
+    if not 1 <= number <= MAX_ROBOTS:
+        raise ConfigError(f"a classroom has 1 to {MAX_ROBOTS} robots, not {number}.", remedy="Choose another number.")
     own = Missions(missions, mission=mission).proposed or None
     robots = [RobotTable(name=f"Robot {each}", mission=own) for each in range(1, number + 1)]
     address = in_own_room(Address("sim", ""), mission)
@@ -243,8 +243,8 @@ def _mistakes(file: ClassroomFile, world: str, missions: Missions) -> Iterator[s
     number = len(file.robot) + file.classroom.simulated
     if not number:
         yield "there are no robots; set classroom.simulated = 12, or describe each in a table [[robot]]"
-    elif number > MOST:
-        yield f"there are {number} robots; a classroom has at most {MOST}"
+    elif number > MAX_ROBOTS:
+        yield f"there are {number} robots; a classroom has at most {MAX_ROBOTS}"
     yield from _wrong_robots(file.robot)
     if os.path.isdir(missions.folder):
         yield from _wrong_missions(file.robot, missions)

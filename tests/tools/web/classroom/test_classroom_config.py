@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.tools.web.classroom.config import MOST, ClassroomConfig, read_classroom, simulated_classroom
+from nxtdrive.tools.web.classroom.config import MAX_ROBOTS, ClassroomConfig, read_classroom, simulated_classroom
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "classroom.toml"
 
@@ -35,9 +35,9 @@ def test_robots_from_a_number_stand_in_the_room_of_the_mission_and_have_it_as_th
     assert {robot.mission for robot in elsewhere} == {""}
 
 
-@pytest.mark.parametrize("number", [0, -1, MOST + 1])
+@pytest.mark.parametrize("number", [0, -1, MAX_ROBOTS + 1])
 def test_a_class_from_a_number_has_limits(tmp_path, number):
-    with pytest.raises(ConfigError, match=f"1 to {MOST}"):
+    with pytest.raises(ConfigError, match=f"1 to {MAX_ROBOTS}"):
         simulated_classroom(number, tmp_path, tmp_path)
 
 
