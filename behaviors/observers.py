@@ -1,4 +1,4 @@
-"""Observers of a mission: one that fails is reported once and left out, and the mission goes on."""
+"""Observers of a mission: one that fails is reported once and left out, and the mission continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An operator's pause of a mission, after which it goes on where it was, and an operator's end of it."""
+"""An operator's pause of a mission, after which it continues where it left off, and an operator's end of it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Pause:
             self._resumed.clear()
 
     def resume(self) -> None:
-        """Let the mission go on."""
+        """Let the mission continue."""
         self._resumed.set()
 
     def end(self) -> None:

@@ -178,7 +178,7 @@ class Clock(Protocol):
 
 
 class Outage(Exception):
-    """Something that the mission cannot do without has failed; the mission goes on when it works again.
+    """Something that the mission cannot do without has failed; the mission continues when it works again.
 
     Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is not an outage.
 

@@ -6,7 +6,7 @@ target that stood still is seen next, and from how far an echo comes, by the tur
 sightings or echoes is evidence about them. Since a wheel may slip, each wiring is weighed for both wheels that roll and
 for either that slips; and since frames may be older than the mission knows, for several ages. A wheel that slips now
 does so for a while, and frames stay as old as they are: otherwise each pair that only a slip or an age explains would
-count against the described wiring anew.
+count against the described wiring again.
 """
 
 from __future__ import annotations

@@ -130,7 +130,7 @@ class Brick:
         return self.link.now()
 
     def sleep(self, duration_s: float) -> None:
-        """Sleep on the link's clock while motions go on. See `Link.sleep`.
+        """Sleep on the link's clock while motions continue. See `Link.sleep`.
 
         Raises:
             LocalProtocolError: `duration_s` is not a number.

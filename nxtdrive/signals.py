@@ -1,4 +1,4 @@
-"""Handle the signals that end programs, so that programs end in good order."""
+"""Handle the signals that end programs, so that programs end cleanly."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def signals_as_interrupt() -> Iterator[Callable[[], int]]:
     that, too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
 
     Yields:
-        A function that returns the number of the first one, or SIGINT's. A mission ends by it in good order, and
+        A function that returns the number of the first one, or SIGINT's. A mission ends cleanly on it, and
         what ran the mission may then raise a plain KeyboardInterrupt.
     """
     arrived: list[int] = []

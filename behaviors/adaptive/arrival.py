@@ -47,7 +47,7 @@ N = ArrivalNumbers()
 
 
 class Arrival:
-    """The evidence that an approach has come to its target; with another candidate it begins anew.
+    """The evidence that an approach has come to its target; with another candidate it starts over.
 
     Args:
         perception: What to work with.

@@ -61,7 +61,7 @@ class _NewEvidenceFirst:
         self._failure: Failure | None = None
 
     def call(self) -> Fact:
-        """Return what the skill reports; called again after an outage, it goes on waiting with the same failure."""
+        """Return what the skill reports; called again after an outage, it keeps waiting with the same failure."""
         fact = self._failure or checked(self._skill.call, Fact)
         if isinstance(fact, Failure):
             self._failure = fact

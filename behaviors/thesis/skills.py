@@ -85,7 +85,7 @@ class ThesisSearchSkill:
     def call(self) -> Fact:
         """Search until the target is confirmed or the turn is complete; the robot is at rest afterwards.
 
-        Called again after an outage, it goes on at the stop where it was.
+        Called again after an outage, it continues at the stop where it was.
         """
         thesis, body = self._context.thesis, self._context.body
         if self._start_deg is None:

@@ -51,7 +51,7 @@ def on_brick(action: Callable[[argparse.Namespace, Brick], int | None]) -> Run:
 def note_simulated(brick: Brick) -> None:
     """Say that what was changed on a brick is lost if it is the simulated one, which may not have been meant."""
     if brick.link.transport.address.startswith(DEFAULT_ADDRESS):
-        text = "this was the simulated brick, which begins anew with each command. `nxtdrive list` finds others."
+        text = "this was the simulated brick, which starts afresh with each command. `nxtdrive list` finds others."
         complain(text, sender="note: ")
 
 

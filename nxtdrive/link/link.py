@@ -157,7 +157,7 @@ class Link:
             raise interrupted(command) from lost
 
     def sleep(self, duration_s: float) -> None:
-        """Sleep on the link's clock, for the full time even if the link is lost; background work goes on.
+        """Sleep on the link's clock, for the full time even if the link is lost; background work continues.
 
         Raises:
             LinkLost: The link was lost and does not reconnect, or is open again, but motors had been driven.

@@ -26,7 +26,7 @@ class BrakePredictor:
     """Predicts from readings of the wheels when to brake.
 
     Attributes:
-        remaining_deg: To the goal, negative behind it.
+        remaining_deg: To the goal; negative beyond it.
         covered_deg: Since the first reading.
         speed_deg_s: Towards the goal, over the last `WINDOW_S`; 0 before the second reading.
 

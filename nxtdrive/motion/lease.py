@@ -12,7 +12,7 @@ from nxtdrive.link.link import Link
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, braked, driven
 
 LEASE_S = 0.6
-"""About how long a motor goes on after the program or the link has died."""
+"""About how long a motor keeps turning after the program or the link has died."""
 LEASE_RANGE_S = (0.3, 10.0)
 """A shorter lease would end between two renewals over a slow link, where reading wheels and a sensor takes 0.1 s."""
 RENEWALS = 3
@@ -29,7 +29,7 @@ class Lease:
     Args:
         link: The link to the brick.
         port: The motor's port.
-        lease_s: How long the motor goes on without another telegram.
+        lease_s: How long the motor keeps turning without another telegram.
         round_trips: That the program may need between two calls of `drive`. If they take longer than the lease, it is
             renewed meanwhile.
 

@@ -48,8 +48,8 @@ class MotorSettings:
     Attributes:
         speed_deg_s: Highest speed, 10..900; higher speeds are limited to it. Duty cycles are not limited.
         acceleration_deg_s2: How fast the speed changes. None: 2000 in motions to an angle, else as fast as possible.
-        lease_s: About how long a motor goes on after the program or the link has died, 0.3..10. The lease is an angle:
-            what the motor turns in this time at the commanded speed, at least 20 degrees.
+        lease_s: About how long a motor keeps turning after the program or the link has died, 0.3..10. The lease is an
+            angle: what the motor turns in this time at the commanded speed, at least 20 degrees.
         stall_s: A motor that stands for this time although it should turn is braked, 0.3 or more. None: no stall
             detection by `run` and `dc`.
     """

@@ -109,7 +109,7 @@ class PositionMove:
         guard: Called in each cycle; a reason that it returns ends the motion. Its argument is whether the goal is near:
             the last stretch leaves no time to read sensors.
         on_reading: Called with each reading of the wheels.
-        lease_s: About how long the wheels go on without a renewal.
+        lease_s: About how long the wheels keep turning without a renewal.
         stall_s: A wheel that stands for this time although it should turn ends the motion.
     """
 

@@ -24,7 +24,7 @@ class VelocityMove:
     Args:
         link: The link to the brick.
         port: The motor's port.
-        lease_s: How long it goes on without a renewal.
+        lease_s: How long it keeps turning without a renewal.
         acceleration_deg_s2: How fast its speed changes; infinity: at once.
         stall_s: A motor that stands for this time although it should turn is braked; infinity: never.
 

@@ -140,7 +140,7 @@ incomplete: set[Path] = set()
 class TraceWriter:
     """Writes a trace line by line, so that it survives a crash.
 
-    When a line cannot be written, as on a full disk, the trace ends there with a log message, and the program goes on.
+    When a line cannot be written, as on a full disk, the trace ends there with a log message; the program continues.
 
     Args:
         path: The file; an existing one is replaced.

@@ -32,7 +32,7 @@ MIN_SATURATION_PERCENT, MAX_SPREAD_DEG = 20.0, 12.0
 FARTHEST_DEG = 60.0
 """A hue farther than this from the usual one is another colour."""
 REACH_SPREADS, MIN_REACH_DEG, MAX_REACH_DEG = 4.0, 16.0, 24.0
-"""How far a hue may be from the learned one: so many standard deviations of the patch's hues, within these bounds."""
+"""How far a hue may be from the learned one: this many standard deviations of the patch's hues, within these bounds."""
 SATURATION_SHARE, VALUE_SHARE = 0.7, 0.5
 """Minimum saturation and value, as shares of what the dullest twentieth of the patch has; the light changes."""
 FOUND_SHARE = 0.8

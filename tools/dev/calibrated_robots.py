@@ -8,7 +8,7 @@ Every robot differs from the usual one: field of view by up to 15 %, wheels and 
 degrees, tilt by 10, frames up to 0.3 s late. It is calibrated from the usual values; only then are its errors compared
 with the truth. Missions come in pairs, of one robot in one room: as calibrated and exactly known; every fourth also by
 the usual values.
-The results are kept in a file, and an interrupted run goes on where it was.
+The results are kept in a file, and an interrupted run continues where it left off.
 """
 
 from __future__ import annotations

@@ -296,7 +296,7 @@ class Rig:
 
 
 def _compile() -> None:
-    """Compile the packages, for the guest would compile them anew for each command: it cannot write to the host."""
+    """Compile the packages, for the guest would compile them again for each command: it cannot write to the host."""
     for folder in sorted(ROOT.glob("*/__init__.py")):
         compileall.compile_dir(folder.parent, quiet=2)
 

@@ -158,7 +158,7 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """How a mission goes on at a decision.
+    """How a mission continues at a decision.
 
     Attributes:
         candidate: Number of the candidate, as `behaviors.operator.question` orders them; 0 is the profile's own.
@@ -228,7 +228,7 @@ def run_episode(
 
     Raises:
         ConfigError: The run cannot be repeated.
-        KeyboardInterrupt: Ctrl-C, which ends a mission in good order.
+        KeyboardInterrupt: Ctrl-C, which ends a mission cleanly.
     """
     with _open_recorded(source) if isinstance(source, RecordedRun) else _open_scenario(source) as (mission, sim, run):
         pictures = {picture.name for picture in sim.world_file.pictures}

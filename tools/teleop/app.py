@@ -150,7 +150,7 @@ class Teleop(App[None]):
         self._close_keys()
 
     def action_keys(self) -> None:
-        """List the keys; driving goes on."""
+        """List the keys; driving continues."""
         self.push_screen(KeysScreen())
 
     def action_close(self) -> None:

@@ -29,7 +29,7 @@ POLICIES = {
     # a script of the last version could meet one of this version
     "cache-control": "no-cache",
 }
-"""Headers of all answers."""
+"""Headers of all responses."""
 
 
 def own_names() -> frozenset[str]:
@@ -39,7 +39,7 @@ def own_names() -> frozenset[str]:
 
 
 class SameSite:
-    """Refuses requests that other web sites make through the user's browser, and adds `POLICIES` to all answers.
+    """Refuses requests that other web sites make through the user's browser, and adds `POLICIES` to all responses.
 
     The host must be this server by an address or a name of its own, which also refuses names that were rebound to this
     computer; the origin, which browsers send with every WebSocket, must be the same host.
@@ -131,7 +131,7 @@ class Pin:
 
 
 class PinGate:
-    """Lets only browsers pass whose user has entered the PIN.
+    """Admits only browsers whose user has entered the PIN.
 
     Args:
         app: The guarded application.

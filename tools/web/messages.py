@@ -101,7 +101,7 @@ class PauseMission(ClientMessage):
 
 
 class ResumeMission(ClientMessage):
-    """End the pause: the mission goes on where it was."""
+    """End the pause: the mission continues where it left off."""
 
     type: Literal["resume"]
 

@@ -186,7 +186,7 @@ def _calibration(args: argparse.Namespace, mission: Mission | None) -> Finding:
     try:
         calibration = load_robot_file(path).calibration
     except RobotFileError as error:
-        return problem("calibration", str(error), f"Correct it, or write it anew: nxtdrive calibrate{options}")
+        return problem("calibration", str(error), f"Correct it, or create it again: nxtdrive calibrate{options}")
     said = f"{path}: {calibration.summary}"
     if missing := calibration.missing:
         return warning("calibration", said, f"Measure the rest: nxtdrive calibrate {' '.join(missing)}{options}")

@@ -48,7 +48,7 @@ class TemplateTarget:
         name: In mission and world.
         height_mm: Its real height.
         width_mm: Its real width.
-        options: Its detector and that one's options, as in a mission file; without picture and height.
+        options: Its detector with its options, as in a mission file; without picture and height.
         picture: The image file that hangs in its room; None for the red box.
         sheet: Content of that file if it is ours to write.
         margin_mm: White around the target in the picture.

@@ -39,7 +39,7 @@ VISIBLE_MM = 60.0
 MARK_PX, SMALL_MARK_PX = 6.5, 3.5
 """Marks of events with and without a number."""
 LAST = 9
-"""A target's place on the map is the median of this many last sightings, which are the nearest as a rule."""
+"""A target's place on the map is the median of this many last sightings, which are usually the nearest."""
 
 
 def on_page(point: Point) -> Point:

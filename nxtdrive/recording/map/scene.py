@@ -67,7 +67,7 @@ class MapScene:
     def cells(self, least: float, most: float = math.inf) -> list[Point]:
         """Return the middles of the cells whose log odds of an obstacle are above `least` and up to `most`.
 
-        The outermost cells are left out: of a grid that grows no more they stand for everything beyond it.
+        The outermost cells are left out: of a grid that can grow no further they stand for everything beyond it.
         """
         inner = self.floor.log_odds[1:-1, 1:-1]
         rows, columns = np.nonzero((inner > least) & (inner <= most))

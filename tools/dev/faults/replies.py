@@ -327,7 +327,7 @@ def reply_head(telegram: bytes) -> bytes:
 
 
 def _resized(rng: Random, reply: bytes) -> bytes:
-    """Return a reply with other bytes behind its header, where replies have their sizes."""
+    """Return a reply with other bytes after its header, where replies have their sizes."""
     changed = bytearray(reply)
     for at in range(REPLY_HEADER, min(len(reply), REPLY_HEADER + 6)):
         if rng.random() < 0.5:

@@ -78,7 +78,7 @@ def _age(simulation: Simulation) -> None:
     brick, sleep = simulation.brick, UI.field("SleepTimeout")
     brick.receive(sleep.write(0).encode())
     brick.tick(WRAP_MS - BEFORE_WRAP_MS - brick.now_ms)
-    brick.receive(KeepAlive().encode())  # starts its sleep timer anew
+    brick.receive(KeepAlive().encode())  # restarts its sleep timer
     brick.receive(sleep.write(SLEEP_MIN).encode())
 
 

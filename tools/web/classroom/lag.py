@@ -17,7 +17,7 @@ class LagMeter:
         self._times: deque[tuple[float, float]] = deque()
 
     def reset(self) -> None:
-        """Begin anew: the robot's clock stands still, or is another one."""
+        """Start over: the robot's clock stands still, or is another one."""
         with self._lock:
             self._times.clear()
 

@@ -289,7 +289,7 @@ class Station:
             robot.close()
 
     def _watch(self, robot: Robot) -> bool:
-        """Wait until the robot ends, the brick is lost for too long, or the brick is wanted back.
+        """Wait until the robot ends, the brick is lost for too long, or the user asks for the brick again.
 
         Returns:
             Whether another robot replaces it at once.
