@@ -10,9 +10,8 @@ from typing import Any
 
 from sim_backend.scenarios.extras import Extras
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle, Point
-from sim_backend.world.objects import STAND_THICKNESS_MM
-from sim_backend.world.placement import misplaced
-from sim_backend.world.world_file import Box, Picture, Robot, Wall, WorldFile
+from sim_backend.world.placement import misplaced, outline_of_picture, outline_of_wall
+from sim_backend.world.world_file import Robot, WorldFile
 
 ROBOT = Robot(start_mm=(0.0, 0.0))
 """The world file's default robot."""
@@ -211,27 +210,16 @@ def obstacles(world: WorldFile, boxes: Mapping[str, Pose], pictures: Mapping[str
         boxes: Where the boxes are that are present, by name.
         pictures: Where the pictures are.
     """
-    yield from (_wall_obstacle(wall, i) for i, wall in enumerate(world.walls))
-    yield from (_box_obstacle(box, *boxes[box.name]) for box in world.boxes if box.name in boxes)
-    yield from (_picture_obstacle(each, *pictures[each.name]) for each in world.pictures if each.name in pictures)
-
-
-def _wall_obstacle(wall: Wall, number: int) -> Obstacle:
-    """Return the obstacle of an inner wall."""
-    (x0, y0), (x1, y1) = wall.from_mm, wall.to_mm
-    facing = math.degrees(math.atan2(y1 - y0, x1 - x0))
-    size = (math.hypot(x1 - x0, y1 - y0), 0.0)
-    return Obstacle(
-        f"wall {number}", ((x0 + x1) / 2, (y0 + y1) / 2), size, facing, wall.thickness_mm / 2, wall.height_mm
-    )
-
-
-def _box_obstacle(box: Box, at_mm: Point, facing_deg: float) -> Obstacle:
-    """Return the obstacle of a box at its current position."""
-    return Obstacle(box.name, at_mm, box.size_mm, facing_deg, 0.0, box.height_mm)
-
-
-def _picture_obstacle(picture: Picture, at_mm: Point, facing_deg: float) -> Obstacle:
-    """Return the obstacle of a picture's stand at its current position."""
-    height_mm = picture.centre_height_mm + picture.size_mm[1] / 2
-    return Obstacle(picture.name, at_mm, (STAND_THICKNESS_MM, picture.size_mm[0]), facing_deg, 0.0, height_mm)
+    for i, wall in enumerate(world.walls):
+        line = outline_of_wall(wall, f"wall {i}")
+        length = (line.size_mm[0], 0.0)  # with rounded ends, unlike the outline
+        yield Obstacle(line.what, line.at_mm, length, line.facing_deg, wall.thickness_mm / 2, wall.height_mm)
+    for box in world.boxes:
+        if box.name in boxes:
+            at_mm, facing_deg = boxes[box.name]
+            yield Obstacle(box.name, at_mm, box.size_mm, facing_deg, 0.0, box.height_mm)
+    for picture in world.pictures:
+        if picture.name in pictures:
+            at_mm, facing_deg = pictures[picture.name]
+            board = outline_of_picture(picture)
+            yield Obstacle(picture.name, at_mm, board.size_mm, facing_deg, 0.0, board.height_mm)
