@@ -116,9 +116,9 @@ class Sight:
 
     Attributes:
         panel: The picture.
-        bearing_deg: Bearing of its center from the camera's heading, positive right.
-        distance_mm: Distance to its center along the floor.
-        height_px: Apparent height at its center in pixels of the frame.
+        bearing_deg: Bearing of its centre from the camera's heading, positive right.
+        distance_mm: Distance to its centre along the floor.
+        height_px: Apparent height at its centre in pixels of the frame.
         slant_deg: Angle between its normal and the line of sight, in plan view.
         hidden: Share that is covered or outside the frame, 0..1.
         smear: Motion blur as a share of the apparent height.
@@ -238,7 +238,7 @@ class GeometricSensor:
             return None
         right, depth = in_level_frame(*panel.center_mm, viewpoint)
         focal, distance = self.pinhole.focal_px, math.hypot(right, depth)
-        # distance from the lens to the picture's plane over distance to its center: cosine of the slant
+        # distance from the lens to the picture's plane over distance to its centre: cosine of the slant
         cosine = (right1 * depth0 - right0 * depth1) / (panel.width_mm * distance)
         ends = (in_camera_frame(*panel.center_mm, edge, viewpoint) for edge in (panel.top_mm, panel.bottom_mm))
         upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
@@ -292,7 +292,7 @@ class GeometricSensor:
 
 
 def _corners(panel: Panel, scale: float = 1.0) -> tuple[Point, Point, Point, Point]:
-    """Return the corners of a panel scaled about its center: x, y, height; in the order of `Quad`."""
+    """Return the corners of a panel scaled about its centre: x, y, height; in the order of `Quad`."""
     (x, y), height = panel.center_mm, (panel.top_mm + panel.bottom_mm) / 2
     dx, dy = (panel.x1_mm - panel.x0_mm) / 2 * scale, (panel.y1_mm - panel.y0_mm) / 2 * scale
     rise = (panel.top_mm - panel.bottom_mm) / 2 * scale

@@ -74,7 +74,7 @@ class Lens:
         return frame
 
     def smear_px(self, turn_rate_deg_s: float) -> float:
-        """Return the length of the motion blur at the center of the frame."""
+        """Return the length of the motion blur at the centre of the frame."""
         return self._focal_px * math.tan(math.radians(min(80.0, abs(turn_rate_deg_s) * self.effects.shutter_s)))
 
     def _blur(self, image: Image, turn_rate_deg_s: float) -> Image:

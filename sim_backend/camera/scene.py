@@ -140,8 +140,8 @@ def picture_panel(
 
     Args:
         name: Picture in the texture library.
-        x_mm: Center of the sheet on the map.
-        y_mm: Center of the sheet on the map.
+        x_mm: Centre of the sheet on the map.
+        y_mm: Centre of the sheet on the map.
         facing_deg: Direction of the front; a viewer in that direction sees the picture.
         width_mm: Width of the sheet.
         height_mm: Height of the sheet.

@@ -97,7 +97,7 @@ class PlacedObject:
 
     @property
     def at_mm(self) -> Point:
-        """Center on the map."""
+        """Centre on the map."""
         return float(self._body.position.x), float(self._body.position.y)
 
     @property
@@ -159,7 +159,7 @@ class BoxObject(PlacedObject):
     Attributes:
         movable: Whether the robot can push it.
         texture: Name in the texture library.
-        radius_mm: From the center to a corner.
+        radius_mm: From the centre to a corner.
     """
 
     def __init__(self, space: pymunk.Space, box: Box) -> None:

@@ -23,7 +23,7 @@ class EventContext(Protocol):
         """Return whether the robot's camera could see the picture now."""
 
     def robot_distance_mm(self, name: str) -> float:
-        """Return the distance between the centers of the robot and an object."""
+        """Return the distance between the centres of the robot and an object."""
 
     def perform(self, event: Event, stays_ms: int | None) -> None:
         """Perform the event."""

@@ -28,7 +28,7 @@ class Patch(Table):
 
     Attributes:
         color: A name, or reflected [red, green, blue] light in percent.
-        at_mm: Center of the rectangle.
+        at_mm: Centre of the rectangle.
         size_mm: Depth along the facing, and width, of the rectangle.
         facing_deg: Direction of the depth.
         along_mm: Corners of the tape's line.

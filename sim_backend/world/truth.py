@@ -82,7 +82,7 @@ class GroundTruth:
         return [(time_ms / 1000.0, name) for time_ms, name in self._world.scheduler.log]
 
     def distance_mm(self, name: str) -> float:
-        """Return the distance between the centers of the robot and a picture, box or person.
+        """Return the distance between the centres of the robot and a picture, box or person.
 
         Raises:
             ConfigError: Nothing has this name; so do the other methods that take one.
@@ -106,7 +106,7 @@ class GroundTruth:
         return {name: self._textures[each.texture].pixels for name, each in self._objects().items()}
 
     def lens_distance_mm(self, name: str) -> float:
-        """Return the distance between the camera's lens and a picture's center, or the surface of a box or person."""
+        """Return the distance between the camera's lens and a picture's centre, or the surface of a box or person."""
         eye, obj = self._world.viewpoint(), self._object(name)
         if name in self._world.pictures:
             return math.dist((eye.x_mm, eye.y_mm), obj.at_mm)

@@ -176,7 +176,7 @@ class World:
         return obj.present and self._sight.sees(obj.at_mm, obj.height_mm / 2, obj.shapes, self.viewpoint())
 
     def robot_distance_mm(self, name: str) -> float:
-        """Return the distance between the centers of the robot and an object."""
+        """Return the distance between the centres of the robot and an object."""
         return math.dist((self.robot.x_mm, self.robot.y_mm), self._objects[name].at_mm)
 
     def add(self, table: Box | Picture | Person) -> None:

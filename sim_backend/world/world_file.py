@@ -82,9 +82,9 @@ class Shade(Table):
     """A place where the camera's pictures are brighter or darker, such as before a window.
 
     Attributes:
-        at_mm: Center.
-        radius_mm: Distance from the center at which the effect ends; in between it falls linearly.
-        exposure: Factor on the brightness at the center.
+        at_mm: Centre.
+        radius_mm: Distance from the centre at which the effect ends; in between it falls linearly.
+        exposure: Factor on the brightness at the centre.
     """
 
     at_mm: Point
@@ -122,7 +122,7 @@ class Carpet(Table):
     """A rectangle of another floor, on which the wheels grip and slip in another way. Later ones cover earlier ones.
 
     Attributes:
-        at_mm: Center.
+        at_mm: Centre.
         size_mm: Extent along and across its facing.
         facing_deg: Direction of its length.
         grip: Coefficient of friction between tyres and carpet.
@@ -259,7 +259,7 @@ class Box(Table):
     """A box on the floor; a low one stops the robot but hides no picture.
 
     Attributes:
-        at_mm: Center.
+        at_mm: Centre.
         size_mm: Depth along the facing, and width.
         facing_deg: Direction of the front.
         mass_kg: With a mass, the robot can push the box; otherwise it is fixed.
@@ -302,11 +302,11 @@ class Picture(Table):
 
     Attributes:
         name: Name in missions, and in the texture library unless `file` is given.
-        at_mm: Center.
+        at_mm: Centre.
         facing_deg: Direction of the front; a viewer must stand there.
         file: Image file beside the world file.
         size_mm: Width and height; A4 by default.
-        centre_height_mm: Height of the center above the floor.
+        centre_height_mm: Height of the centre above the floor.
         present: Whether it is present at the start.
     """
 
