@@ -21,6 +21,7 @@ from nxtdrive.recording.wording import spaced
 from sim_backend.judge import stop_counts
 from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
+from sim_backend.world.objects import corners_of
 
 from .referee import SAMPLE_MS, EpisodeTrace, TruthSample
 
@@ -114,7 +115,7 @@ def _notes(shown: Numbering, events: dict[MapEvent, MarkStyle]) -> Iterator[Note
 
 def _tags(shown: Numbering, events: dict[MapEvent, MarkStyle]) -> Iterator[Tag]:
     for number, group in enumerate(shown.numbered, start=1):
-        yield Tag(_place(group.first), str(number), events[group.first].color)
+        yield Tag(group.first.pose.point, str(number), events[group.first].color)
 
 
 def _late_tags(trace: EpisodeTrace) -> Iterator[Tag]:
@@ -125,10 +126,6 @@ def _late_tags(trace: EpisodeTrace) -> Iterator[Tag]:
 
 def _start(trace: EpisodeTrace) -> Pose:
     return Pose(*trace.samples[0].pose)
-
-
-def _place(event: MapEvent) -> Point:
-    return event.pose.x_mm, event.pose.y_mm
 
 
 def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> None:
@@ -151,7 +148,7 @@ def _paint(view: FloorView, trace: EpisodeTrace, events: dict[MapEvent, MarkStyl
     _paint_start(sheet, view.at(first.pose[:2]), radius, first.pose[2])
     _paint_end(sheet, view.at(trace.samples[-1].pose[:2]), radius, trace.samples[-1].pose[2])
     for event, mark in events.items():
-        sheet.marker(mark.marker, view.at(_place(event)), MARK_PX, mark.color)
+        sheet.marker(mark.marker, view.at(event.pose.point), MARK_PX, mark.color)
 
 
 def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Key]:
@@ -232,41 +229,28 @@ def _extend(spans: list[tuple[float, float]], start_s: float, end_s: float) -> N
 
 
 def _paint_obstacle(view: FloorView, obstacle: Obstacle, fill: Color | None, outline: Color) -> None:
-    (x, y), radius = obstacle.at_mm, obstacle.radius_mm
     if obstacle.size_mm == (0.0, 0.0):
-        view.sheet.circle(view.at((x, y)), radius * view.scale, fill, outline, 2.0)
+        view.sheet.circle(view.at(obstacle.at_mm), obstacle.radius_mm * view.scale, fill, outline, 2.0)
         return
-    angle = math.radians(obstacle.facing_deg)
-    along, across = (max(10.0, side + 2 * radius) / 2 for side in obstacle.size_mm)
-    corners = [
-        (
-            x + i * along * math.cos(angle) - j * across * math.sin(angle),
-            y + i * along * math.sin(angle) + j * across * math.cos(angle),
-        )
-        for i, j in ((1, 1), (1, -1), (-1, -1), (-1, 1))
-    ]
+    along, across = (max(10.0, side + 2 * obstacle.radius_mm) for side in obstacle.size_mm)
+    corners = corners_of(obstacle.at_mm, (along, across), math.radians(obstacle.facing_deg))
     view.sheet.polygon(view.all_at(corners), fill, outline, 2.0)
 
 
 def _paint_picture(view: FloorView, goal: Goal, color: Color) -> None:
-    (x, y), angle = goal.at_mm, math.radians(goal.facing_deg)
-    across = (-math.sin(angle) * 80, math.cos(angle) * 80)
-    view.sheet.line(view.all_at([(x - across[0], y - across[1]), (x + across[0], y + across[1])]), color, 5.0)
-    at = view.at(goal.at_mm)
-    view.sheet.arrow(at, (at[0] + 26 * math.cos(angle), at[1] + 26 * math.sin(angle)), color, 2.0, 11.0)
+    picture, at = Pose(*goal.at_mm, goal.facing_deg), view.at(goal.at_mm)
+    view.sheet.line(view.all_at([picture.ahead(80.0, -90.0), picture.ahead(80.0, 90.0)]), color, 5.0)
+    view.sheet.arrow(at, Pose(*at, goal.facing_deg).ahead(26.0), color, 2.0, 11.0)
 
 
 def _paint_start(sheet: Sheet, at: Point, radius: float, heading_deg: float) -> None:
-    angle = math.radians(heading_deg)
     sheet.circle(at, radius, None, INK, 2.5)
-    front = at[0] + 1.9 * radius * math.cos(angle), at[1] + 1.9 * radius * math.sin(angle)
-    sheet.arrow(at, front, INK, 2.5, radius * 0.7)
+    sheet.arrow(at, Pose(*at, heading_deg).ahead(1.9 * radius), INK, 2.5, radius * 0.7)
 
 
 def _paint_end(sheet: Sheet, at: Point, radius: float, heading_deg: float) -> None:
-    angle = math.radians(heading_deg)
     sheet.circle(at, radius, None, INK, 1.5)
-    sheet.line([at, (at[0] + radius * math.cos(angle), at[1] + radius * math.sin(angle))], INK, 1.5)
+    sheet.line([at, Pose(*at, heading_deg).ahead(radius)], INK, 1.5)
 
 
 def _paint_start_axes(view: FloorView, trace: EpisodeTrace) -> None:

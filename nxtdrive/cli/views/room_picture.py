@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from behaviors.ports import Pose
 from nxtdrive.cli.views.room_sketch import absence, sound_words
 from nxtdrive.drawing.blocks import Tag
 from nxtdrive.drawing.floor_view import Area, Axes, FloorView
@@ -59,7 +60,7 @@ def room_page(world: WorldFile) -> Page:
     """Return the page with the room, its names and its legend."""
     width_mm, depth_mm = world.floor.size_mm
     tags = list(_tags(world))
-    arrows = [_arrow_end(each.at_mm, each.facing_deg, far_mm) for each in world.pictures for far_mm in ARROW_MM]
+    arrows = [Pose(*each.at_mm, each.facing_deg).ahead(far_mm) for each in world.pictures for far_mm in ARROW_MM]
     boards = [outline_of_picture(picture) for picture in world.pictures]
     busy = [point for board in boards for share in BOARD_SHARES for point in board.points(share)]
     return Page(
@@ -208,9 +209,8 @@ def _paint_floor(view: FloorView, world: WorldFile) -> None:
 
 
 def _paint_range(view: FloorView, at_mm: Point, radius_mm: float, color: Color) -> None:
-    turns = [2 * math.pi * i / ROUND for i in range(ROUND + 1)]
-    points = [(at_mm[0] + radius_mm * math.cos(turn), at_mm[1] + radius_mm * math.sin(turn)) for turn in turns]
-    view.sheet.line(view.all_at(points), color, 1.5, RANGE_DASH)
+    circle = [Pose(*at_mm).ahead(radius_mm, 360.0 * i / ROUND) for i in range(ROUND + 1)]
+    view.sheet.line(view.all_at(circle), color, 1.5, RANGE_DASH)
 
 
 def _paint_waves(sheet: Sheet, at: Point, radii: tuple[float, ...]) -> None:
@@ -218,13 +218,8 @@ def _paint_waves(sheet: Sheet, at: Point, radii: tuple[float, ...]) -> None:
         sheet.circle(at, radius, None, NOISE, 2.0)
 
 
-def _arrow_end(at: Point, angle_deg: float, length: float) -> Point:
-    angle = math.radians(angle_deg)
-    return at[0] + length * math.cos(angle), at[1] + length * math.sin(angle)
-
-
 def _paint_arrow(sheet: Sheet, at: Point, angle_deg: float, radius: float, color: Color) -> None:
     """Draw an arrow, from the middle of a circle if that has a radius."""
     if radius:
         sheet.circle(at, radius, None, color, 3.0)
-    sheet.arrow(at, _arrow_end(at, angle_deg, max(2 * radius, ARROW_PX)), color, 2.5, 12.0)
+    sheet.arrow(at, Pose(*at, angle_deg).ahead(max(2 * radius, ARROW_PX)), color, 2.5, 12.0)
