@@ -55,6 +55,11 @@ def _in_words(count: int) -> str:
     return "1 mistake" if count == 1 else f"{count} mistakes"
 
 
+def key_path(location: Iterable[str | int]) -> str:
+    """Return where in a file a key is, such as ``boxes[2].at_mm``, by the keys and indices that lead to it."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+
+
 def nearest(name: str, known: Collection[str]) -> str:
     """Return the known name that is most like another one; empty if none is, or there are more than 100."""
     close = difflib.get_close_matches(name, known, n=1) if len(known) <= MAX_KNOWN else []

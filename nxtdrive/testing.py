@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.transports.sim import MAX_LATENCY_MS, USB_LATENCY_MS, SimTransport, shared
-from sim_backend.bundled import PICTURES
+from sim_backend.bundled import picture_names
 from sim_backend.firmware.versions import FIRMWARES
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Box, Person, Picture
@@ -331,7 +331,7 @@ class SimWorld:
             raise ConfigError(f"there is no {name!r} here; known: {known}.")
 
     def _check_picture(self, name: str) -> None:
-        known = sorted(path.stem for path in PICTURES.glob("*.png"))
+        known = picture_names()
         if name not in known:
             raise ConfigError(
                 f"there is no {name!r} in this world, nor among the pictures {', '.join(known)}.",

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from firmware_protocol.errors import ConfigError
-from input_files.mistakes import excerpt, hint, listed
+from input_files.mistakes import excerpt, hint, key_path, listed
 from input_files.plain import InputFileError
 from input_files.pydantic_words import words
 from input_files.toml_file import read_toml
@@ -82,7 +82,7 @@ def mistakes(path: Path, sentences: Sequence[str]) -> ConfigError:
 
 def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
     table, location = _walk(model, error["loc"])
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+    path = key_path(location)
     match error["type"]:
         case "extra_forbidden":
             return f"{path}: there is no such key; {hint(str(location[-1]), table.model_fields)}"

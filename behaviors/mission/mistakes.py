@@ -8,7 +8,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from behaviors.detector_names import detector_names
-from input_files.mistakes import excerpt, hint, nearest
+from input_files.mistakes import excerpt, hint, key_path, nearest
 from input_files.pydantic_words import words
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
@@ -42,7 +42,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         detector: int | str | None = None
         if len(path) > 2 and path[0] == "target":
             detector = path.pop(2)  # the tag of the union, which is in no path of the file
-        where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)[1:] or "mission file"
+        where = key_path(path) or "mission file"
         message = words(problem["type"], problem.get("ctx", {}), problem["msg"], problem["input"])
         if problem["type"] == "extra_forbidden":
             homes = _homes(str(path[-1]), model)

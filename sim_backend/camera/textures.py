@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import ConfigError
 from input_files.picture import read_picture
 from input_files.plain import InputFileError
-from sim_backend.bundled import PICTURES
+from sim_backend.bundled import PICTURES, picture_names
 
 Image = NDArray[np.uint8]
 Color = tuple[int, int, int]
@@ -83,7 +83,7 @@ class TextureLibrary:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all bundled textures."""
-        return (*SURFACES, *sorted(path.stem for path in PICTURES.glob("*.png")))
+        return (*SURFACES, *picture_names())
 
     def __getitem__(self, name: str) -> Texture:
         """Return the texture called `name`.

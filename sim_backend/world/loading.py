@@ -10,7 +10,7 @@ from typing import Any
 from firmware_protocol.errors import ConfigError
 from input_files.mistakes import hint, nearest
 from input_files.plain import InputFileError
-from sim_backend.bundled import PICTURES, WORLDS
+from sim_backend.bundled import WORLDS, picture_names, world_names
 from sim_backend.toml_file import check, mistakes, read_tables
 from sim_backend.world.event_tables import Event
 from sim_backend.world.partial_world import PartialWorld, valid_part
@@ -86,7 +86,7 @@ def _find(path: Path) -> Path:
             return candidate
     if os.path.isdir(path):
         raise ConfigError(f"{path} is a folder, not a world.", remedy="Choose a file in it.")
-    bundled = sorted(entry.stem for entry in WORLDS.glob("*.toml"))
+    bundled = world_names()
     beside = [entry.name for entry in path.parent.glob("*.toml")]
     near = nearest(path.name, [*beside, *bundled] if path.parent == Path() else beside)
     remedy = (
@@ -96,12 +96,8 @@ def _find(path: Path) -> Path:
 
 
 def _wrong_names(world: WorldFile, lost: Mapping[str, list[str]]) -> Iterator[str]:
-    names = {
-        "boxes": [box.name for box in world.boxes],
-        "people": [person.name for person in world.people],
-        "pictures": [picture.name for picture in world.pictures],
-        "events": [event.name for event in world.events],
-    }
+    tables = ("boxes", "people", "pictures", "events")
+    names: dict[str, list[str]] = {table: [each.name for each in getattr(world, table)] for table in tables}
     taken: set[str] = set()
     for table, own in names.items():
         for index, name in enumerate(own):
@@ -180,7 +176,7 @@ def _wrong_places(world: WorldFile) -> Iterator[str]:
 
 
 def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
-    known = sorted(path.stem for path in PICTURES.glob("*.png"))
+    known = picture_names()
     for index, picture in enumerate(world.pictures):
         if picture.file is None and picture.name not in known:
             yield f"pictures[{index}].name: no picture {picture.name!r} here ({', '.join(known)}); give its file"
@@ -189,7 +185,7 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
 
 
 def _missing_textures(world: WorldFile, folder: Path) -> Iterator[str]:
-    known = [*TEXTURES, *sorted(path.stem for path in PICTURES.glob("*.png"))]
+    known = [*TEXTURES, *picture_names()]
     for path, name in _textures(world):
         if name not in known and not _is_image_file(folder / name):
             yield f"{path}: there is no texture {name!r}; {hint(name, known)}"
@@ -225,24 +221,17 @@ def _unreadable_images(world: WorldFile, folder: Path) -> Iterator[str]:
 
 
 def _with_image_paths(world: WorldFile, folder: Path) -> WorldFile:
-    pictures = tuple(
-        picture if picture.file is None else picture.model_copy(update={"file": folder / picture.file})
-        for picture in world.pictures
-    )
-    floor = world.floor.model_copy(update={"wall_texture": _texture(world.floor.wall_texture, folder)})
-    return world.model_copy(
-        update={
-            "pictures": pictures,
-            "floor": floor,
-            **{
-                table: tuple(
-                    entry.model_copy(update={"texture": _texture(entry.texture, folder)})
-                    for entry in getattr(world, table)
-                )
-                for table in ("walls", "boxes", "people")
-            },
-        }
-    )
+    changed: dict[str, Any] = {
+        "floor": world.floor.model_copy(update={"wall_texture": _texture(world.floor.wall_texture, folder)}),
+        "pictures": tuple(
+            picture if picture.file is None else picture.model_copy(update={"file": folder / picture.file})
+            for picture in world.pictures
+        ),
+    }
+    for table in ("walls", "boxes", "people"):
+        entries = getattr(world, table)
+        changed[table] = tuple(each.model_copy(update={"texture": _texture(each.texture, folder)}) for each in entries)
+    return world.model_copy(update=changed)
 
 
 def _texture(name: str, folder: Path) -> str:

@@ -25,7 +25,7 @@ import numpy as np
 from nxtdrive.vision.detection import Detection, TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, Pinhole
-from sim_backend.bundled import PICTURES
+from sim_backend.bundled import PICTURES, picture_names
 from sim_backend.camera.lens import LensEffects
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
@@ -276,8 +276,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", default="", help="measure only detectors with this in their name")
     arguments = parser.parse_args(argv)
     width, height = (int(side) for side in arguments.size.split("x"))
-    others = [file.stem for file in sorted(PICTURES.glob("*.png"))]
-    bench = Bench((width, height), arguments.hfov, arguments.frames, others)
+    bench = Bench((width, height), arguments.hfov, arguments.frames, picture_names())
     with tempfile.TemporaryDirectory() as folder:
         measured = [one for one in subjects(Path(folder), arguments.photo) if arguments.only in one.name]
         _print_costs(bench, measured, arguments.rooms)

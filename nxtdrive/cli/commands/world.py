@@ -42,11 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _list(_args: argparse.Namespace) -> int:
-    from sim_backend.bundled import WORLDS
+    from sim_backend.bundled import world_names
     from sim_backend.world.loading import load_world
 
-    for path in sorted(WORLDS.glob("*.toml")):
-        write_line(f"{path.stem:<12} {load_world(path.stem).title}")
+    for name in world_names():
+        write_line(f"{name:<12} {load_world(name).title}")
     return DONE
 
 

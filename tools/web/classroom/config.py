@@ -13,6 +13,7 @@ from typing import Annotated
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from firmware_protocol.errors import ConfigError
+from input_files.mistakes import key_path
 from nxtdrive.cli.pace import in_real_time
 from nxtdrive.mission.camera import GEOMETRIC
 from nxtdrive.mission.files import in_own_room
@@ -202,7 +203,7 @@ def _sentence(problem: Problem) -> str:
     """Return a problem as a sentence; for a pattern also what it requires."""
     if problem.kind != "string_pattern_mismatch":
         return problem.sentence
-    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem.location).lstrip(".")
+    where = key_path(problem.location)
     if problem.location[-1] == "colour":
         return f'{where}: a colour is written "#rrggbb", as in "#c4161c"'
     return f"{where}: at most 40 letters, digits, spaces, - and _, with a letter or digit at both ends"
