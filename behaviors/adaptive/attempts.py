@@ -90,7 +90,7 @@ class Attempts:
     def failures(self) -> tuple[int, int]:
         """Return how often attempts of this round failed as the last one did, at its place, and how often in a row.
 
-        In a row they are at one place if they are near the first of them, as of a robot that goes to and fro.
+        Those in a row are at one place if they are near the first of them, as when a robot goes to and fro.
         """
         if not self._failures:
             return 0, 0

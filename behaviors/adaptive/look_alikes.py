@@ -1,4 +1,4 @@
-"""Look-alikes: objects that were taken for a target, and doubtful ones set aside until a better one was sought."""
+"""Look-alikes: objects taken for a target, and doubtful ones set aside until a better one has been looked for."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class LookAlikes:
         return any(self._compared(each) and each.is_at(target, place) for each in self._known)
 
     def _compared(self, each: _LookAlike) -> bool:
-        """Return whether a better one was sought enough: more if several objects were taken for the target."""
+        """Return whether a better one was looked for often enough; several objects taken for the target need more."""
         return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else N.looks)
 
 

@@ -142,26 +142,26 @@ class TargetMemory:
                 belief.renew(now_s - self._renewed_s)
             self._renewed_s = now_s
 
-    def look(self, looked_for: Sequence[str], glance: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
+    def look(self, looked_for: Sequence[str], glimpse: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
         """Update with a frame.
 
         Args:
             looked_for: Targets that were looked for in it.
-            glance: What it showed.
+            glimpse: What it showed.
             range_mm: The sonar's echo, or None.
 
         Returns:
             The sightings that are not of a known look-alike.
         """
-        seen = {name: self._estimated(sighting, range_mm) for name, sighting in glance.seen.items()}
+        seen = {name: self._estimated(sighting, range_mm) for name, sighting in glimpse.seen.items()}
         believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
         for target in looked_for:
             if target in believed:
                 self._see(target, believed[target])
                 if not self.slant.oblique(believed[target]):
-                    self.scale.learn(glance.seen[target], self._poses.at(glance.time_s), range_mm)
+                    self.scale.learn(glimpse.seen[target], self._poses.at(glimpse.time_s), range_mm)
             else:
-                view = self._camera.view_at(self._poses.at(glance.time_s))
+                view = self._camera.view_at(self._poses.at(glimpse.time_s))
                 if not self._too_near(target, view):
                     self._miss(target, view)
         return believed

@@ -87,7 +87,7 @@ class WorldModel:
         pose: Pose,
         range_mm: float | None,
         looked_for: Sequence[str],
-        glance: Glimpse,
+        glimpse: Glimpse,
         *,
         sonar_works: bool = True,
     ) -> Mapping[str, Sighting]:
@@ -98,7 +98,7 @@ class WorldModel:
             pose: Where the robot is.
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
-            glance: What the frame showed.
+            glimpse: What the frame showed.
             sonar_works: Whether the sonar works, so that silence means that nothing is near.
 
         Returns:
@@ -113,7 +113,7 @@ class WorldModel:
         self.floor.clear_footprint(pose)
         self.floor.without_sonar = not sonar_works
         self._hear(pose, range_mm)
-        return self.targets.look(looked_for, glance, range_mm)
+        return self.targets.look(looked_for, glimpse, range_mm)
 
     def see_floor(self, time_s: float, rays: Sequence[FloorRay], range_mm: float | None) -> None:
         """Update with the free floor in a frame.

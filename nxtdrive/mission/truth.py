@@ -95,7 +95,7 @@ def recognised(detector: Detector, truth: Truth) -> list[str]:
 
 
 def shows(front: Image, detector: Detector) -> bool:
-    """Return whether a detector finds its target in a frame that shows `front` on a gray wall."""
+    """Return whether a detector finds its target in a frame that shows `front` on a grey wall."""
     return any(_finds(detector, front, height_px) for height_px in HEIGHTS_PX)
 
 
@@ -110,7 +110,7 @@ def said_by(front: Image, detector: Detector) -> list[str]:
 
 
 def _shown(front: Image, height_px: int) -> tuple[Image, int]:
-    """Return a frame that shows `front` on a gray wall, and how many of its pixels that takes."""
+    """Return a frame that shows `front` on a grey wall, and how many of its pixels that takes."""
     frame = np.full((*FRAME, 3), GRAY, np.uint8)
     height, width = front.shape[:2]
     scale = min(height_px / height, 0.9 * FRAME[1] / width)

@@ -22,7 +22,7 @@ RETREATS: dict[str, str] = {
 }
 INDENT = " " * 11
 UNKNOWN_FORM = (KeyError, TypeError, ValueError, AttributeError)
-"""Raised for a record of an unknown form, as of another version."""
+"""Raised for a record of an unknown form, such as another version's."""
 
 
 class ProgressLines:

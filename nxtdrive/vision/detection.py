@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from behaviors.ports import Cut
 
 Image = NDArray[np.uint8]
-"""A picture: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in gray."""
+"""A picture: (height, width, 3) in OpenCV's order blue, green, red, or (height, width) in grey."""
 
 Box = tuple[int, int, int, int]
 """Left, top, width, height in pixels. The box of a target at the edge may extend beyond the frame."""

@@ -15,7 +15,7 @@ def as_frame(image: cv2.typing.MatLike | None) -> Image | None:
     """Return a frame in BGR with 8 bits, of at most `MAX_PIXELS`; None if it is not a picture.
 
     Args:
-        image: Grey, BGR, or BGR with transparency; with 8 bits or, as of thermal and scientific cameras, 16.
+        image: Grey, BGR, or BGR with transparency; with 8 bits or, from thermal and scientific cameras, 16.
     """
     if image is None or image.ndim not in (2, 3) or not image.size or image.dtype not in (np.uint8, np.uint16):
         return None

@@ -146,13 +146,13 @@ class TimedWorldModel(WorldModel):
         pose: Pose,
         range_mm: float | None,
         looked_for: Sequence[str],
-        glance: Glimpse,
+        glimpse: Glimpse,
         *,
         sonar_works: bool = True,
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo."""
         begun_s = cpu_s()
-        believed = super().perceive(now_s, pose, range_mm, looked_for, glance, sonar_works=sonar_works)
+        believed = super().perceive(now_s, pose, range_mm, looked_for, glimpse, sonar_works=sonar_works)
         self.times_s.append(cpu_s() - begun_s)
         return believed
 

@@ -188,7 +188,7 @@ def _assumption(args: argparse.Namespace) -> str:
     """Return in words where the height of a target comes from that was not given."""
     if args.marker is not None or args.qr is not None:
         return "as `nxtdrive mission new` prints it"
-    return "as is usual for such objects" if args.onnx else "as of an upright sheet of A4"
+    return "as is usual for such objects" if args.onnx else "that of an upright sheet of A4"
 
 
 def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:

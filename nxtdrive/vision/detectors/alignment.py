@@ -38,7 +38,7 @@ STEP_LIMIT = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """Gray images below each other, so that one call samples from all of them.
+    """Grey images below each other, so that one call samples from all of them.
 
     Attributes:
         gray: The images, each with a border that repeats its rim.
@@ -55,7 +55,7 @@ class Canvas:
     def sample(
         self, points: NDArray[np.float64], levels: NDArray[np.intp]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-        """Return the gray values (N, M) and their `lit` at `points` (N, 2, M) of the frame, each row on its level."""
+        """Return the grey values (N, M) and their `lit` at `points` (N, 2, M) of the frame, each row on its level."""
         places = (points / self.scales[levels][:, None, None] + (self.origins[levels] - 0.5)[:, :, None]).astype(
             np.float32
         )
@@ -66,7 +66,7 @@ class Canvas:
 
 
 def canvas_of(levels: Sequence[tuple[cv2.typing.MatLike, cv2.typing.MatLike | None, float]]) -> Canvas:
-    """Put gray images below each other, given with their `lit` and their scales."""
+    """Put grey images below each other, given with their `lit` and their scales."""
     width = max(gray.shape[1] for gray, _, _ in levels) + 2 * BORDER_PX
 
     def stacked(images: Iterable[cv2.typing.MatLike]) -> NDArray[np.float32]:
@@ -88,7 +88,7 @@ def grid(width: int, height: int) -> NDArray[np.float64]:
 
 
 class Aligner:
-    """A gray template, prepared for alignment.
+    """A grey template, prepared for alignment.
 
     Args:
         gray: The template; its size sets the resolution of the comparison.

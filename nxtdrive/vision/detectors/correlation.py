@@ -1,4 +1,4 @@
-"""Finds a picture by correlation: proposals on a gray pyramid, their alignment, then a check in colour.
+"""Finds a picture by correlation: proposals on a grey pyramid, their alignment, then a check in colour.
 
 The first stage proposes places freely. The second aligns all of them at once with the picture, which finds their roll,
 too. The third compares the best of them with the picture *in colour* at the frame's own resolution; only its score
@@ -39,14 +39,14 @@ PROMISING, MIN_PROMISING = 16, 4
 the first number, and each has the second."""
 
 ALIGNED_AT = 0.65
-"""Minimum gray correlation of an aligned proposal that is checked in colour."""
+"""Minimum grey correlation of an aligned proposal that is checked in colour."""
 
 CHECKS, MIN_CHECKS = 4, 2
 """Number of the best aligned proposals that are checked in colour, shared likewise; where the picture is, it is nearly
 always the best."""
 
 MIN_RANGE = 16.0
-"""Range of gray that must be left below the median; a mostly black picture has none."""
+"""Range of grey that must be left below the median; a mostly black picture has none."""
 
 KEPT_HEIGHT = 160
 """The picture is stored at this height; no comparison needs more."""

@@ -1,4 +1,4 @@
-"""Makes the pyramid of a frame that correlation works on: gray levels without glare, and the colours.
+"""Makes the pyramid of a frame that correlation works on: grey levels without glare, and the colours.
 
 Glare is white and hides what is below it. If a frame has little white, that and its rim are left out of correlation
 (and replaced by the mean of their surroundings, which its edge is mixed with), and are white in the colours, so that
@@ -68,7 +68,7 @@ class Level:
     """One level of the pyramid.
 
     Args:
-        gray: The gray frame.
+        gray: The grey frame.
         scale: Size of the frame divided by the size of this level.
         step: Distance in pixels between the places that are proposed.
         lit: 1 where it is to be compared, 0 in glare, whose gray is that of its surroundings; None without glare.
@@ -114,7 +114,7 @@ class Level:
         return self._norms[key]
 
     def _strips_of(self, height: int) -> list[_Strips]:
-        """Return the sums of gray values and of their squares in the strips of a height."""
+        """Return the sums of grey values and of their squares in the strips of a height."""
         if height not in self._strips:
             step = self.step
             strips = ((each[height::step] - each[:-height:step]).astype(np.int32) for each in self._integrals)
@@ -208,7 +208,7 @@ def _whitened(image: Image, glare: cv2.typing.MatLike) -> Image:
 
 
 def _filled(gray: cv2.typing.MatLike, lit: cv2.typing.MatLike) -> cv2.typing.MatLike:
-    """Return a gray image with glare replaced by the mean of its surroundings."""
+    """Return a grey image with glare replaced by the mean of its surroundings."""
     around, weight = (cv2.GaussianBlur(each, (0, 0), GLARE_SPREAD_PX) for each in (gray * lit, lit))
     fill = (around + 1e-3 * np.float32(gray.mean())) / (weight + 1e-3)
     return (gray * lit + fill * (1 - lit)).clip(0, 255).astype(np.uint8)

@@ -52,7 +52,7 @@ TRIAL = Path(__file__).with_name("cascade_trial.py")
 
 
 class HaarDetector:
-    """Runs one cascade over the gray frame. The score grows with the number of overlapping hits.
+    """Runs one cascade over the grey frame. The score grows with the number of overlapping hits.
 
     What OpenCV's cascades for faces from the front find must be confirmed by another one.
 

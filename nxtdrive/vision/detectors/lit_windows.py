@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from nxtdrive.vision.detectors.alignment import MIN_LIT
 
 FLAT_SD = 1.0
-"""Lower bound of a window's contrast, gray levels: only rendered frames have flatter windows."""
+"""Lower bound of a window's contrast, grey levels: only rendered frames have flatter windows."""
 
 MIN_SHOWN = 0.25
 """Lower bound of the share of a template's contrast that counts as lit: chance matches the rest of a hidden one."""

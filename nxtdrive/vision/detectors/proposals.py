@@ -1,7 +1,7 @@
-"""Proposes where a picture may be: small gray templates slide over the levels of a frame's pyramid.
+"""Proposes where a picture may be: small grey templates slide over the levels of a frame's pyramid.
 
 Each level halves the frame, so a few template heights cover every size from 14 pixels to larger than the frame, and
-most of the cost is that of the finest level. It proposes freely: a few gray pixels match much.
+most of the cost is that of the finest level. It proposes freely: a few grey pixels match much.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FAR_HEIGHT = 22
 """On the finest level, templates from the side start at this height: smaller ones match anything."""
 
 PROPOSE_AT = 0.4
-"""Minimum gray correlation of a proposal."""
+"""Minimum grey correlation of a proposal."""
 
 PROPOSALS = (16, 8, 6, 4, 4)
 """Proposals per level at most; the finest level has the smallest templates and the most places for chance matches."""
@@ -50,7 +50,7 @@ NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 @dataclass(frozen=True, slots=True)
 class _Template:
-    """A gray template of mean 0 and norm 1, and the view that it shows."""
+    """A grey template of mean 0 and norm 1, and the view that it shows."""
 
     gray: NDArray[np.float32]
     aspect: float

@@ -33,7 +33,7 @@ GAIN, SOFTNESS_PX, NOISE = 0.8, 0.7, 5.0
 noise."""
 
 FAINT_SD, ALIKE_WAVES, KEPT_CONTRAST = 16.0, 10.0, 0.6
-"""Limits below which `RangePrediction.reasons` names what is low: the standard deviation of gray at `DETAIL_HEIGHT`,
+"""Limits below which `RangePrediction.reasons` names what is low: the standard deviation of grey at `DETAIL_HEIGHT`,
 in 256 levels; the number of details (`distinctness`); the share of the contrast that is left at that height."""
 
 

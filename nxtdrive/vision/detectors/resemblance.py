@@ -134,7 +134,7 @@ def _score(seen: NDArray[np.float32], expected: NDArray[np.float32], where: NDAr
     count = max(1.0, float(where.sum()))
     lit, missed = seen * weights, (seen - expected) * weights
     means = lit.reshape(-1, 3).sum(axis=0) / count
-    contrast = float(np.vdot(lit, lit)) - count * float(means @ means) + 3 * count  # and one gray level
+    contrast = float(np.vdot(lit, lit)) - count * float(means @ means) + 3 * count  # and one grey level
     explained = 1 - float(np.vdot(missed, missed)) / contrast
     return math.copysign(math.sqrt(min(1.0, abs(explained))), explained)
 

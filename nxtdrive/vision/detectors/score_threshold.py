@@ -43,7 +43,7 @@ def distinctness(picture: Image) -> float:
 
 
 def coarseness(picture: NDArray[np.float32]) -> float:
-    """Return the share, 0..1, of a picture's contrast that a few broad waves of gray explain.
+    """Return the share, 0..1, of a picture's contrast that a few broad waves of grey explain.
 
     Args:
         picture: (height, width, 3).

@@ -184,7 +184,7 @@ def test_the_address_of_the_simulated_brick_is_its_camera(tmp_path, capsys):
 def test_an_assumed_height_is_said(picture, tmp_path, capsys):
     out = str(tmp_path / "seen.png")
     assert main(["detect", "try", str(picture), "--color", "red", "--out", out]) == DONE
-    assert "height: 297 mm, as of an upright sheet of A4" in capsys.readouterr().out
+    assert "height: 297 mm, that of an upright sheet of A4" in capsys.readouterr().out
     assert main(["detect", "try", str(picture), "--color", "red", "--out", out, "--height-mm", "100"]) == DONE
     assert "height:" not in capsys.readouterr().out
 
