@@ -63,9 +63,10 @@ def scenario_robot(
         observers: Called with every record of the journal.
     """
     body, clock = build_body(brick, scenario.mission), MissionClock(brick)
-    sensor = SpoiltSensor(simulation, scenario.sight, scenario.seed) if eyes == GEOMETRIC else None
+    sight = scenario.extras.sight
+    sensor = SpoiltSensor(simulation, sight, scenario.seed) if eyes == GEOMETRIC else None
     sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
-    for loss in scenario.sight.losses:
+    for loss in sight.losses:
         _lose_camera(simulation, loss)
     return MissionPorts(scenario.mission, body, sees, clock, observers)
 

@@ -6,33 +6,28 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from behaviors.mission import Mission
-from sim_backend.link import NO_FAULTS, LinkFaults
-from sim_backend.scenarios.extras import USB_MS, Sight
-from sim_backend.scenarios.generated import generate
+from sim_backend.scenarios.classes import generate_room
+from sim_backend.scenarios.extras import Extras
 from sim_backend.world.world_file import WorldFile
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One scenario; see `sim_backend.scenarios.generated.GeneratedScenario`.
+    """One scenario.
 
     Attributes:
         kind: Its class.
         seed: Its seed; class and seed determine everything else.
-        world: The room and its events.
-        mission: The targets in order.
-        faults: Faults of the link.
-        latency_ms: Round-trip time of the link.
-        sight: Conditions that degrade the view.
+        world: The room, its events, and the robot as it is.
+        mission: Targets in order, time limit, and the robot as it describes it.
+        extras: The conditions besides the room: the link, the view.
     """
 
     kind: str
     seed: int
     world: WorldFile
     mission: Mission
-    faults: LinkFaults = NO_FAULTS
-    latency_ms: float = USB_MS
-    sight: Sight = field(default_factory=Sight)
+    extras: Extras = field(default_factory=Extras)
 
 
 @lru_cache(maxsize=64)
@@ -43,6 +38,6 @@ def generate_scenario(kind: str, seed: int) -> Scenario:
         KeyError: There is no such class.
         RuntimeError: No solvable room was found: the class's ranges are wrong.
     """
-    generated = generate(kind, seed)
-    mission = Mission.model_validate(generated.mission)
-    return Scenario(kind, seed, generated.world, mission, generated.faults, generated.latency_ms, generated.sight)
+    room, title = generate_room(kind, seed), f"{kind}-{seed}"
+    mission = Mission.model_validate(room.mission(title))
+    return Scenario(kind, seed, room.world(title), mission, room.extras)

@@ -1,4 +1,4 @@
-"""Build the room of a scenario step by step: pictures, boxes, walls, people and events."""
+"""Build the room of a scenario step by step: pictures, boxes, walls, people and events; and its mission."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
+from sim_backend.bundled import PICTURES
 from sim_backend.scenarios.extras import Extras
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle, Point
 from sim_backend.world.placement import misplaced, outline_of_picture, outline_of_wall
@@ -32,6 +33,8 @@ TARGETS_APART_MM = 1200.0
 """Smallest distance between two targets near walls."""
 START_MARGIN_MM = 300.0
 """Smallest distance from the middle of the robot to the room's walls at the start."""
+CRUISE_MM_S = 200.0
+"""The robot's cruising speed, the same for all profiles."""
 
 
 Range = tuple[float, float]
@@ -187,6 +190,18 @@ class RoomBuilder:
                 **self.tables,
             }
         )
+
+    def mission(self, title: str) -> dict[str, Any]:
+        """Return the tables of the mission's file."""
+        return {
+            "mission": {"name": title, "targets": list(self.targets), "time_limit_s": self.extras.time_limit_s},
+            **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
+            "target": {
+                name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
+                for name in self.targets
+            },
+            "robot": dict(self.extras.robot),
+        }
 
 
 RoomGenerator = Callable[[Random], RoomBuilder]
