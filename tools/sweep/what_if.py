@@ -46,6 +46,8 @@ from sim_backend.simulation import Simulation
 from .forks import CAN_FORK, Forks
 from .runner import Workers
 
+OTHER_RUN = "Choose another run, or CLASS:SEED:PROFILE."
+"""The remedy for a run that cannot be repeated."""
 Run = Callable[[Observers, MakeProfile], Report]
 """Runs the mission that was opened, with these observers and this profile."""
 
@@ -140,17 +142,15 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
         summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
         nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
     except (ValueError, KeyError):
-        raise ConfigError(f"{path} has no complete {SUMMARY}, which says what robot it was.") from None
+        wrong = f"{path} has no complete {SUMMARY}, which says what robot it was."
+        raise ConfigError(wrong, remedy=OTHER_RUN) from None
     if past.mission is None:
-        raise ConfigError(
-            f"{path} cannot be repeated: its mission is not recorded.",
-            remedy="Choose another run, or CLASS:SEED:PROFILE.",
-        )
+        raise ConfigError(f"{path} cannot be repeated: its mission is not recorded.", remedy=OTHER_RUN)
     if nxt.scheme != "sim":
         try:
             return RebuiltRun(path, rebuilt(past.records, past.mission))
         except ValueError as error:
-            raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.") from None
+            raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.", remedy=OTHER_RUN) from None
     choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
     nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
     return RecordedRun(path, past.mission, nxt, camera, tuple(choices))
