@@ -20,7 +20,7 @@ from behaviors.ports import Point, Pose
 from nxtdrive.recording.map.scene import MapScene, gather, pose_of, sighted_at
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.toml_file import check
-from sim_backend.world.world_file import LEAST_RADIUS_MM, WorldFile
+from sim_backend.world.world_file import MIN_RADIUS_MM, WorldFile
 
 KIND = "rebuilt"
 """Class of the scenario, for displays."""
@@ -96,7 +96,7 @@ def rebuilt(records: Sequence[Record], mission: Mission) -> Scenario:
 def _robot(mission: Mission) -> dict[str, Any]:
     robot = mission.robot
     return {
-        "radius_mm": max(LEAST_RADIUS_MM, robot.radius_mm - MARGIN_MM),
+        "radius_mm": max(MIN_RADIUS_MM, robot.radius_mm - MARGIN_MM),
         "wheel_diameter_mm": robot.wheel_diameter_mm,
         "track_mm": robot.axle_track_mm,
         "left_port": robot.left,
