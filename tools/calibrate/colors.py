@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
@@ -40,13 +41,16 @@ OTHER_SHARE = 0.5
 """Largest area of a second patch, as a share of the first one's."""
 
 
-def calibrate_color(brick: Brick, camera: Camera, before: RobotFile, color: str | None = None) -> Outcome:
+def calibrate_color(
+    brick: Brick, camera: Camera, before: RobotFile, today: datetime.date, color: str | None = None
+) -> Outcome:
     """Learn the colour in the middle of the camera's picture; the robot stands still.
 
     Args:
         brick: The brick.
         camera: Its camera.
         before: The robot file so far.
+        today: The date for the file.
         color: The colour's name in missions; by default the one that it resembles most.
 
     Raises:
@@ -64,7 +68,7 @@ def calibrate_color(brick: Brick, camera: Camera, before: RobotFile, color: str 
             remedy="Turn the robot to a background of another colour, or take a larger sheet.",
         )
     values = learned.model_dump()
-    how = measured(f"{name}, in the middle of the picture", {"hue_deg": error_deg})
+    how = measured(f"{name}, in the middle of the picture", {"hue_deg": error_deg}, today)
     file = described(before, {"color": {name: values}, "calibration": {**identity, "colors": how}})
     lines = [
         Line(f"color.{name}.{key}", getattr(known, key), value, error_deg if key == "hue_deg" else None)

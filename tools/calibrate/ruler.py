@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -50,13 +51,18 @@ def by_ruler(
 
 
 def calibrate_by_ruler(
-    brick: Brick, before: RobotFile, ready: Callable[[str], None], ask: Callable[[str], float]
+    brick: Brick,
+    before: RobotFile,
+    today: datetime.date,
+    ready: Callable[[str], None],
+    ask: Callable[[str], float],
 ) -> Outcome:
     """Drive and turn, ask how far, and return the resulting robot file.
 
     Args:
         brick: The brick.
         before: What is believed so far.
+        today: The date for the file.
         ready: Called with what to do; returns when that is done.
         ask: Asks for a number.
 
@@ -70,7 +76,7 @@ def calibrate_by_ruler(
         "axle_track_mm": values["axle_track_mm"] * (RULER_MM / STRAIGHT_MM + RULER_DEG / 360 / TURNS),
         "radius_mm": RADIUS_MM,
     }
-    wheels = measured("ruler", {key: errors[key] for key in values})
+    wheels = measured("ruler", {key: errors[key] for key in values}, today)
     changes = {**values, "turn_slip_percent": 0.0}
     file = described(before, {"robot": changes, "calibration": {**identity, "wheels": wheels}})
     lines = [Line(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]

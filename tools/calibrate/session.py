@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -70,6 +71,7 @@ def calibrate(
     camera: Camera,
     before: RobotFile,
     what: Collection[str],
+    today: datetime.date,
     say: Callable[[str], None] = lambda _: None,
     sheet_height_mm: float = SHEET_HEIGHT_MM,
 ) -> Outcome:
@@ -80,13 +82,14 @@ def calibrate(
         camera: Its camera.
         before: What is believed so far.
         what: Some of `behaviors.mission.robot.CALIBRATED`; the others keep their values.
+        today: The date for the file.
         say: Called with what is being done.
         sheet_height_mm: The middle of the sheet above the floor.
 
     Raises:
         CalibrationRefused: The measurement cannot be used; the error says what to do.
     """
-    robot, new = before.robot, _Values()
+    robot, new = before.robot, _Values(today)
     new.tables["calibration"] |= identified(brick, before)
     if "motors" in what:
         say("turning each wheel")
@@ -132,20 +135,24 @@ def identified(brick: Brick, before: RobotFile) -> dict[str, object]:
 class _Values:
     """New values for a robot file.
 
+    Args:
+        today: The date for the file.
+
     Attributes:
         tables: The values by their table.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, today: datetime.date) -> None:
         self.tables: dict[str, dict[str, object]] = {"camera": {}, "robot": {}, "calibration": {}}
         self._errors: dict[str, float] = {}
+        self._today = today
 
     def add(
         self, group: str, table: str, values: Mapping[str, object], errors: Mapping[str, float], **others: float
     ) -> None:
         """Add the values of a group with their standard errors, and others that only the group's own table has."""
         self.tables[table] |= values
-        self.tables["calibration"][group] = measured(METHOD, errors, **others)
+        self.tables["calibration"][group] = measured(METHOD, errors, self._today, **others)
         self._errors |= errors
 
     def lines(self, before: RobotFile, after: RobotFile) -> Iterator[Line]:

@@ -93,9 +93,8 @@ def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]]) ->
         raise CalibrationRefused(f"the measured values are implausible: {found}.", remedy=REMEDY) from None
 
 
-def measured(method: str, errors: Mapping[str, float], **others: float) -> dict[str, object]:
-    """Return a table that says how some values were measured today."""
-    date = datetime.datetime.now().astimezone().date()
+def measured(method: str, errors: Mapping[str, float], date: datetime.date, **others: float) -> dict[str, object]:
+    """Return a table that says how some values were measured."""
     significant = {key: float(f"{error:.2g}") for key, error in errors.items()}
     return MeasuredTable(date=date, method=method, standard_uncertainty=significant, measured=others).model_dump(
         exclude_unset=True

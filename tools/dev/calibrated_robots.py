@@ -14,6 +14,7 @@ The results are kept in a file, and an interrupted run continues where it left o
 from __future__ import annotations
 
 import argparse
+import datetime
 import json
 import math
 import statistics
@@ -85,7 +86,7 @@ def calibrated(number: int) -> Line:
         world.write_text(_world(true), encoding="utf-8")
         try:
             with open_robot(f"sim://{world}?seed={number}", "sim") as robot:
-                found = calibrate(robot.brick, robot.camera, UNCHANGED, CALIBRATED)
+                found = calibrate(robot.brick, robot.camera, UNCHANGED, CALIBRATED, datetime.date(2026, 1, 1))
         except NXTError as refusal:
             return {"robot": number, "refused": str(refusal)}
     return {"robot": number, "file": found.file.model_dump(mode="json", exclude={"calibration"}, exclude_unset=True)}

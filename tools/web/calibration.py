@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import logging
 import os
 from collections.abc import Callable
@@ -87,12 +88,13 @@ class ShownCalibration:
             self._show({"running": False, "question": None, "problem": problem, **found})
 
     def _calibrated(self, robot: OpenRobot) -> Outcome:
+        today = datetime.datetime.now().astimezone().date()
         wanted = self._wanted
         if wanted.how == "color":
-            return calibrate_color(robot.brick, robot.camera, self._before, wanted.color)
+            return calibrate_color(robot.brick, robot.camera, self._before, today, wanted.color)
         if wanted.how == "ruler":
-            return calibrate_by_ruler(robot.brick, self._before, self._await_ready, self._ask_number)
-        return calibrate(robot.brick, robot.camera, self._before, wanted.what, self._say, wanted.sheet_height_mm)
+            return calibrate_by_ruler(robot.brick, self._before, today, self._await_ready, self._ask_number)
+        return calibrate(robot.brick, robot.camera, self._before, wanted.what, today, self._say, wanted.sheet_height_mm)
 
     def _say(self, line: str) -> None:
         self._lines.append(line)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import datetime
 import math
 import os
 import sys
@@ -145,7 +146,7 @@ def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotF
 
     say: Callable[[str], None] = (lambda _: None) if args.json else print_line
     with open_robot(address, args.camera) as robot:
-        return calibrate(robot.brick, robot.camera, before, what, say, args.sheet_height_mm)
+        return calibrate(robot.brick, robot.camera, before, what, _today(), say, args.sheet_height_mm)
 
 
 def _colors(args: argparse.Namespace, address: Address, before: RobotFile, _what: list[str]) -> Outcome:
@@ -156,7 +157,7 @@ def _colors(args: argparse.Namespace, address: Address, before: RobotFile, _what
     if args.color:
         usual_shade(args.color)  # before a brick is opened
     with open_robot(address, args.camera) as robot:
-        return calibrate_color(robot.brick, robot.camera, before, args.color)
+        return calibrate_color(robot.brick, robot.camera, before, _today(), args.color)
 
 
 def _by_ruler(address: Address, before: RobotFile) -> Outcome:
@@ -164,7 +165,11 @@ def _by_ruler(address: Address, before: RobotFile) -> Outcome:
     from nxtdrive.tools.calibrate.ruler import calibrate_by_ruler
 
     with open_brick(address) as brick:
-        return calibrate_by_ruler(brick, before, _await_enter, _ask_number)
+        return calibrate_by_ruler(brick, before, _today(), _await_enter, _ask_number)
+
+
+def _today() -> datetime.date:
+    return datetime.datetime.now().astimezone().date()
 
 
 def _await_enter(instruction: str) -> None:
