@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -26,23 +27,37 @@ MIN_NEIGHBOURS = 3
 HITS_FOR_FULL_SCORE = 10
 """Overlapping hits from which on the score is 1; with fewer it is their share of these."""
 
+FACES = "haarcascade_frontalface_"
+"""The names of OpenCV's cascades for faces from the front begin with this."""
+
+
+class Confirmation(NamedTuple):
+    """How a cascade confirms the hits of another one.
+
+    Attributes:
+        scale_factor: Ratio of successive sizes.
+        neighbours: Overlapping hits that it takes.
+        rolls_deg: By how much the hit's surroundings are rolled; a face in one of them is enough.
+    """
+
+    scale_factor: float
+    neighbours: int
+    rolls_deg: tuple[float, ...] = (0.0,)
+
+
 CONFIRMED_BY = {
-    "haarcascade_frontalface_alt": "haarcascade_frontalface_default",
-    DEFAULT_CASCADE: "haarcascade_frontalface_default",
-    "haarcascade_frontalface_default": DEFAULT_CASCADE,
+    DEFAULT_CASCADE: Confirmation(1.05, 8),
+    "haarcascade_frontalface_default": Confirmation(1.05, 8),
+    "haarcascade_frontalface_alt_tree": Confirmation(1.02, 1, (0.0, 6.0, -6.0)),
 }
-"""Which other cascade must find a face, too: two that were trained apart rarely take the same pattern for one."""
+"""All others of these must confirm its hits: cascades that were trained apart rarely take the same pattern for a face.
+The last one rarely does at all, but misses rolled faces. Source: docs/vision.md 1.4."""
 
 CONFIRMED_PX = 56
-"""Width to which a hit is scaled for that; both cascades were trained at 20 and 24 pixels."""
+"""Width to which a hit is scaled for that; the cascades were trained at 20 and 24 pixels."""
 
 CONFIRMED_MARGIN = 0.6
 """What is shown around the hit on each side, as a share of its width."""
-
-CONFIRMED_SCALE_FACTOR = 1.05
-
-CONFIRMED_NEIGHBOURS = 8
-"""Source: docs/vision.md 1.4."""
 
 MAX_BYTES = 20 * MEGABYTE
 """OpenCV's largest cascade has a fifth of it."""
@@ -54,7 +69,7 @@ TRIAL = Path(__file__).with_name("cascade_trial.py")
 class HaarDetector:
     """Runs one cascade over the grey frame. The score grows with the number of overlapping hits.
 
-    What OpenCV's cascades for faces from the front find must be confirmed by another one.
+    What OpenCV's cascades for faces from the front find must be confirmed by others of them.
 
     Args:
         cascade: Name of a cascade that comes with OpenCV (``haarcascade_frontalface_alt2``) or the path of an XML file.
@@ -75,8 +90,12 @@ class HaarDetector:
         self._classifier = cv2.CascadeClassifier()
         if not (bundled or _works(path)) or not self._classifier.load(str(path)):
             raise ConfigError(f"{path} is not a cascade OpenCV can read.", remedy="Use an XML file of OpenCV 3 or 4.")
-        other = CONFIRMED_BY.get(path.stem) if bundled else None
-        self._confirming = cv2.CascadeClassifier(str(_find(other))) if other else None
+        others = CONFIRMED_BY if bundled and path.stem.startswith(FACES) else {}
+        self._confirming = [
+            (cv2.CascadeClassifier(str(_find(other))), confirmation)
+            for other, confirmation in others.items()
+            if other != path.stem
+        ]
 
     def detect(self, image: Image) -> list[Detection]:
         """Return all hits, best first."""
@@ -91,9 +110,7 @@ class HaarDetector:
         return [each for each in found if self._confirmed(gray, each.box)]
 
     def _confirmed(self, gray: Image, box: Box) -> bool:
-        """Return whether the other cascade finds a face there, too."""
-        if self._confirming is None:
-            return True
+        """Return whether the other cascades find a face there, too."""
         left, top, width, height = box
         x_margin, y_margin = round(CONFIRMED_MARGIN * width), round(CONFIRMED_MARGIN * height)
         around = gray[
@@ -101,10 +118,20 @@ class HaarDetector:
         ]
         scale = CONFIRMED_PX / width
         scaled = cv2.resize(around, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-        hits = self._confirming.detectMultiScale(
-            scaled, scaleFactor=CONFIRMED_SCALE_FACTOR, minNeighbors=CONFIRMED_NEIGHBOURS
+        return all(
+            any(_finds(cascade, _rolled(scaled, roll_deg), how) for roll_deg in how.rolls_deg)
+            for cascade, how in self._confirming
         )
-        return len(hits) > 0
+
+
+def _finds(cascade: cv2.CascadeClassifier, gray: cv2.typing.MatLike, how: Confirmation) -> bool:
+    return len(cascade.detectMultiScale(gray, scaleFactor=how.scale_factor, minNeighbors=how.neighbours)) > 0
+
+
+def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> cv2.typing.MatLike:
+    height, width = gray.shape
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), roll_deg, 1.0)
+    return cv2.warpAffine(gray, turn, (width, height), borderMode=cv2.BORDER_REPLICATE)
 
 
 def from_spec(spec: DetectorSpec) -> HaarDetector:

@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 import segno
+import skimage.data
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -231,6 +232,16 @@ def test_haar_does_not_take_a_logo_for_a_face_as_one_cascade_alone_does(height_p
     )
     alone = cv2.CascadeClassifier(str(next(file for file in _cascade_files() if file.stem == DEFAULT_CASCADE)))
     assert len(alone.detectMultiScale(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY))) == 1
+    assert HaarDetector().detect(frame) == []
+
+
+@pytest.mark.parametrize("height_px", [178, 196, 202, 214])
+def test_haar_takes_no_coin_for_a_face_as_two_cascades_do(height_px):
+    sheet = skimage.data.coins()[:300, :215]
+    frame = np.full((240, 320, 3), 90, np.uint8)
+    width_px = round(height_px * 215 / 300)
+    small = cv2.resize(sheet, (width_px, height_px), interpolation=cv2.INTER_AREA)
+    frame[5 : 5 + height_px, 10 : 10 + width_px] = small[..., None]
     assert HaarDetector().detect(frame) == []
 
 
