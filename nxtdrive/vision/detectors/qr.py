@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 
 import cv2
@@ -72,14 +73,17 @@ class QrDetector:
         return sorted((Detection(box_of(quad), 1.0, quad) for quad in quads), key=lambda each: -each.box[3])
 
     def codes(self, image: Image) -> list[tuple[str, Corners]]:
-        """Return the text and the corners of every code that can be read."""
+        """Return the text and the corners of every code that can be read, dark on light or light on dark."""
         gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        zoom = min(MAX_ZOOM, max(1.0, SEARCH_WIDTH / image.shape[1]))
+        return [*self._dark_codes(gray), *self._dark_codes(np.asarray(255 - gray, np.uint8))]
+
+    def _dark_codes(self, gray: Gray) -> Iterator[tuple[str, Corners]]:
+        zoom = min(MAX_ZOOM, max(1.0, SEARCH_WIDTH / gray.shape[1]))
         large = gray if zoom == 1 else cv2.resize(gray, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
         found, quads = self._finder.detectMulti(large)
-        corners = [(np.asarray(quad, np.float32) + 0.5) / zoom for quad in quads] if found else []
-        read = ((self._read(gray, each), each) for each in corners if np.ptp(each, axis=0).min() >= SMALLEST_PX)
-        return [(text, each) for text, each in read if text]
+        for corners in [(np.asarray(quad, np.float32) + 0.5) / zoom for quad in quads] if found else []:
+            if np.ptp(corners, axis=0).min() >= SMALLEST_PX and (text := self._read(gray, corners)):
+                yield text, corners
 
     def _read(self, gray: Gray, corners: Corners) -> str:
         """Return the text of the code with these corners, empty if it cannot be read."""

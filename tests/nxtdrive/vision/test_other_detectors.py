@@ -98,6 +98,12 @@ def test_the_nearer_of_two_equal_qr_codes_comes_first():
     assert heights[0] > 1.5 * heights[1]
 
 
+def test_qr_finds_a_code_that_is_light_on_dark():
+    frame = frame_with_codes(segno.make("kitchen", micro=False), segno.make("7", micro=False))
+    (found,) = QrDetector("7").detect(255 - frame)
+    assert found == QrDetector("7").detect(frame)[0]
+
+
 def test_qr_survives_a_code_that_opencv_cannot_decode():
     frame = frame_with_codes(segno.make("点茗", mode="hanzi", micro=False), segno.make("7", micro=False))
     assert len(QrDetector("7").detect(frame)) == 1
