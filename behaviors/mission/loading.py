@@ -190,6 +190,9 @@ def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
     if isinstance(adaptive, dict) and isinstance(name, str):
         try:
             adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
-        except (ValueError, KeyError) as error:
+        except InputFileError as error:
             del adaptive["chances"]
-            yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is not from nxtdrive chances: {error}"
+            yield f"adaptive.chances: {error}"
+        except (ValueError, KeyError):
+            del adaptive["chances"]
+            yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is not from nxtdrive chances --out"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +25,8 @@ DESCRIPTION = """\
 Count how often the choices of the adaptive profile succeeded in your runs, or in
 the missions of a sweep, and print it next to the chances that the profile had predicted. With
 --out, keep the counts in a file; a mission with chances = "FILE" in its table
-[adaptive] uses them in addition to those that come with nxtdrive. docs/adaptive.md
-explains both."""
+[adaptive] uses them in addition to those that come with nxtdrive. Runs that are in
+a file of counts already are not counted again. docs/adaptive.md explains both."""
 EXAMPLES = """\
   nxtdrive chances runs/*
   nxtdrive chances runs/* --out chances.json
@@ -56,19 +57,25 @@ def run(args: argparse.Namespace) -> int:
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
     earlier: list[Counts] = []
-    for path in args.run_paths:
-        if path.suffix == ".json" and path.is_file():
+    # counts first: they may have runs that are named, too
+    for path in sorted(args.run_paths, key=lambda each: not _has_counts(each)):
+        if _has_counts(path):
             kept, origins = _read_counts(path)
-            earlier.append(kept)
-            sources += origins
+            if not _counted(path, origins, sources):
+                earlier.append(kept)
+                sources += origins
             continue
-        whole = path.parent if path.name == JOURNAL else path
         if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:
             more, source = _read_sweep(path)
         else:
             more, source = _read_run(path), {}
-        found += more
-        sources.append({"name": whole.resolve().name, "choices": len(more), **source})
+        file = path / JOURNAL if path.is_dir() else path
+        whole = file.parent if file.name == JOURNAL else file
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+        source = {"name": whole.resolve().name, "choices": len(more), "sha256": digest, **source}
+        if not _counted(path, [source], sources):
+            found += more
+            sources.append(source)
     if not found and not earlier:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name some that had failures.")
     if found:
@@ -80,6 +87,19 @@ def run(args: argparse.Namespace) -> int:
         total, name = sum(map(sum, numbers.values())), toml_string(args.out.name)
         write_line(f"{args.out}: {total} choices; use them with chances = {name} in [adaptive]")
     return DONE
+
+
+def _has_counts(path: Path) -> bool:
+    return path.suffix == ".json" and path.is_file()
+
+
+def _counted(path: Path, more: list[dict[str, Any]], sources: list[dict[str, Any]]) -> bool:
+    """Return whether one of a file's sources was counted, and say so; files of older versions do not tell."""
+    known = {(str(each.get("name")), str(each["sha256"])) for each in sources if "sha256" in each}
+    again = [name for each in more if (name := str(each.get("name")), str(each.get("sha256"))) in known]
+    if again:
+        complain(f"{path} is not counted: {again[0]} is in the counts already.", sender="")
+    return bool(again)
 
 
 def _read_counts(path: Path) -> tuple[Counts, list[dict[str, Any]]]:
