@@ -15,6 +15,8 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
+from input_files.json_text import MAX_BYTES, parse_object
+from input_files.plain import read_text
 from nxtdrive.recording.output_file import write_file
 
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
@@ -32,26 +34,45 @@ def summary_path(out: Path) -> Path:
     return out.with_suffix(SUFFIX)
 
 
-def summary(swept: Swept, command: Sequence[str]) -> dict[str, Any]:
+def versions() -> dict[str, Any]:
+    """Return the versions that perform a sweep's missions here and now."""
+    nxtdrive = installed()
+    return {
+        "nxtdrive": nxtdrive.version,
+        "sources": nxtdrive.sources,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "opencv": cv2.__version__,
+        "pymunk": version("pymunk"),
+        "system": platform.platform(),
+    }
+
+
+def earlier_versions(path: Path) -> list[Any]:
+    """Return the other versions by which a resumed sweep was performed so far, as its summary says."""
+    try:
+        kept = parse_object(read_text(path, MAX_BYTES))
+    except ValueError:
+        return []
+    earlier = kept.get("earlier_versions")
+    found = [*(earlier if isinstance(earlier, list) else []), kept.get("versions")]
+    return [each for each in found if each not in (None, versions())]
+
+
+def summary(swept: Swept, command: Sequence[str], earlier: Sequence[Any] = ()) -> dict[str, Any]:
     """Summarise a sweep.
 
     Args:
         swept: Its results.
         command: The command that was given.
+        earlier: What `earlier_versions` returned before it was resumed.
     """
-    results, nxtdrive = swept.results, installed()
+    results = swept.results
     agents = by(results, "agent")
     return {
         "format": FORMAT,
-        "versions": {
-            "nxtdrive": nxtdrive.version,
-            "sources": nxtdrive.sources,
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "opencv": cv2.__version__,
-            "pymunk": version("pymunk"),
-            "system": platform.platform(),
-        },
+        "versions": versions(),
+        "earlier_versions": list(earlier),
         "command": list(command),
         "eyes": sorted(by(results, "eyes")),
         "seeds": {kind: sorted({result.seed for result in group}) for kind, group in by(results, "kind").items()},

@@ -13,7 +13,7 @@ from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE, USAGE
 from nxtdrive.cli.options import add_json_argument, writing
-from nxtdrive.cli.output import make_console, write_json, write_line
+from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import read_robot_file
     from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from nxtdrive.tools.sweep.summary_file import summary, summary_path, write_summary
+    from nxtdrive.tools.sweep.summary_file import earlier_versions, summary, summary_path, write_summary
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
     if args.map:
@@ -126,8 +126,11 @@ def run(args: argparse.Namespace) -> int:
         if os.path.lexists(path) and not args.resume:
             resumable = "Continue it with --resume" if out.is_file() else "Remove it"
             raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
+    earlier = earlier_versions(summary_path(out))
     swept = _sweep(tasks, out, args)
-    content = summary(swept, _command(tasks, args))
+    content = summary(swept, _command(tasks, args), earlier)
+    if earlier:
+        complain(f"other versions of nxtdrive or its libraries performed missions in {out}; the summary names them.")
     write_summary(summary_path(out), content)
     _tell(swept.results, swept.eval_s, args)
     if args.plot:

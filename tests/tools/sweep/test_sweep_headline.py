@@ -63,3 +63,20 @@ def test_a_sweep_leaves_a_summary_by_which_it_can_be_repeated(tmp_path, monkeypa
     assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
     assert main([*command[:-1], "b.jsonl"]) != 0
     assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_summary_names_the_versions_that_performed_its_missions(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["sweep", "--classes", "open", "--agents", "oracle", "--out", "a.jsonl", "--resume", "--seeds"]
+    assert main([*command, "100"]) == 0
+    first = json.loads((tmp_path / "a.summary.json").read_text())
+    assert first["earlier_versions"] == []
+    older = {**first["versions"], "sources": "of yesterday"}
+    (tmp_path / "a.summary.json").write_text(json.dumps({**first, "versions": older}))
+    capsys.readouterr()
+    for _ in range(2):
+        assert main([*command, "100-101"]) == 0
+        second = json.loads((tmp_path / "a.summary.json").read_text())
+        assert (second["versions"], second["earlier_versions"]) == (first["versions"], [older])
+        assert "other versions of nxtdrive or its libraries" in capsys.readouterr().err
