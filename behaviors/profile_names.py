@@ -15,8 +15,8 @@ PAST = "past"
 
 
 def installed_profiles() -> dict[str, EntryPoint]:
-    """Return the profiles that installed packages offer, by name."""
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
+    """Return the profiles that installed packages offer, by name; a built-in one keeps its name."""
+    return {entry.name: entry for entry in entry_points(group=GROUP) if entry.name not in BUILT_IN_PROFILES}
 
 
 def named_profiles() -> list[str]:

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from behaviors.mission import Mission, MissionError
-from behaviors.profile_names import PAST, profile_name
+from behaviors.profile_names import PAST, named_profiles, profile_name
 from behaviors.profiles import registry
+from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
 from nxtdrive.tools.sweep.task import Task, evaluate
@@ -34,11 +35,11 @@ def _folder(monkeypatch, tmp_path):
         sys.modules.pop(name, None)
 
 
-def _install(folder):
+def _install(folder, name="patient"):
     info = folder / "patient_profile-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: patient-profile\nVersion: 1.0\n", encoding="utf-8")
-    (info / "entry_points.txt").write_text("[nxtdrive.profiles]\npatient = patient:Patient\n", encoding="utf-8")
+    (info / "entry_points.txt").write_text(f"[nxtdrive.profiles]\n{name} = patient:Patient\n", encoding="utf-8")
     sys.path.insert(0, str(folder))
 
 
@@ -52,6 +53,12 @@ def test_an_installed_profile_is_found_by_its_name(tmp_path):
     _install(tmp_path)
     assert profile_name("patient") == "patient"
     assert find_profile("patient").__name__ == "Patient"
+
+
+def test_a_built_in_profile_keeps_its_name(tmp_path):
+    _install(tmp_path, "adaptive")
+    assert named_profiles() == ["thesis", "adaptive"]
+    assert find_profile("adaptive") is AdaptiveProfile
 
 
 @pytest.mark.parametrize(
