@@ -11,6 +11,7 @@ own have none.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -42,16 +43,16 @@ def _cells(kind: str, results: Sequence[MissionResult], plain: Sequence[MissionR
     if not results:
         return " | "
     found = figures(results)
-    success = f"{found['success'].mean:.2f} {_interval(found['success'])}"
-    if kind in EFFECTS and kind != PLAIN:
-        cost = difference([result.model_copy(update={"kind": PLAIN}) for result in results], plain)
-        success = f"{found['success'].mean:.2f}, {cost.mean:+.2f} {_interval(cost, '+')}"
+    success = f"{found['success'].mean:.2f}{_interval(found['success'])}"
+    cost = difference([result.model_copy(update={"kind": PLAIN}) for result in results], plain)
+    if kind in EFFECTS and kind != PLAIN and cost.number:
+        success = f"{found['success'].mean:.2f}, {cost.mean:+.2f}{_interval(cost, '+')}"
     wrong = sum(target.wrong_stops for result in results for target in result.targets) / len(results)
     return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}, {found['duration_s'].mean:.0f}"
 
 
 def _interval(estimate: Estimate, sign: str = "") -> str:
-    return f"[{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]"
+    return f" [{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]" if math.isfinite(estimate.low) else ""
 
 
 def main(path: Path) -> None:

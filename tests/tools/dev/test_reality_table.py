@@ -36,3 +36,11 @@ def test_a_profile_without_missions_leaves_its_cells_empty():
         [result("plain", 1, "thesis", True), result("plain", 1, "oracle", True), result("lens", 1, "thesis", True)]
     )
     assert "oracle" not in body["`lens`"]
+
+
+def test_without_the_same_rooms_in_plain_the_share_itself_has_the_interval():
+    plain = result("plain", 3, "thesis", True)
+    _, body = cells([plain, result("lens", 1, "thesis", True), result("lens", 2, "thesis", True)])
+    assert body["`lens`"][2] == "1.00 [0.34, 1.00]"
+    _, body = cells([plain, result("lens", 1, "thesis", True)])
+    assert body["`lens`"][2] == "1.00", "a single mission has no interval"
