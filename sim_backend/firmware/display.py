@@ -25,6 +25,8 @@ _LAST_COLUMN, _LAST_ROW = DISPLAY_WIDTH - 1, DISPLAY_HEIGHT - 1
 
 _TURN, FILL = 0x04, 0x20
 """Options of drawings."""
+COMBINATIONS = 0x3C
+"""Those that combine a drawing with the present picture, see `DisplayModule.combine`."""
 
 
 class DisplayModule:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from struct import Struct
 from typing import TYPE_CHECKING
 
 from sim_backend.firmware.cint import s16, s32
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 MOST_ARGUMENTS = 16
 """Largest number of arguments of a system call."""
+LONG = Struct("<i")
+"""A signed number of 32 bits."""
 PIXELS_PER_PART = 4
 """Pixels that are drawn in the time of a part of an array; see `Memory.spend`."""
 
@@ -62,6 +65,13 @@ class Call:
         """Return the numbers of an array or cluster."""
         parts = self._data.parts(Place(self.members[position]))
         return [int(self._data.get(part.entry, part.offset)) for part in parts]
+
+    def longs(self, position: int, count: int | None = None) -> list[int]:
+        """Return signed numbers of 32 bits, whatever the elements of an array are: as many as it has, or `count`."""
+        if count is None:
+            count = self._array(position).length if self.members[position] != NONE else 0
+        content = self.content(position, count * LONG.size).ljust(count * LONG.size, b"\0")
+        return [number for (number,) in LONG.iter_unpack(content)]
 
     def pair(self, position: int) -> tuple[int, int]:
         """Return two signed numbers, such as a point; those that a damaged program lacks are 0."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from firmware_protocol.status import Status
+from sim_backend.firmware.display import COMBINATIONS
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.pictures import DRAWN, draw_content
 
@@ -13,9 +14,6 @@ _CLEAR = 0x3
 
 _CLEARED = 1
 """Screen mode of firmware 1.32."""
-
-_COMBINATIONS = 0x3C
-"""Bits of the options that combine a drawing with the present picture."""
 
 
 def drawing(
@@ -26,7 +24,7 @@ def drawing(
     def run(call: Call) -> None:
         options = call.number(options_at)
         call.devices.display.begin(clear=bool(options & _CLEAR), spend=call.spend_pixels)
-        combined = combines and call.machine.dialect.enhanced_calls and options & _COMBINATIONS
+        combined = combines and call.machine.dialect.enhanced_calls and options & COMBINATIONS
         if combined:
             call.devices.display.collect()
         status = draw(call)
@@ -78,8 +76,7 @@ def _picture(call: Call) -> None:
         return
 
     def draw(call: Call) -> int:
-        display = call.devices.display
-        return status or draw_content(display, content, call.pair(1), call.numbers(3), enhanced=enhanced)
+        return status or draw_content(call, content)
 
     drawing(draw, 4, combines=False)(call)
 

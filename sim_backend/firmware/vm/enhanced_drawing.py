@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 
 from firmware_protocol.iomap import DISPLAY_HEIGHT, DISPLAY_WIDTH
 from firmware_protocol.status import Status
-from sim_backend.firmware.cint import divide, s16
-from sim_backend.firmware.display import FILL
+from sim_backend.firmware.cint import s16
 from sim_backend.firmware.font import CELL_WIDTH, glyph
 from sim_backend.firmware.vm.calls import Call, Function
 from sim_backend.firmware.vm.data import Place
 from sim_backend.firmware.vm.draw_calls import drawing
 from sim_backend.firmware.vm.pictures import draw_content
+from sim_backend.firmware.vm.shapes import draw_ellipse, draw_polygon
 
 _DRAWS, _ERASES, _TURNS = range(3)
 """Values of the display function's switch; others draw."""
@@ -22,67 +22,22 @@ _TEXT_LINE = 8
 
 def _picture_of_bytes(call: Call) -> int:
     """Draw a picture: status, point, its bytes, parameters, options."""
-    display, enhanced = call.devices.display, call.machine.dialect.enhanced_calls
-    return draw_content(display, call.content(2), call.pair(1), call.numbers(3), enhanced=enhanced)
+    return draw_content(call, call.content(2))
 
 
 def _polygon(call: Call) -> None:
     """Draw a closed polygon: status, points, options."""
-    data, display = call.machine.data, call.devices.display
+    data = call.machine.data
     corners = []
     for corner in data.parts(Place(call.members[1])):
         values = [int(data.get(part.entry, part.offset)) for part in data.parts(corner)]
         corners.append((s16(values[0]), s16(values[1])))
-    if call.number(2) & FILL:
-        for x, y in _inside(corners):
-            display.point(x, y)
-        return
-    for start, end in zip(corners, [*corners[1:], *corners[:1]], strict=True):
-        display.line(*start, *end)
-        display.combine_part(call.number(2))
-
-
-def _inside(corners: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    """Return the pixels of a filled polygon: those from edge to edge of each row between its lowest and highest one."""
-    heights = [y for _, y in corners]
-    for y in range(max(min(heights, default=0) + 1, 0), min(max(heights, default=0), DISPLAY_HEIGHT)):
-        crossings = sorted(
-            x + divide((y - start) * (end_x - x), end - start)
-            for (x, start), (end_x, end) in zip(corners, [*corners[-1:], *corners[:-1]], strict=True)
-            if min(start, end) < y <= max(start, end)
-        )
-        for left, right in zip(crossings[::2], crossings[1::2], strict=False):
-            yield from ((x, y) for x in range(max(left, 0), min(right + 1, DISPLAY_WIDTH)))
+    draw_polygon(call.devices.display, corners, call.number(2))
 
 
 def _ellipse(call: Call) -> None:
     """Draw an ellipse: status, centre, horizontal and vertical radius, options."""
-    x, y = call.pair(1)
-    for across, up in _quadrant(call.number(2) & 0xFF, call.number(3) & 0xFF):
-        for left in (x - across, x + across):
-            call.devices.display.point(left, y - up)
-            call.devices.display.point(left, y + up)
-
-
-def _quadrant(width: int, height: int) -> Iterator[tuple[int, int]]:
-    """Return a quarter of an ellipse by McIlroy's algorithm, from its top to its right end."""
-    x, y = 0, height
-    width_2, height_2 = width * width, height * height
-    lowest = -(width_2 // 4 + width % 2 + height_2)
-    right = -(height_2 // 4 + height % 2 + width_2)
-    flat = -(height_2 // 4 + height % 2)
-    error, change_x, change_y = -width_2 * y, 0, -2 * width_2 * y
-    while y >= 0 and x <= width:
-        yield x, y
-        level = error + height_2 * x <= lowest or error + width_2 * y <= flat
-        if level or error - width_2 * y <= right:
-            x += 1
-            change_x += 2 * height_2
-            error += change_x
-        if not level:
-            y -= 1
-            change_y += 2 * width_2
-            error += change_y
+    draw_ellipse(call.devices.display, *call.pair(1), call.number(2) & 0xFF, call.number(3) & 0xFF)
 
 
 def _display_function(call: Call) -> None:
