@@ -44,6 +44,7 @@ class FileRunner:
         self._known = (*states.KNOWN, states.LOG) if data_log else states.KNOWN
         self._file, self._run, self._has_page = registers.program_name, Run.TONE, False
         self._begun_ms = self._opened_ms = self._message_ends_ms = 0
+        self._hidden_ms: int | None = None
         self._steps, self._parts = b"", list[Marks]()
 
     @property
@@ -150,10 +151,22 @@ class FileRunner:
                 self._screen.mark(marks.MESSAGE)
                 self._begin_message(now_ms)
 
+    def follow_status(self, now_ms: int) -> None:
+        """Let passes without the status bar not count as time of the file's picture."""
+        if not self._registers.flags & UiFlag.ENABLE_STATUS:
+            self._hidden_ms = now_ms if self._hidden_ms is None else self._hidden_ms
+        elif self._hidden_ms is not None:
+            self._opened_ms += max(now_ms - max(self._hidden_ms, self._opened_ms), 0)
+            self._hidden_ms = None
+            if self._registers.runs_file and self._run is Run.PROGRAM:
+                self._registers.next_step_ms = now_ms
+
     def delay(self, passed_ms: int) -> None:
         """Let an interruption not count as time of the file: for its pictures, and the message about its end."""
         self._opened_ms += passed_ms
         self._message_ends_ms += passed_ms
+        if self._hidden_ms is not None:
+            self._hidden_ms += passed_ms
         if self._registers.runs_file and self._run is Run.PROGRAM:  # it may have ended
             self._registers.next_step_ms = self._clock.now_ms + 1
 

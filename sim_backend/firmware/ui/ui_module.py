@@ -205,6 +205,8 @@ class UiModule:
     def show_status(self, shown: bool) -> None:
         """Show the status bar and the firmware's own screen, or leave the screen to a program."""
         self.registers.put(UiFlag.ENABLE_STATUS, shown)
+        if shown:
+            self.registers.put(UiFlag.REDRAW_STATUS, True)
         self.wake()
 
     def press(self, pressed: int) -> None:
@@ -233,6 +235,7 @@ class UiModule:
         self._boot.end()
         self._follow_keys(now_ms)
         self._dialog.follow()
+        self._files.follow_status(now_ms)
         self._step(now_ms)
         if self._menu.logs.log.runs:
             self.sleep_timer.rest(now_ms)

@@ -35,7 +35,7 @@ CALL_TYPES: Mapping[int, str] = {
     16: "b.BI",
     17: "b..I",
     18: "b...I",
-    19: "bI",
+    19: "bB",
     20: "bBBBB",
     **dict.fromkeys((21, 22, 37, 38), "bB.B"),
     **dict.fromkeys((23, 39), "bBB"),
