@@ -107,13 +107,13 @@ class LinesOfSight:
 
         The middle half of the picture must be in the field of view.
         """
-        if not picture.present:
-            return False
-        eye, middle = (viewpoint.x_mm, viewpoint.y_mm), picture.at_mm
-        if math.dist(eye, middle) > VIEW_RANGE_MM:
-            return False
-        back = _bearing_deg(middle, eye)
-        if abs(wrapped_deg(back - picture.facing_deg)) > VIEW_ANGLE_DEG:
+        away_mm = math.dist((viewpoint.x_mm, viewpoint.y_mm), picture.at_mm)
+        return away_mm <= VIEW_RANGE_MM and self.shows(picture, viewpoint, VIEW_ANGLE_DEG)
+
+    def shows(self, picture: PictureObject, viewpoint: Viewpoint, most_deg: float = 90.0) -> bool:
+        """Return whether the front of a picture is in a camera's view, at most `most_deg` aslant, and not hidden."""
+        back = _bearing_deg(picture.at_mm, (viewpoint.x_mm, viewpoint.y_mm))
+        if not picture.present or abs(wrapped_deg(back - picture.facing_deg)) > most_deg:
             return False
         points, centre_mm = picture.edge_points(), picture.centre_height_mm
         return all(self.sees(point, centre_mm, picture.shapes, viewpoint) for point in points)

@@ -113,9 +113,8 @@ class GroundTruth:
         return float(obj.shapes[0].point_query((eye.x_mm, eye.y_mm)).distance)
 
     def in_front_of_camera(self, name: str) -> bool:
-        """Return whether the camera points at a picture, box or person and nothing hides it."""
-        obj = self._object(name)
-        return self._world.in_view(name) if isinstance(obj, PictureObject) else self._world.sees(obj)
+        """Return whether the camera points at a picture's front, a box or a person, and nothing hides it."""
+        return self._world.sees(self._object(name))
 
     def _object(self, name: str) -> PictureObject | BoxObject | PersonObject:
         objects = self._objects()

@@ -171,8 +171,10 @@ class World:
         """Return whether the robot's camera could see the picture now."""
         return self._sight.in_view(self.pictures[picture], self.viewpoint())
 
-    def sees(self, obj: BoxObject | PersonObject) -> bool:
-        """Return whether the middle of a box or person is in the robot's view and not hidden."""
+    def sees(self, obj: PictureObject | BoxObject | PersonObject) -> bool:
+        """Return whether a picture's front, or the middle of a box or person, is in the robot's view and not hidden."""
+        if isinstance(obj, PictureObject):
+            return self._sight.shows(obj, self.viewpoint())
         return obj.present and self._sight.sees(obj.at_mm, obj.height_mm / 2, obj.shapes, self.viewpoint())
 
     def robot_distance_mm(self, name: str) -> float:

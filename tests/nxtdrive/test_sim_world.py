@@ -92,6 +92,12 @@ def test_the_truth_names_what_there_is(sim_world, question):
         getattr(sim_world.truth, question)("nocrate")
 
 
+@pytest.mark.parametrize(("facing_deg", "front"), [(180, True), (250, True), (280, False), (0, False)])
+def test_the_camera_shows_the_front_of_a_picture_that_is_too_slanted_to_be_recognised(sim_world, facing_deg, front):
+    sim_world.put("lena", x_mm=1500, facing_deg=facing_deg)
+    assert sim_world.truth.in_front_of_camera("lena") is front
+
+
 def test_people_stand_walk_and_vanish(sim_world):
     sim_world.put_person("anna", x_mm=2000).walk("anna", x_mm=2000, y_mm=700, after_s=1)
     assert sim_world.truth.people == {"anna": (2000, 1500)}
