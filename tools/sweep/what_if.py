@@ -142,7 +142,7 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
         summary = parse_object(read_text(path / SUMMARY, MAX_BYTES))
         nxt, camera = Address.parse(str(summary["nxt"])), str(summary["camera"])
     except (ValueError, KeyError):
-        wrong = f"{path} has no complete {SUMMARY}, which says what robot it was."
+        wrong = f"{path} has no complete {SUMMARY}, which says what robot it was, as after a run that was killed."
         raise ConfigError(wrong, remedy=OTHER_RUN) from None
     if past.mission is None:
         raise ConfigError(f"{path} cannot be repeated: its mission is not recorded.", remedy=OTHER_RUN)
