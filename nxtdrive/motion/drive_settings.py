@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from firmware_protocol.errors import LocalProtocolError
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
@@ -37,6 +37,20 @@ class DriveSettings:
     lease_s: float = LEASE_S
 
 
+def usual_settings(wheel_diameter_mm: float, axle_track_mm: float) -> DriveSettings:
+    """Return the usual settings, slowed down to what wheels of these sizes allow."""
+    usual, (fastest_mm_s, fastest_deg_s) = DriveSettings(), _fastest(wheel_diameter_mm, axle_track_mm)
+    return replace(
+        usual, speed_mm_s=min(usual.speed_mm_s, fastest_mm_s), turn_deg_s=min(usual.turn_deg_s, fastest_deg_s)
+    )
+
+
+def _fastest(wheel_diameter_mm: float, axle_track_mm: float) -> tuple[float, float]:
+    """Return the highest speed in mm/s and the highest turn rate on the spot in deg/s."""
+    fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
+    return fastest_mm_s, math.degrees(2 * fastest_mm_s / axle_track_mm)
+
+
 def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings) -> None:
     """Check sizes and settings of a rover.
 
@@ -46,9 +60,9 @@ def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveS
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if not 0 < in_range(name, value, -math.inf, math.inf) < math.inf:
             raise LocalProtocolError(f"{name} must be positive and finite, not {value!r}.")
-    fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
+    fastest_mm_s, fastest_deg_s = _fastest(wheel_diameter_mm, axle_track_mm)
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
-    _check_setting("turn_deg_s", settings.turn_deg_s, math.degrees(2 * fastest_mm_s / axle_track_mm))
+    _check_setting("turn_deg_s", settings.turn_deg_s, fastest_deg_s)
     in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
     _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
     _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)

@@ -2,8 +2,10 @@
 
 import pytest
 
+from behaviors.mission.robot import RobotTable
 from behaviors.ports import SensorLost
-from nxtdrive.mission.body import MissionBody
+from nxtdrive.mission.body import MissionBody, build_rover
+from nxtdrive.motion.drive_settings import DriveSettings
 from nxtdrive.motion.rover import Rover
 from sim_backend.devices import UltrasonicSensor
 
@@ -63,3 +65,11 @@ def test_a_failed_sonar_that_is_trusted_again_is_still_failed(robot):
     robot.recover()
     assert robot.body.drive(100, 0) is None
     assert robot.heard == [("sonar", True), ("sonar", False)]
+
+
+@pytest.mark.parametrize("described", [{"wheel_diameter_mm": 24.0}, {"axle_track_mm": 500.0}, {}])
+def test_a_robot_with_small_wheels_or_a_wide_track_drives_as_fast_as_these_allow(lab, described):
+    rover = build_rover(lab().brick, RobotTable(touch=0, ultrasonic=0, **described))
+    assert rover.straight(100.0).distance_mm == pytest.approx(100.0, abs=5)
+    assert rover.turn(90.0).turned_deg == pytest.approx(90.0, abs=5)
+    assert (rover.settings == DriveSettings()) is (not described)
