@@ -90,22 +90,23 @@ def calibrate(
         CalibrationRefused: The measurement cannot be used; the error says what to do.
     """
     robot, new = before.robot, _Values(today)
+    wanted = _possible(what, robot)
     new.tables["calibration"] |= identified(brick, before)
-    if "motors" in what:
+    if "motors" in wanted:
         say("turning each wheel")
         robot, power = _motors(brick, camera, robot)
         directions = {"left_reversed": robot.left_reversed, "right_reversed": robot.right_reversed}
         new.add("motors", "robot", directions, {}, dead_zone_percent=float(power))
     course, found, remark = None, None, ""
-    if {"camera", "wheels", "sonar"} & set(what):
+    if {"camera", "wheels", "sonar"} & wanted:
         course = Course(brick, camera, build_rover(brick, robot), robot)
         settled_s = course.drive_all(say)
         say("computing")
         found = estimate(course.track, robot, before.camera, settled_s)
         own = {name: found.values[name] for name in (*CAMERA_KEYS, *WHEEL_KEYS)}
         check(found, camera.size[0], misfit_px(course.track, own, found.values))
-        _add(new, what, found, sheet_height_mm)
-        remark = _add_sonar(new, course.track, found) if "sonar" in what else ""
+        _add(new, wanted, found, sheet_height_mm)
+        remark = _add_sonar(new, course.track, found) if "sonar" in wanted else ""
     file = described(before, new.tables)
     lines = list(new.lines(before, file))
     if course is None or found is None:
@@ -114,6 +115,18 @@ def calibrate(
         misfit_px(course.track, believed_values(each.robot, each.camera), found.values) for each in (before, file)
     )
     return Outcome(file, lines, (earlier_px, now_px), found.views, remark)
+
+
+def _possible(what: Collection[str], robot: RobotTable) -> set[str]:
+    """Return what of that this robot has.
+
+    Raises:
+        CalibrationRefused: Only the sonar is wanted, and it has none.
+    """
+    possible = set(what) if robot.ultrasonic else set(what) - {"sonar"}
+    if not possible:
+        raise CalibrationRefused("the robot has no sonar: ultrasonic is 0.", remedy="Write its port into [robot].")
+    return possible
 
 
 def identified(brick: Brick, before: RobotFile) -> dict[str, object]:

@@ -223,6 +223,14 @@ def test_a_sonar_that_does_not_answer_is_left_out(here, capsys, what, code):
         assert not (here / "robot.toml").exists()
 
 
+def test_a_robot_without_a_sonar_is_not_driven_to_calibrate_it(here, capsys):
+    (here / "robot.toml").write_text("[robot]\nultrasonic = 0\n")
+    assert main(["calibrate", "sonar"]) == NOT_ACHIEVED
+    said = capsys.readouterr()
+    assert "ultrasonic is 0" in said.err
+    assert not said.out
+
+
 @pytest.mark.slow
 def test_a_robot_without_bumper_whose_sonar_does_not_answer_does_not_drive(here, capsys):
     (here / "robot.toml").write_text("[robot]\ntouch = 0\n")
