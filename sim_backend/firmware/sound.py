@@ -12,17 +12,13 @@ from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name, unpack_name
 from sim_backend.firmware.module import NEVER, Clock
+from sim_backend.firmware.waves import QUEUED, Waves, period_ms
 
 MAX_VOLUME = 4
 
-_CLOCK_HZ = 48_054_850
-_WAVE_CLOCKS, _SAMPLE_CLOCKS = 1024, 512
-"""Clocks per wave of a tone and per sample of a file, times the divider of the clock."""
+_SAMPLE_CLOCKS = 512
+"""Clocks per sample of a file, times the divider of the clock."""
 
-_LOWEST_HZ, _HIGHEST_HZ, _REST_HZ = 220, 14_080, 1000
-"""Range of tones, and the frequency of a rest (0 Hz)."""
-
-_SHORTEST_MS = 10
 _SLOWEST, _FASTEST = 2000, 16_000
 """Range of sample rates."""
 
@@ -31,9 +27,6 @@ _BUFFER = 64
 
 _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
-
-_QUEUED = 2
-"""Buffers or waves that still play when the firmware has handed over the last one and considers the sound ended."""
 
 _AHEAD_MS = 1.2
 """Time by which the loudspeaker ends a file before the end of a pass: its start and end are within passes."""
@@ -98,10 +91,12 @@ class SoundModule:
         self.tone: Tone | None = None
         self.from_file = self._sounds = False
         self._ends_ms = self._next_ms = 0
-        self._wave_ms = self._waves_begin_ms = self._waves_end_ms = 0.0
-        self._byte_ms = self._sample_ms = _period_ms(_SAMPLE_CLOCKS, _SLOWEST)
+        self._waves = Waves()
+        self._byte_ms = self._sample_ms = period_ms(_SAMPLE_CLOCKS, _SLOWEST)
         self._from_ms = self._sample_rest_ms = 0.0
         self._queue: list[float] = []
+        self._places: list[float] = []
+        self._queued_sample_ms = 0.0
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
         self._is_melody = True  # pieces are samples only after the header of a file has said so
         self._plays_buffer = self._begins_again = False
@@ -238,12 +233,13 @@ class SoundModule:
             return
         if kind != _MELODY:
             rate, self.sample_rate = self.sample_rate or rate, 0
-        self._sample_ms = _period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
+        self._sample_ms = period_ms(_SAMPLE_CLOCKS, min(max(rate, _SLOWEST), _FASTEST))
         self._byte_ms = self._sample_ms * (2 if kind == _COMPRESSED else 1)
         self._begin(SoundState.FILE)
-        self._from_ms = begins_ms + max(self._rest_of_wave(begins_ms), self._sample_rest_ms)
+        self._from_ms = begins_ms + max(self._waves.rest_ms(begins_ms), self._sample_rest_ms)
         self._store(self._loader.read(handle, _BUFFER)[1])
-        self._ends_ms = max([begins_ms, *map(ceil, self._queue)]) if self._is_melody else begins_ms
+        samples_end_ms = self._queue[-1] - self._queued_sample_ms if self._is_melody and self._queue else 0.0
+        self._ends_ms = max(begins_ms, ceil(samples_end_ms))
 
     def _go_on(self, before: SoundState, now_ms: int, *, closes: bool) -> None:
         """Continue with the sound before a file that is not a sound file: a tone has ended, the ring is played.
@@ -283,16 +279,18 @@ class SoundModule:
         self._ends_ms = max(now_ms + 1, ceil(self._place_ms))
 
     def _queue_buffer(self, now_ms: int) -> None:
-        begins_ms = max([now_ms, self._from_ms, *self._queue])
+        slower_ms = QUEUED * (self._sample_ms - self._queued_sample_ms)  # the last samples have the new rate already
+        begins_ms = max([now_ms, self._from_ms, *(end_ms + slower_ms for end_ms in self._queue[-1:])])
         ends_ms = begins_ms + len(self._buffers[self._played]) * self._byte_ms
-        self._queue = [*self._queue, ends_ms][-_QUEUED:]
+        self._queue, self._queued_sample_ms = [*self._queue, ends_ms][-QUEUED:], self._sample_ms
+        self._places = [*self._places, ends_ms - QUEUED * self._sample_ms][-QUEUED:]
         self.from_file = True
         self._played = (self._played + 1) % _BUFFERS
 
     @property
     def _place_ms(self) -> float:
         """When the queue has a place."""
-        return self._queue[0] - _QUEUED * self._sample_ms if len(self._queue) == _QUEUED else 0.0
+        return self._places[0] if len(self._queue) == QUEUED else 0.0
 
     def _read_buffer(self) -> bool:
         """Fill a buffer of the ring; at the end of the file, or if its handle was closed, a loop opens it again."""
@@ -333,6 +331,9 @@ class SoundModule:
         while not self._notes:
             if self._plays_buffer:
                 self._played, self._plays_buffer = (self._played + 1) % _BUFFERS, False
+                if self._read != self._played:  # one that waits in the ring begins in the next pass
+                    self._ends_ms = now_ms + 1
+                    return
             if self._read == self._played:
                 if not self._read_buffer():
                     self._silence()
@@ -343,24 +344,12 @@ class SoundModule:
             self._plays_buffer, data = True, self._buffers[self._played]
             self._notes = list(_NOTE.iter_unpack(data[: len(data) // _NOTE.size * _NOTE.size]))
         frequency_hz, duration_ms = self._notes.pop(0)
-        self._play_waves(frequency_hz, duration_ms, now_ms)
+        follows_samples = self._queue and now_ms < self._queue[-1]
+        self._play_waves(frequency_hz, duration_ms, now_ms, self._queued_sample_ms if follows_samples else 0.0)
 
     def _play_waves(self, frequency_hz: int, duration_ms: int, now_ms: int, rest_ms: float = 0.0) -> None:
-        """Play a tone; it begins when the wave that is on the loudspeaker ends.
-
-        Tones of more than a hundred waves or so are longer than commanded, as the divider of the clock is rounded up.
-        """
-        hertz = min(max(frequency_hz, _LOWEST_HZ), _HIGHEST_HZ) if frequency_hz else _REST_HZ
-        waits_ms = max(rest_ms, self._rest_of_wave(now_ms))
-        waves = hertz * max(duration_ms, _SHORTEST_MS) // 1000 - _QUEUED - _QUEUED * hertz // 1000
-        self._wave_ms = _period_ms(_WAVE_CLOCKS, hertz)
-        self._waves_begin_ms = now_ms + waits_ms
-        self._waves_end_ms = self._waves_begin_ms + (waves + 1) * self._wave_ms
-        self._ends_ms = self._next_ms = max(now_ms + 1, ceil(self._waves_end_ms - self._wave_ms))
-
-    def _rest_of_wave(self, now_ms: int) -> float:
-        """Return how long the wave that is on the loudspeaker still takes."""
-        return self._wave_ms - (now_ms - self._waves_begin_ms) % self._wave_ms if now_ms < self._waves_end_ms else 0.0
+        """Play a tone, after the rest of a sample or of another tone's wave."""
+        self._ends_ms = self._next_ms = self._waves.begin(frequency_hz, duration_ms, now_ms, rest_ms)
 
     def _rest_of_sample(self, now_ms: int) -> float:
         """Return how long the sample of a file that is on the loudspeaker still takes."""
@@ -370,7 +359,7 @@ class SoundModule:
     def _silence(self) -> None:
         """End the sound for the firmware; waves that were handed over still play."""
         if self.state == SoundState.STOP or (self.state == SoundState.FILE and not self._is_melody):
-            self._waves_end_ms = 0.0
+            self._waves.stop()
         self._end()
         self._close_file()
 
@@ -388,8 +377,3 @@ class SoundModule:
         if self._handle is not None:
             self._loader.close(self._handle)
             self._handle = None
-
-
-def _period_ms(clocks: int, hertz: int) -> float:
-    """Return the milliseconds of a wave or sample; the divider of the clock is an integer, rounded up."""
-    return ceil(_CLOCK_HZ / clocks / hertz) * clocks * 1000 / _CLOCK_HZ
