@@ -122,9 +122,10 @@ class Comm:
         channel = self._channel
         channel.limits, channel.inbox, channel.outbox = self._limits, self._buffers, self.outbox
         channel.follows_port = not self._limits.streams
-        result = self._handlers[command](command.decode(data))
-        channel.follows_port = False
-        return result
+        try:
+            return self._handlers[command](command.decode(data))
+        finally:
+            channel.follows_port = False
 
     def _short_write(self, length: int) -> bytes:
         """Return a Write without a handle: the size of its data, its length less that of the header, has 16 bits.

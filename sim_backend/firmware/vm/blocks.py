@@ -27,13 +27,13 @@ from sim_backend.firmware.vm.operands import Operands
 
 LONGEST = 20
 """Largest number of instructions of one path through a block."""
-_MOST = 40
+_MOST_INSTRUCTIONS = 40
 """Largest number of instructions of a block: each path repeats those that it shares with others."""
 
 OFTEN = 50
 """Number of runs after which a block is compiled."""
 
-_POWERS = 64
+_KEPT_EFFECTS = 64
 """Number of effects of repeated loops that are kept; most loops have few, as passes have equally many instructions."""
 
 FAILURES = (ProgramError, OutOfMemory, struct.error, LookupError, ArithmeticError, ValueError, RecursionError)
@@ -93,12 +93,12 @@ class Block:
         return following, left
 
     def _compile(self) -> None:
-        tree = _Tree(self._start, self._end, self._compiler)
+        tree = _PathTree(self._start, self._end, self._compiler)
         self.quick, self.exact = self._compiler.function(tree.lines), self._first_exact
         self.longest, self.plain, self.calculates = tree.longest, tree.plain, tree.calculates
 
     def _first_exact(self, left: int) -> tuple[int, int]:
-        self.exact = self._compiler.function(_Tree(self._start, self._end, self._compiler, exact=True).lines)
+        self.exact = self._compiler.function(_PathTree(self._start, self._end, self._compiler, exact=True).lines)
         return self.exact(left)
 
 
@@ -236,7 +236,7 @@ class Compiler:
         return function
 
 
-class _Tree:
+class _PathTree:
     """The paths from one instruction on, as a function in Python.
 
     Attributes:
@@ -249,7 +249,7 @@ class _Tree:
         self._start, self._end, self._compiler, self._exact = start, end, compiler, exact
         self.longest, self.plain, self.calculates = 1, True, True
         self._loops = self._watches = False
-        body = self._branch(start, _Path(), _MOST)
+        body = self._branch(start, _Path(), _MOST_INSTRUCTIONS)
         if self._loops:
             body = [f"while left >= {self.longest}:", *_indented(body), f"return {start}, left"]
         if self._watches:
@@ -347,7 +347,7 @@ class _Tree:
         repeated = linear(statements)
         if repeated is None:
             return None
-        powers = self._compiler.operands.function(f"powers_{self._start}", lru_cache(_POWERS)(repeated.powers))
+        powers = self._compiler.operands.function(f"powers_{self._start}", lru_cache(_KEPT_EFFECTS)(repeated.powers))
         return [f"{repeated.factors} = {powers}(times)", repeated.statement]
 
     def _grows(self, path: _Path) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 NO_CLUMP = 0xFF
 """Stands for no clump."""
 
-_MOST = 0x100
+_CLUMPS = 0x100
 """Number of possible clumps; a longer queue is a circle, in which the firmware hangs."""
 
 
@@ -53,7 +53,7 @@ class ClumpQueue:
     def __iter__(self) -> Iterator[int]:
         """Follow the links; the clump that was returned may leave the queue."""
         number = self.first
-        for _ in range(_MOST):
+        for _ in range(_CLUMPS):
             if number == NO_CLUMP:
                 return
             following = self._pool[self._link_at(number)]

@@ -199,9 +199,9 @@ def _radio_switch(call: Call) -> None:
 def _radio_connection(call: Call) -> None:
     """Connect to a brick, or end a connection: result, action, name, connection. No other brick is in reach."""
     if not _radio_is_busy(call):
-        nobody = not call.text(2) and 0 < call.number(3) < CONNECTIONS
+        has_no_name = not call.text(2) and 0 < call.number(3) < CONNECTIONS
         failure = Status.BLUETOOTH_CONNECT_FAILED << 8 if call.machine.dialect.enhanced_calls else 0
-        call.put(0, 1 if nobody or not call.number(1) else failure)
+        call.put(0, 1 if has_no_name or not call.number(1) else failure)
 
 
 def _radio_is_busy(call: Call) -> bool:

@@ -29,7 +29,7 @@ _PAST_INTEGER = re.compile(rb"\D*\d+")
 """Pattern of the number when the firmware looks for its end, from where the reading began."""
 
 _MIN_S32, _MAX_S32 = -(1 << 31), (1 << 31) - 1
-_MOST = 0xFFFF
+_MAX_U16 = 0xFFFF
 _FIXED_LIMIT = 16
 """Largest number of characters of a float with a fixed number of decimals."""
 
@@ -157,14 +157,14 @@ def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
     def cut(first: int, wanted: int) -> None:
         at, size = find()
         if not size:  # its length less 1 is 65535; the bytes are undefined
-            put(bytes(min(wanted, _MOST - first) + 1 & _MOST))
+            put(bytes(min(wanted, _MAX_U16 - first) + 1 & _MAX_U16))
             return
         begin, end = at + first, at + size - 1
         put(pool[begin : end if end - begin < wanted else begin + wanted] + b"\0")
 
     first, wanted = (
         ("0" if index == NONE else f"{operands.integer(index)} & 65535"),
-        (str(_MOST) if length == NONE else f"{operands.integer(length)} & 65535"),
+        (str(_MAX_U16) if length == NONE else f"{operands.integer(length)} & 65535"),
     )
     name = operands.function(f"cut_{instruction.at}", cut)
     return Effect((f"{name}({first}, {wanted})",), Ports.NOTHING, takes_time=True)
