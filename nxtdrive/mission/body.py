@@ -141,7 +141,7 @@ class MissionBody:
 
     def can_drive_forward(self) -> bool:
         """Return whether a safety sensor is left, or the robot has none at all."""
-        return not self._safety_sensors or not self._safety_sensors <= self._lost.keys()
+        return not self._safety_sensors or not self._safety_sensors <= self.lost.keys()
 
     def on_sensor_change(self, listener: SensorListener) -> Callable[[], None]:
         """Call `listener` when a sensor fails and when it answers again, until the returned function is called.
@@ -152,29 +152,29 @@ class MissionBody:
         return lambda: self._listeners.remove(listener)
 
     @property
-    def _lost(self) -> dict[str, str]:
+    def lost(self) -> dict[str, str]:
         """The sensors that the safety stop does without, each with the reason."""
         return self._distrusted | self._failed
 
     @property
     def _speed_share(self) -> float:
-        return REDUCED_SPEED if self._safety_sensors & self._lost.keys() else 1.0
+        return REDUCED_SPEED if self._safety_sensors & self.lost.keys() else 1.0
 
     def _check_safety(self, forward: float) -> None:
         if forward > 0 and not self.can_drive_forward():
-            raise SensorLost("; ".join(f"{sensor}: {error}" for sensor, error in sorted(self._lost.items())))
+            raise SensorLost("; ".join(f"{sensor}: {error}" for sensor, error in sorted(self.lost.items())))
 
     def _sensor_changed(self, sensor: str, error: str) -> None:
         self._set(self._failed, sensor, error)
 
     def _set(self, reasons: dict[str, str], sensor: str, reason: str) -> None:
         """Add a reason to do without a sensor, or with an empty one remove it."""
-        was_lost = sensor in self._lost
+        was_lost = sensor in self.lost
         if reason:
             reasons[sensor] = reason
         else:
             reasons.pop(sensor, None)
-        if (sensor in self._lost) is not was_lost:
+        if (sensor in self.lost) is not was_lost:
             for listener in tuple(self._listeners):
                 listener(sensor, reason)
 
@@ -199,6 +199,10 @@ def build_rover(brick: Brick, robot: RobotTable) -> Rover:
 
 def build_body(brick: Brick, mission: Mission) -> MissionBody:
     """Return the robot that a mission describes, as the mission's port."""
-    robot = mission.robot
+    return MissionBody(build_rover(brick, mission.robot), safety_sensors(mission.robot))
+
+
+def safety_sensors(robot: RobotTable) -> list[str]:
+    """Return which sensors of the safety stop a robot has, as `MissionBody` takes them."""
     has = {"sonar": robot.ultrasonic, "bumper": robot.touch}
-    return MissionBody(build_rover(brick, robot), [sensor for sensor, port in has.items() if port])
+    return [sensor for sensor, port in has.items() if port]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from behaviors.ports import StopReason
 from firmware_protocol.errors import NXTError
+from nxtdrive.mission.body import MissionBody, safety_sensors
 from nxtdrive.motion.outputs import sample
 from nxtdrive.motion.wheel_geometry import motor_signs
 from nxtdrive.ports import output_port
@@ -76,9 +77,7 @@ class Course:
         self._ports = output_port(robot.left), output_port(robot.right)
         self._signs = motor_signs((robot.left_reversed, robot.right_reversed))
         self._sonar = bool(robot.ultrasonic)
-        self._lost: dict[str, str] = {}
-        self._safety = {sensor for sensor, port in (("sonar", robot.ultrasonic), ("bumper", robot.touch)) if port}
-        rover.on_sensor_change(self._sensor_changed)
+        self._body = MissionBody(rover, safety_sensors(robot))  # does without sensors that do not answer
         self.track = Track(camera.size)
         self._blocked = False
         self._lacking = 0
@@ -224,16 +223,10 @@ class Course:
             if self._brick.now() >= end_s:
                 return seen
 
-    def _sensor_changed(self, sensor: str, error: str) -> None:
-        """Do without a sensor that does not answer; without an error it answers again."""
-        self._lost[sensor] = error
-        if not error:
-            del self._lost[sensor]
-
     def _step(self, speed_mm_s: float, turn_deg_s: float) -> Seen:
-        if speed_mm_s > 0 and self._safety and self._safety <= self._lost.keys():
+        if speed_mm_s > 0 and not self._body.can_drive_forward():
             raise CalibrationRefused(
-                f"the robot cannot notice obstacles: {'; '.join(self._lost.values())}",
+                f"the robot cannot notice obstacles: {'; '.join(self._body.lost.values())}",
                 remedy="Check the cables and ports. Of a sensor that it does not have, the port in [robot] is 0.",
             )
         objection = self._rover.drive(speed_mm_s, turn_deg_s)
