@@ -188,11 +188,10 @@ def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:
     adaptive = table.get("adaptive")
     name = adaptive.get("chances") if isinstance(adaptive, dict) else None
     if isinstance(adaptive, dict) and isinstance(name, str):
+        del adaptive["chances"]
         try:
             adaptive["chances"] = parse_object(read_text(folder / name, MEGABYTE))["counts"]
         except InputFileError as error:
-            del adaptive["chances"]
             yield f"adaptive.chances: {error}"
         except (ValueError, KeyError):
-            del adaptive["chances"]
             yield f"adaptive.chances: {excerpt(name)}, beside the mission file, is not from nxtdrive chances --out"

@@ -44,9 +44,10 @@ def _cells(kind: str, results: Sequence[MissionResult], plain: Sequence[MissionR
         return " | "
     found = figures(results)
     success = f"{found['success'].mean:.2f}{_interval(found['success'])}"
-    cost = difference([result.model_copy(update={"kind": PLAIN}) for result in results], plain)
-    if kind in EFFECTS and kind != PLAIN and cost.number:
-        success = f"{found['success'].mean:.2f}, {cost.mean:+.2f}{_interval(cost, '+')}"
+    if kind in EFFECTS and kind != PLAIN:
+        cost = difference([result.model_copy(update={"kind": PLAIN}) for result in results], plain)
+        if cost.number:
+            success = f"{found['success'].mean:.2f}, {cost.mean:+.2f}{_interval(cost, '+')}"
     wrong = sum(target.wrong_stops for result in results for target in result.targets) / len(results)
     return f"{success} | {wrong:.1f}, {found['contacts'].mean:.1f}, {found['duration_s'].mean:.0f}"
 

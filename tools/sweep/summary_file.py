@@ -54,9 +54,9 @@ def earlier_versions(path: Path) -> list[Any]:
         kept = parse_object(read_text(path, MAX_BYTES))
     except ValueError:
         return []
-    earlier = kept.get("earlier_versions")
+    earlier, now = kept.get("earlier_versions"), versions()
     found = [*(earlier if isinstance(earlier, list) else []), kept.get("versions")]
-    return [each for each in found if each not in (None, versions())]
+    return [each for each in found if each not in (None, now)]
 
 
 def summary(swept: Swept, command: Sequence[str], earlier: Sequence[Any] = ()) -> dict[str, Any]:

@@ -129,6 +129,8 @@ def _finds(cascade: cv2.CascadeClassifier, gray: cv2.typing.MatLike, how: Confir
 
 
 def _rolled(gray: cv2.typing.MatLike, roll_deg: float) -> cv2.typing.MatLike:
+    if not roll_deg:
+        return gray
     height, width = gray.shape
     turn = cv2.getRotationMatrix2D((width / 2, height / 2), roll_deg, 1.0)
     return cv2.warpAffine(gray, turn, (width, height), borderMode=cv2.BORDER_REPLICATE)

@@ -130,7 +130,7 @@ class InputModule:
                 if self._version.absent_color is not None:
                     port.scaled = self._version.absent_color
             port.configure(self._settling(port), self._pins(port.type))
-        elif lacks_color_sensor and port.type in (*COLOR_TYPES, COLOR_EXIT):
+        elif lacks_color_sensor and (port.type in COLOR_TYPES or port.type == COLOR_EXIT):
             port.await_color_sensor(passes, invalidates=self._version.absent_color is None)
         else:
             port.settle(passes)

@@ -1,4 +1,4 @@
-// What pages have in common: the notice, and the connection to the server, and STOP.
+// What pages have in common: the notice, the connection to the server, and STOP.
 
 import { Connection } from "./connection.js";
 
