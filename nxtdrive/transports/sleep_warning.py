@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
+from typing import NamedTuple
 
 try:
     from resource import RUSAGE_THREAD, getrusage
@@ -21,10 +22,35 @@ WARNED_S = 0.25
 """Total sleep at which to warn."""
 
 
-class SleepWarning:
-    """Warns once of `time.sleep` in a simulation, where only `Brick.sleep` lets time pass."""
+class Usage(NamedTuple):
+    """What a program has used so far."""
 
-    def __init__(self) -> None:
+    wall_s: float
+    """Wall clock, seconds."""
+    busy_s: float
+    """Processor time of the whole process, seconds."""
+    waits: int
+    """How often this thread has waited."""
+    preempted: int
+    """How often another thread or process has taken this thread's processor."""
+
+
+def _usage() -> Usage:
+    if getrusage is None:
+        return Usage(0.0, 0.0, 0, 0)
+    thread = getrusage(RUSAGE_THREAD)
+    return Usage(time.monotonic(), time.process_time(), thread.ru_nvcsw, thread.ru_nivcsw)
+
+
+class SleepWarning:
+    """Warns once of `time.sleep` in a simulation, where only `Brick.sleep` lets time pass.
+
+    Args:
+        usage: What the program has used so far.
+    """
+
+    def __init__(self, usage: Callable[[], Usage] = _usage) -> None:
+        self._usage = usage
         self._slept_s = 0.0
         self._done = False
         self.leave()
@@ -32,13 +58,13 @@ class SleepWarning:
     def leave(self) -> None:
         """Note that the simulation returns to the program."""
         if not self._done:
-            self._left = _usage()
+            self._left = self._usage()
 
     def enter(self, moving: Callable[[], bool]) -> None:
         """Note that the program calls the simulation again; `moving` is whether motors turn."""
         if self._done:
             return
-        wall_s, busy_s, waits, preempted = (now - then for now, then in zip(_usage(), self._left, strict=True))
+        wall_s, busy_s, waits, preempted = (now - then for now, then in zip(self._usage(), self._left, strict=True))
         slept = wall_s >= BLOCKED_S and busy_s < BUSY_SHARE * wall_s and 0 < waits <= WAITS and not preempted
         if not slept or not moving():
             return
@@ -50,11 +76,3 @@ class SleepWarning:
                 "use brick.sleep() instead of time.sleep(), or sim://?pace=realtime.",
                 stacklevel=2,
             )
-
-
-def _usage() -> tuple[float, float, int, int]:
-    """Return wall clock, processor time of the process, and how often this thread has waited and was preempted."""
-    if getrusage is None:
-        return 0.0, 0.0, 0, 0
-    thread = getrusage(RUSAGE_THREAD)
-    return time.monotonic(), time.process_time(), thread.ru_nvcsw, thread.ru_nivcsw

@@ -1,8 +1,5 @@
 """The Python interface: where names are, one object per port, clear errors."""
 
-import threading
-import warnings
-
 import pytest
 
 import nxtdrive
@@ -11,9 +8,7 @@ from nxtdrive import MotionResult, Pose, StopReason, open_brick
 from nxtdrive.brick import Brick
 from nxtdrive.motion.rover import Rover
 from nxtdrive.transports.base import WallClock
-from nxtdrive.transports.sim import SimTransport
 from nxtdrive.vision.sources import open_camera
-from sim_backend.simulation import Simulation
 
 PUBLIC_NAMES = 25
 
@@ -156,40 +151,6 @@ class _Button:
 
     def raw(self, *_):
         return 200 if self.down[0] else 1023
-
-
-def _rest():
-    threading.Event().wait(0.15)
-
-
-@pytest.mark.slow
-def test_sleeping_on_the_wall_clock_is_warned_of_once_while_the_robot_moves(lab):
-    with lab().brick as brick:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            for _ in range(3):
-                _rest()
-                assert brick.battery_v, "the robot stands"
-        brick.motor("A").run(300)
-        brick.sleep(0.5)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            for _ in range(5):
-                _rest()
-                assert brick.battery_v
-        (warning,) = caught
-        assert "use brick.sleep() instead of time.sleep()" in str(warning.message)
-
-
-@pytest.mark.slow
-def test_without_warnings_of_sleep_there_are_none_after_a_reconnection_either():
-    with Brick(SimTransport(Simulation("open"), warn_of_sleep=False).reopen()) as brick, warnings.catch_warnings():
-        warnings.simplefilter("error")
-        brick.motor("A").run(300)
-        brick.sleep(0.5)
-        for _ in range(5):
-            _rest()
-            assert brick.battery_v
 
 
 @pytest.mark.slow
