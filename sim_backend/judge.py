@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim_backend.plane import on_map
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.scenarios.room_builder import obstacles
 from sim_backend.simulation import Simulation
@@ -49,9 +50,7 @@ def stop_counts(pose: TruePose, scene: Scene, target: str) -> bool:
     goal = scene.goals.get(target)
     if goal is None:
         return False
-    heading = math.radians(pose.heading_deg)
-    forward = (CAMERA_FORWARD_MM * math.cos(heading), CAMERA_FORWARD_MM * math.sin(heading))
-    eye = np.array([[pose.x_mm + forward[0], pose.y_mm + forward[1]]])
+    eye = np.array([on_map((pose.x_mm, pose.y_mm), math.radians(pose.heading_deg), CAMERA_FORWARD_MM, 0.0)])
     return bool(goal.covers(eye)[0] and scene.plan.sees(eye, CAMERA_HEIGHT_MM, goal)[0])
 
 

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from sim_backend.camera.geometric_floor import GeometricFloor
 from sim_backend.camera.optics import PINHOLE_OPTICS, Optics
 from sim_backend.camera.projection import Pinhole
-from sim_backend.camera.scene import NEAR_MM, Length, Panel, Viewpoint, in_camera_frame, in_level_frame
+from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_camera_frame, in_level_frame
+from sim_backend.plane import Length
 
 Point = tuple[float, float, float]
 Points = NDArray[np.float64]

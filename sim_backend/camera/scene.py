@@ -14,18 +14,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from sim_backend.plane import Length, along_and_across
 
 PICTURE_BACK = "cardboard"
 NEAR_MM = 20.0
 """Near plane; nothing nearer is seen."""
-
-Length = TypeVar("Length", float, "NDArray[np.float64]")
-"""One length in millimetres, or an array of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +99,8 @@ class Panel:
 
 def in_level_frame(x_mm: Length, y_mm: Length, viewpoint: Viewpoint) -> tuple[Length, Length]:
     """Return the coordinates of points on the map to the right of the camera's heading and along it, mm."""
-    heading = math.radians(viewpoint.heading_deg)
-    cos, sin = math.cos(heading), math.sin(heading)
-    dx, dy = x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm
-    return dy * cos - dx * sin, dx * cos + dy * sin
+    along, across = along_and_across(x_mm - viewpoint.x_mm, y_mm - viewpoint.y_mm, viewpoint.heading_deg)
+    return across, along
 
 
 def in_camera_frame(

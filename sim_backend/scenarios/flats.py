@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
-from sim_backend.scenarios.floor_plan import Point
+from sim_backend.plane import Point
 from sim_backend.scenarios.room_builder import LOW_BOX_MM, TALL_BOX_MM, RoomBuilder
 
 CORRIDOR_MM = (1000.0, 1300.0)

@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_backend.plane import Point, along_and_across
 from sim_backend.world.robot import wrapped_deg
 
-Point = tuple[float, float]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int]
@@ -65,11 +65,10 @@ class Obstacle:
 
     def distance_mm(self, points: Floats) -> Floats:
         """Return the distance from each of `points`, shape (..., 2), to its edge; 0 inside."""
-        angle = math.radians(self.facing_deg)
         x, y = points[..., 0] - self.at_mm[0], points[..., 1] - self.at_mm[1]
-        along = np.abs(x * math.cos(angle) + y * math.sin(angle)) - self.size_mm[0] / 2
-        across = np.abs(y * math.cos(angle) - x * math.sin(angle)) - self.size_mm[1] / 2
-        gap = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0)) - self.radius_mm
+        along, across = (np.abs(each) for each in along_and_across(x, y, self.facing_deg))
+        beyond = np.maximum(along - self.size_mm[0] / 2, 0.0), np.maximum(across - self.size_mm[1] / 2, 0.0)
+        gap = np.hypot(*beyond) - self.radius_mm
         return np.maximum(gap, 0.0)
 
     def near(self, low: Sequence[float], high: Sequence[float], distance_mm: float) -> bool:

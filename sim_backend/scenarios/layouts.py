@@ -6,8 +6,8 @@ import math
 from itertools import pairwise
 from random import Random
 
+from sim_backend.plane import Point
 from sim_backend.scenarios.flats import CORRIDOR_MM
-from sim_backend.scenarios.floor_plan import Point
 from sim_backend.scenarios.room_builder import RoomBuilder, point_from
 from sim_backend.scenarios.rooms import room
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from random import Random
 
 from sim_backend.scenarios.effects import SONAR_PORT
-from sim_backend.scenarios.room_builder import LOW_BOX_MM, ROBOT, RoomBuilder, RoomGenerator
+from sim_backend.scenarios.room_builder import LOW_BOX_MM, ROBOT, RoomBuilder, RoomGenerator, point_from
 from sim_backend.scenarios.rooms import ROOMS, furnished
 
 NARROW_HFOV_DEG = 51.0
@@ -21,13 +20,9 @@ SLOW_LINK_MS = 300.0
 def _before(random: Random) -> RoomBuilder:
     builder = furnished(random, 2600.0, 3600.0)
     for name, picture in list(builder.pictures.items()):
-        facing, (x, y) = math.radians(picture["facing_deg"]), picture["at_mm"]
         for i in range(random.randint(1, 2)):
             ahead, aside = builder.between(260, 480), builder.between(-200, 200)
-            at_mm = (
-                round(x + ahead * math.cos(facing) - aside * math.sin(facing), 1),
-                round(y + ahead * math.sin(facing) + aside * math.cos(facing), 1),
-            )
+            at_mm = point_from(picture["at_mm"], picture["facing_deg"], ahead, aside)
             low = random.random() < 0.6
             builder.add_box(
                 f"clutter{i} before {name}",

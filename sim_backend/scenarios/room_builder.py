@@ -9,8 +9,9 @@ from random import Random
 from typing import Any
 
 from sim_backend.bundled import PICTURES
+from sim_backend.plane import Point, on_map
 from sim_backend.scenarios.extras import Extras
-from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle, Point
+from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.placement import misplaced, outline_of_picture, outline_of_wall
 from sim_backend.world.world_file import Robot, WorldFile
 
@@ -211,10 +212,10 @@ Pose = tuple[Point, float]
 """Middle of an object, and its facing in degrees."""
 
 
-def point_from(at_mm: Point, direction_deg: float, distance_mm: float) -> Point:
-    """Return the point at a distance in a direction, rounded to tenths to keep files readable."""
-    (x, y), direction = at_mm, math.radians(direction_deg)
-    return round(x + distance_mm * math.cos(direction), 1), round(y + distance_mm * math.sin(direction), 1)
+def point_from(at_mm: Point, direction_deg: float, distance_mm: float, aside_mm: float = 0.0) -> Point:
+    """Return the point ahead in a direction and aside to its right, rounded to tenths to keep files readable."""
+    x, y = on_map(at_mm, math.radians(direction_deg), distance_mm, aside_mm)
+    return round(x, 1), round(y, 1)
 
 
 def obstacles(world: WorldFile, boxes: Mapping[str, Pose], pictures: Mapping[str, Pose]) -> Iterator[Obstacle]:

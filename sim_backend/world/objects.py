@@ -8,6 +8,7 @@ from typing import Protocol
 import pymunk
 
 from sim_backend.camera.scene import Panel, picture_panel, standing_panels
+from sim_backend.plane import corners_of, on_map
 from sim_backend.world.robot import GRAVITY_MM_S2
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Floor, Picture, Wall
@@ -206,9 +207,8 @@ class PictureObject(PlacedObject):
 
     def edge_points(self) -> tuple[Point, Point, Point]:
         """Return the points at a quarter, half and three quarters of the width."""
-        (x, y), facing = self.at_mm, self._body.angle
-        across_x, across_y = -math.sin(facing) * self.width_mm / 4, math.cos(facing) * self.width_mm / 4
-        return (x - across_x, y - across_y), (x, y), (x + across_x, y + across_y)
+        left, right = (on_map(self.at_mm, self._body.angle, 0.0, side * self.width_mm / 4) for side in (-1, 1))
+        return left, self.at_mm, right
 
     def panels(self) -> list[Panel]:
         """Return the print with its plain back, and the post under it."""
@@ -237,14 +237,6 @@ def _friction(floor: pymunk.Body, body: pymunk.Body, mass_kg: float, size_mm: fl
     slide.max_bias = twist.max_bias = 0.0
     slide.max_force, twist.max_force = force, force * size_mm / 3
     return slide, twist
-
-
-def corners_of(middle: Point, size: tuple[float, float], angle: float) -> list[Point]:
-    """Return the corners of a rectangle, `size` along and across `angle` (radians), clockwise."""
-    along, across = size[0] / 2, size[1] / 2
-    cos, sin = math.cos(angle), math.sin(angle)
-    offsets = ((along, -across), (along, across), (-along, across), (-along, -across))
-    return [(middle[0] + a * cos - b * sin, middle[1] + a * sin + b * cos) for a, b in offsets]
 
 
 def _loop(corners: list[Point]) -> list[tuple[Point, Point]]:

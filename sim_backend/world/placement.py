@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from sim_backend.world.objects import STAND_THICKNESS_MM, corners_of
+from sim_backend.plane import along_and_across, corners_of
+from sim_backend.world.objects import STAND_THICKNESS_MM
 from sim_backend.world.sensor_tables import Patch
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Carpet, Picture, Wall, WorldFile
@@ -35,11 +36,8 @@ class Outline:
 
     def distance_mm(self, point: Point) -> float:
         """Return the distance of a point from it; 0 inside."""
-        angle = math.radians(self.facing_deg)
-        x, y = point[0] - self.at_mm[0], point[1] - self.at_mm[1]
-        along = abs(x * math.cos(angle) + y * math.sin(angle)) - self.size_mm[0] / 2
-        across = abs(y * math.cos(angle) - x * math.sin(angle)) - self.size_mm[1] / 2
-        return math.hypot(max(along, 0.0), max(across, 0.0))
+        along, across = along_and_across(point[0] - self.at_mm[0], point[1] - self.at_mm[1], self.facing_deg)
+        return math.hypot(max(abs(along) - self.size_mm[0] / 2, 0.0), max(abs(across) - self.size_mm[1] / 2, 0.0))
 
     def is_near(self, other: Outline) -> bool:
         """Return whether the circles around both overlap; outlines that touch are near each other."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import pymunk
 
+from sim_backend.plane import on_map, within
 from sim_backend.world.motor import WheelMotor
-from sim_backend.world.surroundings import within
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Carpet, Robot
 
@@ -174,9 +174,7 @@ class RobotBody:
 
     def point_mm(self, at_mm: Point) -> Point:
         """Map position of a point on the robot, given as (forward, right) of the middle of the axle."""
-        (forward, right), angle = at_mm, self.body.angle
-        cos, sin = math.cos(angle), math.sin(angle)
-        return self.x_mm + forward * cos - right * sin, self.y_mm + forward * sin + right * cos
+        return on_map((self.x_mm, self.y_mm), self.body.angle, *at_mm)
 
     def drive(self, duration_s: float) -> None:
         """Demand the motion that the wheels made in the last `duration_s`."""

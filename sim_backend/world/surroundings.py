@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+from sim_backend.plane import within
 from sim_backend.world.sensor_tables import Patch
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import WorldFile
@@ -87,15 +88,6 @@ def _covers(patch: Patch, at_mm: Point) -> bool:
         corners = pairwise(patch.along_mm)
         return any(_distance_mm(at_mm, start, end) <= patch.width_mm / 2 for start, end in corners)
     return within(at_mm, patch.at_mm, patch.size_mm, patch.facing_deg)
-
-
-def within(point: Point, at_mm: Point, size_mm: Point, facing_deg: float) -> bool:
-    """Return whether a point is in a rectangle around `at_mm`, with `size_mm` along and across its facing."""
-    dx, dy = point[0] - at_mm[0], point[1] - at_mm[1]
-    facing = math.radians(facing_deg)
-    along = dx * math.cos(facing) + dy * math.sin(facing)
-    across = dy * math.cos(facing) - dx * math.sin(facing)
-    return abs(along) <= size_mm[0] / 2 and abs(across) <= size_mm[1] / 2
 
 
 def _distance_mm(point: Point, start: Point, end: Point) -> float:

@@ -19,9 +19,9 @@ from nxtdrive.recording.map.picture import START_MARK_MM, number_notes
 from nxtdrive.recording.map.style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 from nxtdrive.recording.wording import spaced
 from sim_backend.judge import stop_counts
-from sim_backend.scenarios.floor_plan import Goal, Obstacle, Point
+from sim_backend.plane import Point, corners_of
+from sim_backend.scenarios.floor_plan import Goal, Obstacle
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
-from sim_backend.world.objects import corners_of
 
 from .referee import SAMPLE_MS, EpisodeTrace, TruthSample
 
