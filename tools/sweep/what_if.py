@@ -212,13 +212,13 @@ class EpisodeOutcome:
         return max(0.0, sum(waits) / len(waits)) if waits else 0.0
 
 
-def run_episode(
+def run_with_branch(
     source: Source,
     decision: int = -1,
     enter: Callable[[], Branch] = Branch,
     tell: Callable[[DecisionPoint], None] = lambda _: None,
 ) -> EpisodeOutcome:
-    """Run a mission in the simulator from its start to its end.
+    """Run a mission in the simulator from its start to its end, with another choice at one decision if wished.
 
     Args:
         source: The mission.
@@ -306,11 +306,11 @@ def branch_costs(source: Source, decision: int, candidates: Sequence[int], futur
     branches = list(product(candidates, range(futures)))
     if _copies(source):
         with Forks() as forks:
-            outcome = run_episode(source, decision, lambda: Branch(*branches[forks.each(len(branches))]))
+            outcome = run_with_branch(source, decision, lambda: Branch(*branches[forks.each(len(branches))]))
             forks.tell(outcome.cost_s(decision))
         costs_s = forks.results
     else:
-        costs_s = [run_episode(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
+        costs_s = [run_with_branch(source, decision, partial(Branch, *each)).cost_s(decision) for each in branches]
     return [costs_s[first : first + futures] for first in range(0, len(costs_s), futures)]
 
 

@@ -22,7 +22,7 @@ from nxtdrive.recording.run_folder import WHAT_IF
 from .regret import over_missions, regret
 from .runner import Workers
 from .summary import Estimate, estimate
-from .what_if import EpisodeOutcome, RebuiltRun, RecordedRun, Source, all_costs, run_episode
+from .what_if import EpisodeOutcome, RebuiltRun, RecordedRun, Source, all_costs, run_with_branch
 from .what_if_file import ExaminedMission, Key
 
 Tell = Callable[[str], None]
@@ -89,7 +89,7 @@ def examine(name: str, source: Source, request: Request, workers: Workers, tell:
         request.numbers(len(source.choices))
     tell(f"{name}: repeating the mission, to find its decisions")
     begun_s = time.perf_counter()
-    base = run_episode(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
+    base = run_with_branch(source, tell=lambda each: tell(f"{name}: a decision at {each.time_s:.0f} s"))
     took_s = time.perf_counter() - begun_s
     if isinstance(source, RecordedRun):
         _check_repeated(name, source.choices, base)

@@ -31,7 +31,7 @@ from nxtdrive.tools.sweep.what_if import (
     GeneratedMission,
     branch_costs,
     read_recorded,
-    run_episode,
+    run_with_branch,
 )
 from nxtdrive.tools.sweep.what_if_file import read_missions
 from nxtdrive.tools.sweep.what_if_result import keep
@@ -202,13 +202,13 @@ def test_chance_that_is_seeded_anew_differs_from_then_on():
 
 @pytest.mark.nightly
 def test_the_profiles_own_candidate_gives_the_mission_as_it_was_and_another_one_another():
-    base = run_episode(SOURCE)
-    assert run_episode(SOURCE, 0) == base
+    base = run_with_branch(SOURCE)
+    assert run_with_branch(SOURCE, 0) == base
     assert len(base.decisions[0].candidates) > 1
-    other = run_episode(SOURCE, 0, lambda: Branch(1))
+    other = run_with_branch(SOURCE, 0, lambda: Branch(1))
     assert replace(other.decisions[0], chose="") == replace(base.decisions[0], chose="")
     assert other.reached != base.reached
-    assert run_episode(SOURCE, 0, lambda: Branch(1, 1)) != run_episode(SOURCE, 0, lambda: Branch(1, 2))
+    assert run_with_branch(SOURCE, 0, lambda: Branch(1, 1)) != run_with_branch(SOURCE, 0, lambda: Branch(1, 2))
 
 
 def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
@@ -216,7 +216,7 @@ def test_ctrl_c_ends_it_and_is_not_taken_for_another_end_of_the_mission():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_episode(SOURCE, 0, interrupt)
+        run_with_branch(SOURCE, 0, interrupt)
 
 
 @pytest.mark.skipif(not CAN_FORK, reason="this system has no copies")
@@ -355,7 +355,7 @@ def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
     (folder,) = tmp_path.glob("*-001")
     recorded = read_recorded(folder)
     assert recorded.choices
-    assert tuple((each.time_s, each.chose) for each in run_episode(recorded).decisions) == recorded.choices
+    assert tuple((each.time_s, each.chose) for each in run_with_branch(recorded).decisions) == recorded.choices
 
 
 def _records():
