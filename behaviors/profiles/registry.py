@@ -38,7 +38,7 @@ def find_profile(name: str) -> ProfileClass:
     return cast("ProfileClass", found)
 
 
-def raised_by_profile(error: Exception, ran: str = "") -> MissionError | None:
+def raised_by_profile(error: BaseException, ran: str = "") -> MissionError | None:
     """Return an exception that was raised in the code of an external profile, with its place; None for any other.
 
     Args:

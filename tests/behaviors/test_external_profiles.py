@@ -15,6 +15,7 @@ from behaviors.profiles import registry
 from behaviors.profiles.adaptive import AdaptiveProfile
 from behaviors.profiles.registry import find_profile
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, main
+from nxtdrive.signals import Terminated
 from nxtdrive.tools.sweep.task import Task, evaluate
 from nxtdrive.tools.web.messages import read_message
 from nxtdrive.tools.web.missions import Missions
@@ -189,6 +190,22 @@ def test_the_line_of_a_swept_mission_has_the_place_of_an_exception_in_the_profil
     (tmp_path / "odd.py").write_text(BROKEN, encoding="utf-8")
     error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
     assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError" in error
+
+
+@pytest.mark.parametrize("leaves", ["sys.exit(3)", "raise SystemExit"])
+def test_a_profile_that_exits_does_not_end_a_sweep(leaves, tmp_path):
+    (tmp_path / "odd.py").write_text(
+        f"import sys\n{BROKEN.replace('return self.skills[state]', leaves)}", encoding="utf-8"
+    )
+    error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
+    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:6: SystemExit" in error
+
+
+def test_a_signal_in_a_profile_ends_a_sweep(tmp_path):
+    leaves = "from nxtdrive.signals import Terminated; raise Terminated(143)"
+    (tmp_path / "odd.py").write_text(BROKEN.replace("return self.skills[state]", leaves), encoding="utf-8")
+    with pytest.raises(Terminated):
+        evaluate(Task(0, "open", 100, "odd:Odd", "geometric"))
 
 
 def test_of_two_profiles_in_one_module_the_one_that_ran_is_named(tmp_path):

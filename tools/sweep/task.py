@@ -16,6 +16,7 @@ from behaviors.mission import described_by
 from behaviors.mission.robot import RobotFile
 from behaviors.profiles.registry import raised_by_profile
 from nxtdrive.recording.predictions import Prediction, predictions
+from nxtdrive.signals import Terminated
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from sim_backend.world.sensing import VIEW_RANGE_MM
@@ -118,11 +119,13 @@ def evaluate(task: Task) -> MissionResult:
         scenario = scenario_of(task)
         trace, referee = run_episode(scenario, task.agent, task.eyes)
         return judge(task, trace, predictions(referee.records, task.agent, scenario.mission))
-    except Exception as error:  # noqa: BLE001 - one mission must not end a sweep; its result says what happened
+    except Terminated:
+        raise
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - one mission must not end a sweep; its result says why
         return failed(task, raised_by_profile(error, task.agent) or error)
 
 
-def failed(task: Task, error: Exception) -> MissionResult:
+def failed(task: Task, error: BaseException) -> MissionResult:
     """Return the result of a task that broke: no target reached, and the error."""
     return MissionResult(
         **_head(task),

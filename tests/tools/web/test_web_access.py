@@ -165,7 +165,7 @@ def test_the_command_prints_where_the_page_is(tmp_path, lan):
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, encoding="utf-8") as server:
         assert server.stdout is not None
         lines = [server.stdout.readline()]
-        while lan and not lines[-1].startswith("PIN"):
+        while lan and lines[-1] and not lines[-1].startswith("PIN"):
             lines.append(server.stdout.readline())
         server.terminate()
         assert server.stdout.read() == "ended; motors off\n"
