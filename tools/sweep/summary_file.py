@@ -59,21 +59,26 @@ def earlier_versions(path: Path) -> list[Any]:
     return [each for each in found if each not in (None, now)]
 
 
-def summary(swept: Swept, command: Sequence[str], earlier: Sequence[Any] = ()) -> dict[str, Any]:
-    """Summarise a sweep.
+def provenance(command: Sequence[str], earlier: Sequence[Any] = ()) -> dict[str, Any]:
+    """Return what performs a sweep's missions, as is known before the first one.
 
     Args:
-        swept: Its results.
         command: The command that was given.
         earlier: What `earlier_versions` returned before it was resumed.
     """
-    results = swept.results
-    agents = by(results, "agent")
     return {
         "format": FORMAT,
         "versions": versions(),
         "earlier_versions": list(earlier),
         "command": list(command),
+    }
+
+
+def summary(swept: Swept) -> dict[str, Any]:
+    """Summarise the results of a sweep."""
+    results = swept.results
+    agents = by(results, "agent")
+    return {
         "eyes": sorted(by(results, "eyes")),
         "seeds": {kind: sorted({result.seed for result in group}) for kind, group in by(results, "kind").items()},
         "intervals": {"confidence": CONFIDENCE, "bootstrap": RESAMPLES, "seed": SEED, "resampled": "missions"},
@@ -95,7 +100,7 @@ def summary(swept: Swept, command: Sequence[str], earlier: Sequence[Any] = ()) -
 
 
 def write_summary(path: Path, content: dict[str, Any]) -> None:
-    """Write a summary; the one of the sweep before its resumption is replaced.
+    """Write a summary; an earlier one is replaced.
 
     Raises:
         ConfigError: It cannot be written.

@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import read_robot_file
     from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from nxtdrive.tools.sweep.summary_file import earlier_versions, summary, summary_path, write_summary
+    from nxtdrive.tools.sweep.summary_file import earlier_versions, provenance, summary, summary_path, write_summary
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
     if args.map:
@@ -127,11 +127,11 @@ def run(args: argparse.Namespace) -> int:
             resumable = "Continue it with --resume" if out.is_file() else "Remove it"
             raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
     earlier = earlier_versions(summary_path(out))
-    swept = _sweep(tasks, out, args)
-    content = summary(swept, _command(tasks, args), earlier)
+    performed = provenance(_command(tasks, args), earlier)
+    swept = _sweep(tasks, out, args, performed)
     if earlier:
         complain(f"other versions of nxtdrive or its libraries performed missions in {out}; the summary names them.")
-    write_summary(summary_path(out), content)
+    write_summary(summary_path(out), {**performed, **summary(swept)})
     _tell(swept.results, swept.eval_s, args)
     if args.plot:
         from nxtdrive.tools.sweep.plots import write_plot
@@ -156,15 +156,18 @@ def _command(tasks: Sequence[Task], args: argparse.Namespace) -> list[str]:
     return [*command, *(["--robot", str(args.robot)] if args.robot else [])]
 
 
-def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace) -> Swept:
-    """Run the missing missions, with a progress bar."""
+def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed: dict[str, Any]) -> Swept:
+    """Run the missing missions, with a progress bar; a sweep that is killed leaves what performed it in the summary."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.result_file import read_results
+    from nxtdrive.tools.sweep.result_file import ResultFile, read_results
     from nxtdrive.tools.sweep.runner import sweep
+    from nxtdrive.tools.sweep.summary_file import summary_path, write_summary
 
     known = {result.key for result in read_results(out)}
     done = sum(task.key in known for task in tasks)
+    with ResultFile(out):  # where no result can be written there is no summary either
+        write_summary(summary_path(out), performed)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
     with (

@@ -185,6 +185,7 @@ def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, capsys)
     assert main(["sweep", *words]) == 128 + signal.SIGINT
     said = "".join(capsys.readouterr().err.split())  # where lines are broken depends on the length of the path
     assert "".join(f"are in {out}: continue with --resume".split()) in said
+    assert set(json.loads(out.with_suffix(".summary.json").read_text())) >= {"versions", "command"}
 
 
 def test_another_file_is_not_taken_for_a_sweeps(tmp_path):
