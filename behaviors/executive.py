@@ -22,7 +22,7 @@ from behaviors.mission import Mission
 from behaviors.observers import Observers, error_text
 from behaviors.outages import OutageSupervisor, part_of
 from behaviors.pause import Pause
-from behaviors.ports import Body, Clock, Eyes, Outage
+from behaviors.ports import Outage, Ports
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import Choice, checked_choice
@@ -88,9 +88,7 @@ class Executive:
 
     Args:
         mission: What to do.
-        body: The robot; its motors are off when `run` returns or raises.
-        eyes: The camera.
-        clock: Mission time.
+        ports: The robot, whose motors are off when `run` returns or raises, its camera, and mission time.
         observers: Called with every record, in order. One that fails is reported once and left out.
         make_profile: Makes the profile; None for the one that the mission names.
         pause: With it an operator pauses the mission for any time.
@@ -99,24 +97,19 @@ class Executive:
     def __init__(
         self,
         mission: Mission,
-        body: Body,
-        eyes: Eyes,
-        clock: Clock,
+        ports: Ports,
         observers: Iterable[Observer] | Observers = (),
         make_profile: MakeProfile | None = None,
         pause: Pause | None = None,
     ) -> None:
         self._mission = mission
-        self._body = body
-        self._clock = clock
+        self._body, self._clock = ports.body, ports.clock
         self._observers = observers if isinstance(observers, Observers) else Observers(observers)
         self._pause = pause = pause or Pause()
-        self._start_s = clock.now()
+        self._start_s = self._clock.now()
         deadline_s = self._start_s + mission.mission.time_limit_s
         wiring = WiringCheck(mission.robot, mission.camera)
-        self._context = SkillContext(
-            body, eyes, clock, mission.thesis, self.note, self._report, deadline_s, pause, wiring=wiring
-        )
+        self._context = SkillContext(*ports, mission.thesis, self.note, self._report, deadline_s, pause, wiring=wiring)
         self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
         self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)

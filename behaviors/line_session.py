@@ -23,7 +23,7 @@ from behaviors.observers import Observers
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.operator import Ask, question_values
 from behaviors.pause import Pause
-from behaviors.ports import Body, Clock, Eyes, Outage, RobotUnreachable
+from behaviors.ports import Outage, Ports, RobotUnreachable
 from behaviors.profiles.registry import raised_by_profile, supervised
 from behaviors.skills import SkillContext
 from behaviors.stepped_mission import SteppedMission
@@ -65,9 +65,7 @@ class Session:
 
     Args:
         mission: Its targets can be named, the first one is the current one; its parameters and its profile apply.
-        body: The robot.
-        eyes: Its camera.
-        clock: Time.
+        ports: The robot, its camera, and time.
         connect: Makes sure that the brick answers; raises `RobotUnreachable` when it does not.
         faults: Errors other than an `Outage` that body and eyes raise on a fault. Any other error is a defect of the
             program: it is answered as a fault as well, and logged with its traceback.
@@ -80,9 +78,7 @@ class Session:
     def __init__(
         self,
         mission: Mission,
-        body: Body,
-        eyes: Eyes,
-        clock: Clock,
+        ports: Ports,
         *,
         connect: Callable[[], None],
         faults: tuple[type[Exception], ...] = (),
@@ -91,15 +87,14 @@ class Session:
         self.error = ""
         self._targets = mission.mission.targets
         self._target = self._targets[0]
-        self._body = body
-        self._clock = clock
+        self._ports, self._body, self._clock = ports, ports.body, ports.clock
         self._connect = connect
         self._faults: tuple[type[Exception], ...] = (Outage, *faults)
         self._observers = Observers(observers)
-        self._start_s = clock.now()
-        self._mission, self._eyes = mission, eyes
+        self._start_s = self._clock.now()
+        self._mission = mission
         self._stepped: SteppedMission | None = None
-        self._context = SkillContext(body, eyes, clock, mission.thesis, self._note, self._report)
+        self._context = SkillContext(*ports, mission.thesis, self._note, self._report)
         self._state = "idle"
         self._exist = self._sighted = self._held = False
         self._approach: ThesisArriveSkill | None = None
@@ -291,7 +286,7 @@ class Session:
 
     def _run_mission(self, ask: Ask, pause: Pause) -> Report:
         mission, make_profile = self._mission, supervised(self._mission, ask)
-        return Executive(mission, self._body, self._eyes, self._clock, self._observers, make_profile, pause).run()
+        return Executive(mission, self._ports, self._observers, make_profile, pause).run()
 
     @property
     def _decision_open(self) -> bool:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Flag, StrEnum, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from behaviors.angles import wrapped_deg
 
@@ -313,3 +313,17 @@ class Eyes(Protocol):
             Nothing until the appearance has been learned; directions without information are left out.
         """
         ...
+
+
+class Ports(NamedTuple):
+    """What a mission acts on, sees with and takes its time from.
+
+    Attributes:
+        body: The robot.
+        eyes: Its camera.
+        clock: Mission time.
+    """
+
+    body: Body
+    eyes: Eyes
+    clock: Clock

@@ -50,7 +50,7 @@ class _OngoingMission:
     def _run(self, ask: Ask, pause: Pause) -> Report:
         robot = self.episode.robot
         make = supervised(robot.mission, ask)
-        report = Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, make, pause).run()
+        report = Executive(robot.mission, robot.ports, robot.observers, make, pause).run()
         if report.observer_failures:
             raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
         return report

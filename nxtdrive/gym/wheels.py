@@ -137,11 +137,11 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _drive(self, episode: Episode, left: float, right: float) -> None:
         track_mm = episode.scenario.mission.robot.axle_track_mm
         turn_deg_s = math.degrees((left - right) * FASTEST_MM_S / track_mm)
-        episode.robot.body.drive((left + right) / 2 * FASTEST_MM_S, turn_deg_s)
+        episode.robot.ports.body.drive((left + right) / 2 * FASTEST_MM_S, turn_deg_s)
 
     def _observe(self, episode: Episode) -> Observation:
         """Wait for the next frame and return the robot's measurements; during an outage there are none."""
-        began_s, robot, names = episode.time_s, episode.robot, self._targets(episode)
+        began_s, robot, names = episode.time_s, episode.robot.ports, self._targets(episode)
         seen: dict[str, Sighting] = {}
         with suppress(Outage):
             seen = dict(robot.eyes.glance(names).seen)

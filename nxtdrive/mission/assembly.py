@@ -12,7 +12,7 @@ from behaviors.executive import Executive, Report
 from behaviors.observers import Observers, error_text
 from nxtdrive.brick import Brick, open_brick
 from nxtdrive.link.interrupting import interruptible
-from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
 from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.mission.run_review import RunReview
@@ -129,8 +129,8 @@ class MissionRun:
         self._report: Report | None = None
         self._error = ""
         self._eyes = robot.eyes(mission)
-        body, clock = build_body(robot.brick, mission), MissionClock(robot.brick)
-        self._executive = Executive(mission, body, self._eyes, clock, observers, make_profile, pause)
+        ports = mission_ports(robot.brick, mission, self._eyes)
+        self._executive = Executive(mission, ports, observers, make_profile, pause)
         by_name = not isinstance(self._eyes, CameraEyes)
         world = brick_address(Address.parse(robot.address)).target
         self._review = RunReview(

@@ -18,7 +18,7 @@ from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, RequestReader, Verb, failure_reply
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import Eyes, RobotUnreachable, SensorListener
+from behaviors.ports import Eyes, Ports, RobotUnreachable, SensorListener
 from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.host.listening import LOOPBACK, listen
@@ -53,7 +53,7 @@ def sessions(
         observers: Called with the records of every session.
         on_sensor_change: Called when a sensor fails and when it answers again.
     """
-    body, clock = build_body(brick, mission), MissionClock(brick)
+    body = build_body(brick, mission)
     body.on_sensor_change(on_sensor_change)
 
     def connect() -> None:
@@ -63,7 +63,8 @@ def sessions(
             with link_errors_as_outages():
                 brick.link.reconnect()
 
-    return lambda: Session(mission, body, eyes, clock, connect=connect, faults=(NXTError,), observers=observers)
+    ports = Ports(body, eyes, MissionClock(brick))
+    return lambda: Session(mission, ports, connect=connect, faults=(NXTError,), observers=observers)
 
 
 @dataclass(slots=True, eq=False)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from behaviors.journal import Observer
 from behaviors.mission import Mission
-from behaviors.ports import Body, Clock, Eyes
+from behaviors.ports import Ports
 from nxtdrive.brick import Brick
-from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.body import mission_ports
 from nxtdrive.mission.camera import SIMULATED, open_mission_camera
 from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.simulated.scenario import Scenario
@@ -37,16 +37,12 @@ class MissionPorts:
 
     Attributes:
         mission: The mission.
-        body: Motors and sensors.
-        eyes: The camera.
-        clock: Mission time.
+        ports: Motors and sensors, the camera, and mission time.
         observers: Called with every record of the journal.
     """
 
     mission: Mission
-    body: Body
-    eyes: Eyes
-    clock: Clock
+    ports: Ports
     observers: Sequence[Observer]
 
 
@@ -62,13 +58,12 @@ def scenario_robot(
         eyes: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
-    body, clock = build_body(brick, scenario.mission), MissionClock(brick)
     sight = scenario.extras.sight
     sensor = SpoiltSensor(simulation, sight, scenario.seed) if eyes == GEOMETRIC else None
     sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in sight.losses:
         _lose_camera(simulation, loss)
-    return MissionPorts(scenario.mission, body, sees, clock, observers)
+    return MissionPorts(scenario.mission, mission_ports(brick, scenario.mission, sees), observers)
 
 
 class SpoiltSensor:

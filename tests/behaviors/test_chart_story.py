@@ -11,14 +11,14 @@ from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
 from behaviors.journal import JOURNAL_FORMAT, Kind, Record
-from behaviors.ports import FloorRay, Glimpse, MotionResult, Pose, RobotUnreachable, Sighting, StopReason
+from behaviors.ports import FloorRay, Glimpse, MotionResult, Ports, Pose, RobotUnreachable, Sighting, StopReason
 
 SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
 
 
 def _journal(ports: RandomPorts, **table: object) -> list[Record]:
     records: list[Record] = []
-    Executive(two_targets(**table), ports, ports, ports, [records.append]).run()
+    Executive(two_targets(**table), Ports(ports, ports, ports), [records.append]).run()
     return records
 
 

@@ -16,7 +16,7 @@ from behaviors.profiles.registry import supervised
 from behaviors.thesis.console import Console
 from nxtdrive.brick import Brick
 from nxtdrive.link.interrupting import interruptible
-from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.body import mission_ports
 from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.transports.sim import SimTransport
@@ -92,10 +92,9 @@ def perform(
     with Brick(transport, reconnecting=reconnecting) as brick:
         brick.link.reconnect_timeout_s = 0.0
         eyes = geometric_eyes(brick, mission) if geometric else camera_eyes(open_mission_camera("sim", brick), mission)
-        body, clock = build_body(brick, mission), MissionClock(brick)
         make_profile = supervised(mission, ask) if ask else None
         observers = [observer, done.records.append, console]
-        executive = Executive(mission, body, eyes, clock, observers, make_profile, pause)
+        executive = Executive(mission, mission_ports(brick, mission, eyes), observers, make_profile, pause)
         start_ms = simulation.now_ms
 
         def sample() -> None:

@@ -9,6 +9,7 @@ import pytest
 from behaviors.executive import Ending, Executive, Report
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
+from behaviors.ports import Ports
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionBody, MissionClock, build_body
 from nxtdrive.mission.eyes import geometric_eyes
@@ -32,12 +33,12 @@ class Robot:
         table = mission.mission.model_copy(update={"reconnect_timeout_s": 12.0})
         self._mission = mission.model_copy(update={"robot": robot, "mission": table})
         self.body: MissionBody = build_body(brick, self._mission)
-        self._eyes, self._clock = geometric_eyes(brick, self._mission), MissionClock(brick)
+        self._ports = Ports(self.body, geometric_eyes(brick, self._mission), MissionClock(brick))
         self._sonar = simulation.brick.low_speed.channels[3].bus.sensor.device
 
     def pursue(self) -> Report:
         """Run the mission."""
-        return Executive(self._mission, self.body, self._eyes, self._clock, [self.records.append]).run()
+        return Executive(self._mission, self._ports, [self.records.append]).run()
 
     def sonar_after(self, delay_s: float, *, works: bool) -> None:
         """Pull the sonar's cable out or plug it in, later."""

@@ -208,7 +208,7 @@ def frame_times_s(kind: str, seed: int) -> list[float]:
     with closing(Episode(generate_scenario(kind, seed), GEOMETRIC)) as episode:
         robot = episode.robot
         mission, world = robot.mission, TimedWorldModel(robot.mission)
-        context = SkillContext(robot.body, robot.eyes, robot.clock, mission.thesis, _discard, _discard)
+        context = SkillContext(*robot.ports, mission.thesis, _discard, _discard)
         ScanSkill(Perception(context, mission.adaptive, world, TargetQueue(mission.mission.targets))).call()
     return world.times_s
 
@@ -218,7 +218,7 @@ def decision_times_s(kind: str, seed: int) -> list[float]:
     times_s: list[float] = []
     with closing(Episode(generate_scenario(kind, seed), GEOMETRIC)) as episode:
         robot = episode.robot
-        Executive(robot.mission, robot.body, robot.eyes, robot.clock, [], partial(TimedProfile, times_s)).run()
+        Executive(robot.mission, robot.ports, [], partial(TimedProfile, times_s)).run()
     return times_s
 
 

@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     scenario = generate_scenario(args.kind, args.seed)
     with closing(Episode(scenario, "geometric")) as episode:
         robot = episode.robot
-        Executive(robot.mission, robot.body, robot.eyes, robot.clock, robot.observers, _watched(watch)).run()
+        Executive(robot.mission, robot.ports, robot.observers, _watched(watch)).run()
     if not maps:
         parser.error("no viewpoint was considered in that time; choose another --from and --to")
     height = max(each.shape[0] for each in maps)

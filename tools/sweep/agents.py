@@ -35,7 +35,7 @@ def _executive(make_profile: MakeProfile, **adaptive: object) -> Agent:
     def run(robot: MissionPorts) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
-        return Executive(mission, robot.body, robot.eyes, robot.clock, robot.observers, make_profile).run()
+        return Executive(mission, robot.ports, robot.observers, make_profile).run()
 
     return run
 

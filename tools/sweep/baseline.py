@@ -30,13 +30,11 @@ class Baseline(ABC):
     """
 
     def __init__(self, robot: MissionPorts) -> None:
-        self.body, self.eyes, self.clock = robot.body, robot.eyes, robot.clock
+        self.body, self.eyes, self.clock = robot.ports
         self.mission, self._observers = robot.mission, Observers(robot.observers)
-        self._start_s = robot.clock.now()
+        self._start_s = self.clock.now()
         self.deadline_s = self._start_s + self.mission.mission.time_limit_s
-        self.context = SkillContext(
-            self.body, self.eyes, self.clock, self.mission.thesis, self.note, self._note_outage, self.deadline_s
-        )
+        self.context = SkillContext(*robot.ports, self.mission.thesis, self.note, self._note_outage, self.deadline_s)
         self._outages = OutageSupervisor(self.context, self.mission.mission.reconnect_timeout_s)
         self.queue = TargetQueue(self.mission.mission.targets)
         self._state = self._resumed = "idle"

@@ -281,7 +281,7 @@ def _open_scenario(source: GeneratedMission | RebuiltRun) -> Iterator[tuple[Miss
         robot = episode.robot
 
         def run(observers: Observers, make_profile: MakeProfile) -> Report:
-            return Executive(robot.mission, robot.body, robot.eyes, robot.clock, observers, make_profile).run()
+            return Executive(robot.mission, robot.ports, observers, make_profile).run()
 
         yield robot.mission, episode.simulation, run
 

@@ -45,9 +45,7 @@ class Bench:
     def __init__(self, brick: Brick, simulation: Simulation) -> None:
         scenario = generate_scenario("open", 100)
         robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
-        context = SkillContext(
-            robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
-        )
+        context = SkillContext(*robot.ports, robot.mission.thesis, lambda *_, **__: None, lambda _: None)
         self.queue = TargetQueue(robot.mission.mission.targets)
         self.profile = AdaptiveProfile(context, robot.mission, self.queue)
         self.world: WorldModel = self.profile.world

@@ -21,7 +21,7 @@ from behaviors.evidence import Detour, Evidence, Viewpoint
 from behaviors.executive import Ending, Executive
 from behaviors.failures import Blocker
 from behaviors.journal import Kind, Record
-from behaviors.ports import Point, Pose
+from behaviors.ports import Point, Ports, Pose
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
 
@@ -219,7 +219,7 @@ class Witness:
 def test_whatever_happens_to_the_robot_its_mission_ends(seed):
     ports = RandomPorts(seed)
     witness = Witness(ports)
-    report = Executive(two_targets(time_limit_s=30.0), ports, ports, ports, [witness]).run()
+    report = Executive(two_targets(time_limit_s=30.0), Ports(ports, ports, ports), [witness]).run()
     assert report.ending in (Ending.ACHIEVED, Ending.GIVEN_UP, Ending.TIME_UP, Ending.LINK_LOST)
     assert report.duration_s <= 40.0
     assert ports.at_rest

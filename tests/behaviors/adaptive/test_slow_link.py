@@ -51,9 +51,7 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
         brick = Brick(SimTransport(simulation, latency_ms=latency_ms))
         bricks.append(brick)
         robot = scenario_robot(scenario, simulation, brick, GEOMETRIC, [])
-        context = SkillContext(
-            robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, facts.append
-        )
+        context = SkillContext(*robot.ports, robot.mission.thesis, lambda *_, **__: None, facts.append)
         return AdaptiveProfile(context, robot.mission, TargetQueue(robot.mission.mission.targets))._perception
 
     yield make, facts

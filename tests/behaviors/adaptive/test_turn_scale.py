@@ -78,14 +78,12 @@ def searched(scenario):
     """Let the adaptive profile scan once, and return it and the episode's robot; the episode is over then."""
     with closing(Episode(scenario, "geometric")) as episode:
         robot, simulation = episode.robot, episode.simulation
-        context = SkillContext(
-            robot.body, robot.eyes, robot.clock, robot.mission.thesis, lambda *_, **__: None, lambda _: None
-        )
+        context = SkillContext(*robot.ports, robot.mission.thesis, lambda *_, **__: None, lambda _: None)
         profile = AdaptiveProfile(context, robot.mission, TargetQueue(robot.mission.mission.targets))
         begin_deg = simulation.truth.pose.heading_deg
         profile.skill("search", None).call()
         turned_deg = simulation.truth.pose.heading_deg - begin_deg
-        return robot.body.pose().heading_deg, turned_deg
+        return robot.ports.body.pose().heading_deg, turned_deg
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from sweep_results import broken_result, mission_result
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
 from behaviors.journal import Kind, Record
+from behaviors.ports import Ports
 from nxtdrive.tools.sweep.chart_coverage import coverage_words, never, taken
 from nxtdrive.tools.sweep.mission_result import MissionResult
 
@@ -13,7 +14,7 @@ from nxtdrive.tools.sweep.mission_result import MissionResult
 def _result(seed: int) -> MissionResult:
     records: list[Record] = []
     ports = RandomPorts(seed)
-    Executive(two_targets(time_limit_s=10.0), ports, ports, ports, [records.append]).run()
+    Executive(two_targets(time_limit_s=10.0), Ports(ports, ports, ports), [records.append]).run()
     return mission_result(transitions=taken(records))
 
 

@@ -167,7 +167,7 @@ def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     def interrupted(robot):
-        return Executive(robot.mission, robot.body, robot.eyes, robot.clock, [*robot.observers, interrupt]).run()
+        return Executive(robot.mission, robot.ports, [*robot.observers, interrupt]).run()
 
     monkeypatch.setitem(agents.AGENTS, "thesis", interrupted)
     with pytest.raises(KeyboardInterrupt):

@@ -11,7 +11,7 @@ from random import Random
 from behaviors.executive import Ending, Executive, Report
 from behaviors.mission import Mission
 from behaviors.observers import Observers
-from behaviors.ports import Eyes
+from behaviors.ports import Eyes, Ports
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, build_body
@@ -111,7 +111,7 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
     body = build_body(brick, mission)
     report = None
     try:
-        report = Executive(mission, body, eyes, clock, observers).run()
+        report = Executive(mission, Ports(body, eyes, clock), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
     return report

@@ -25,7 +25,7 @@ from behaviors.recoveries import CHANGE_TARGET
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
-from nxtdrive.mission.body import MissionClock, build_body
+from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.recording.recording import Recording
@@ -187,7 +187,7 @@ def _pursue(brick: Brick, drawn: RandomMission, folder: Path, referee: Referee) 
     observers.add("referee", referee)
     report = None
     try:
-        report = Executive(mission, build_body(brick, mission), eyes, clock, observers).run()
+        report = Executive(mission, mission_ports(brick, mission, eyes), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
         if observers.failures:

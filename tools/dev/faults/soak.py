@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from behaviors.executive import Ending, Executive
+from behaviors.ports import Ports
 from firmware_protocol.direct import KeepAlive
 from firmware_protocol.errors import NXTError
 from firmware_protocol.iomap import COMMAND, UI
@@ -135,7 +136,7 @@ def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
     if number % 4 > 1:
         wire.simulation.at(wire.simulation.now_ms + 6000, lambda: wire.pull("pulled for 2 s"))
     brick.link.reconnect_timeout_s = 0.0
-    report = Executive(mission, body, eyes, clock).run()
+    report = Executive(mission, Ports(body, eyes, clock)).run()
     brick.link.reconnect_timeout_s = 30.0
     body.straight(-body.pose().x_mm)
     body.turn(-body.pose().heading_deg)
