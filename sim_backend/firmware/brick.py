@@ -157,7 +157,7 @@ class SimBrick:
             PropertyHandlers(self.ui, self.sound, self.radio, self.loader, self.command),
             ProgramHandlers(self.command, self.loader, self.ui),
             FileHandlers(self.loader, channel),
-            ModuleHandlers(self._maps, self._module_search, channel),
+            ModuleHandlers(self._maps, self._module_search, self.loader, channel),
             IdentityHandlers(
                 version, self.radio, self.loader, self.high_speed, self.io_control, self._screen, channel, comm_map
             ),

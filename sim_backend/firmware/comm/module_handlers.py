@@ -10,6 +10,7 @@ from firmware_protocol.iomap import COMM
 from firmware_protocol.iomap_layout import IOMap
 from firmware_protocol.status import Status
 from sim_backend.firmware.comm.handler_result import HandlerResult, handles, refuse_with_zeros, reply_with
+from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import unpack_name
 from sim_backend.firmware.io_map import LiveMap
 from sim_backend.firmware.limits import Channel
@@ -17,8 +18,8 @@ from sim_backend.firmware.module_search import ModuleSearch
 
 _HANDLE = 0
 
-_NO_MODULE = IOMap("", 0, 0, {})
-"""Unused entries of the firmware's table of modules: they have id 0 and an empty map."""
+_NO_MODULE = LiveMap(IOMap("", 0, 0, {}))
+"""Unused entries of the firmware's table of modules, at address 0: the word there is their id, their map is empty."""
 
 _PATTERN = 2
 """Where the pattern of FindFirstModule begins in the receive buffer."""
@@ -39,9 +40,9 @@ _REPLY_DATA = {streams: COMM.field(name).offset + 9 for streams, name in ((False
 class ModuleHandlers:
     """Listing of modules, and access to their variables."""
 
-    def __init__(self, maps: Sequence[LiveMap], search: ModuleSearch, channel: Channel) -> None:
-        self._search, self._channel = search, channel
-        self._by_id = {live.layout.module_id: live for live in (*maps, LiveMap(_NO_MODULE))}
+    def __init__(self, maps: Sequence[LiveMap], search: ModuleSearch, loader: Loader, channel: Channel) -> None:
+        self._search, self._loader, self._channel = search, loader, channel
+        self._by_id = {live.layout.module_id: live for live in maps}
 
     @handles(system.FindFirstModule)
     def find_first(self, _: system.FindFirstModule) -> HandlerResult:
@@ -71,11 +72,12 @@ class ModuleHandlers:
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapData(command.module_id, 0, bytes(size)), status)
-        return reply_with(system.IOMapData(command.module_id, size, self._copy(live, command.offset, size)))
+        return reply_with(system.IOMapData(command.module_id, size, self._copy(live, command, size)))
 
-    def _copy(self, live: LiveMap, offset: int, size: int) -> bytes:
+    def _copy(self, live: LiveMap, command: system.IOMapRead, size: int) -> bytes:
         """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats the written bytes."""
-        self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", live.layout.module_id, offset)
+        offset = command.offset
+        self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", command.module_id, offset)
         data = live.read(offset, size)
         written = _REPLY_DATA[self._channel.limits.streams] - offset
         if live.layout is COMM and 0 < written < size:
@@ -101,7 +103,7 @@ class ModuleHandlers:
         return reply_with(system.IOMapWritten(module_id, size))
 
     def _locate(self, module_id: int, offset: int, size: int) -> tuple[LiveMap | None, Status]:
-        live = self._by_id.get(module_id)
+        live = self._by_id.get(module_id, _NO_MODULE if module_id == self._loader.found_size else None)
         if live is None:
             return None, Status.MODULE_NOT_FOUND
         if offset + size > live.size:

@@ -44,6 +44,8 @@ class Loader:
         handles: The handles by their numbers.
         free_flash: Free bytes at the last change; closing a file does not refresh it.
         over_usb: Numbers of the handles that were opened over USB and not closed by a telegram.
+        found_size: Size of the file that `exists` last looked for, 0 without that file; the firmware writes it to
+            address 0.
     """
 
     def __init__(self, flash: Flash, version: Version) -> None:
@@ -57,6 +59,7 @@ class Loader:
         flash.count()
         self.free_flash = flash.free
         self.over_usb = set[int]()
+        self.found_size = 0
         self._version = version
         self._addressable = [Handle(flash.memory) for _ in range(_ADDRESSABLE)]
         self.handles = self._addressable[:HANDLES]
@@ -67,7 +70,9 @@ class Loader:
 
         As in the firmware, a successful search stays open, and handle 0 is closed instead.
         """
-        status, number, _ = self._find(name)
+        status, number, file = self._find(name)
+        if status in (Status.OK, Status.FILE_NOT_FOUND):
+            self.found_size = file.size if file else 0
         if status:
             return False
         self._addressable[number].use = Use.SEARCH

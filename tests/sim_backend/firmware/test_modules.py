@@ -1,5 +1,7 @@
 """Rules of modules and of the Comm map. The replies are those of LEGO's firmware."""
 
+from functools import partial
+
 import pytest
 
 from firmware_protocol import direct, system
@@ -54,6 +56,19 @@ def test_a_listing_that_finds_nothing_is_open(bench):
 )
 def test_module_0_has_an_empty_map(bench, telegram, status):
     assert bench.telegram(telegram)[4:6] == f"{status:02x}"
+
+
+@pytest.mark.parametrize("command", [direct.StartProgram, partial(direct.PlaySoundFile, False)])
+def test_the_empty_module_has_the_size_of_the_file_that_a_start_found_as_its_id(bench, command):
+    def found(*numbers):
+        replies = [bench.telegram(system.IOMapRead(number, 0, 0).encode().hex()) for number in numbers]
+        return [reply[4:6] == f"{Status.OK:02x}" for reply in replies]
+
+    store(bench.brick, "a.txt", bytes(100))
+    bench.telegram(command("a.txt").encode().hex())
+    assert found(0, 100) == [False, True]
+    bench.telegram(command("b.txt").encode().hex())
+    assert found(0, 100) == [True, False]
 
 
 def test_the_map_shows_the_receive_buffer(bench):
