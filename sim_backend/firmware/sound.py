@@ -249,7 +249,9 @@ class SoundModule:
         """
         if closes and self._handle is not None:
             self._loader.close(self._handle)
-        if before in (SoundState.FILE, SoundState.TONE):
+        if before == SoundState.STOP:
+            self.state = int(before)
+        elif before in (SoundState.FILE, SoundState.TONE):
             self._begin(before)
             self._ends_ms = now_ms
         if before == SoundState.FILE and not self._is_melody:

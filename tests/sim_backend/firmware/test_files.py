@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol import system
+from firmware_protocol import direct, system
+from firmware_protocol.iomap import SOUND, SoundState
 from firmware_protocol.status import Status
 from firmware_protocol.telegram import REPLY_HEADER
 from nxtdrive.tools.conformance.bench import Bench
@@ -12,6 +13,7 @@ from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.files.loader import HANDLES
 from sim_backend.firmware.files.names import matcher
 from sim_backend.firmware.files.sector_table import free_bytes, sectors_for
+from sim_backend.firmware.sound import SoundFlag
 
 PIECE = 58
 
@@ -158,3 +160,17 @@ def test_files_that_share_sectors_show_what_was_written_last():
     ask(brick, system.Close(first.handle))
     assert upload(brick, "first.t") == b"1" * 300
     assert ask(brick, system.OpenRead("second.t"))[0] == Status.FILE_NOT_FOUND
+
+
+@pytest.mark.parametrize("content", [b"x" * 20, b"xxx"])
+def test_a_stop_in_the_pass_of_a_file_without_sound_closes_its_handle_at_once(content):
+    """So the next stop does not close whatever has its number by then."""
+    brick = SimBrick()
+    download(brick, "a.rso", content)
+    download(brick, "a.txt", b"a")
+    ask(brick, SOUND.field("SoundFilename").write("a.rso"))
+    start_and_stop = bytes([SoundFlag.UPDATE, SoundState.STOP])
+    ask(brick, system.IOMapWrite(SOUND.module_id, SOUND.field("Flags").offset, len(start_and_stop), start_and_stop))
+    handle = ask(brick, system.OpenRead("a.txt"))[1].handle
+    ask(brick, direct.StopSoundPlayback())
+    assert ask(brick, system.Read(handle, 1))[0] == Status.OK
