@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.recording.camera_folder import jpeg
@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     from nxtdrive.link.scheduler import Motion
     from nxtdrive.motion.rover import Rover
 
+T = TypeVar("T")
+
 MAX_MM, MAX_DEG = 1000.0, 360.0
 """Longest drive, unless `Assistant` has another limit, and largest turn of one call."""
-PICTURE_S = 1.0
-"""A look waits this long for a new picture."""
+NEXT_S = 1.0
+"""How long to wait for a new picture or state of the robot."""
 END_S = 5.0
 """`stop` waits this long for the motion or mission to end; the robot stands still long before."""
 POLL_S = 0.02
@@ -58,9 +60,7 @@ class Assistant:
 
     def look(self) -> bytes:
         """Return the camera's next picture as JPEG; while a mission is paused its latest one."""
-        before, until_s = self.robot.picture(), time.monotonic() + PICTURE_S
-        while (picture := self.robot.picture()) is before and time.monotonic() < until_s:
-            time.sleep(POLL_S)
+        picture = _next(self.robot.picture)
         if picture is None:
             raise ValueError("The camera gives no pictures.")
         return jpeg(picture)
@@ -119,7 +119,11 @@ class Assistant:
         }
         if lost:
             status["link_lost"] = lost
-        return status if running else {**status, "robot": _with_named_pose(self.robot.state)}
+        if running:
+            return status
+        # the last state may be from before the last motion; while the link is lost there is no other
+        state = self.robot.state if lost else _next(lambda: self.robot.state)
+        return {**status, "robot": _with_named_pose(state)}
 
     def choose(self, number: int) -> None:
         """Take a candidate of the open question."""
@@ -155,6 +159,14 @@ class Assistant:
         motion = ShortMotion(begin)
         self.robot.start(motion)
         return motion
+
+
+def _next(latest: Callable[[], T]) -> T:
+    """Return the next value of what the robot's thread renews, or the last one if it does not."""
+    before, until_s = latest(), time.monotonic() + NEXT_S
+    while (value := latest()) is before and time.monotonic() < until_s:
+        time.sleep(POLL_S)
+    return value
 
 
 def _check_limit(name: str, value: float, limit: float) -> None:

@@ -89,6 +89,16 @@ async def _moving(assistant: Assistant) -> None:
             await anyio.sleep(0.01)
 
 
+def test_the_status_after_a_motion_is_not_that_before_it(fast):
+    async def talk(call: Call) -> None:
+        for angle_deg in (90, -90, 90):
+            turned = await call("turn", angle_deg=angle_deg)
+            status = await call("mission_status")
+            assert status["robot"]["pose"]["heading_deg"] == pytest.approx(turned["pose"]["heading_deg"], abs=2)
+
+    _converse(fast, talk)
+
+
 @pytest.mark.parametrize("mode", ["auto", "legacy"])
 def test_it_looks_drives_and_reads_the_sensors(fast, mode):
     async def talk(call: Call) -> None:
