@@ -45,7 +45,7 @@ def coco_labels(count: int) -> tuple[str, ...]:
 
 def labels_in(metadata: Mapping[str, str]) -> tuple[str, ...]:
     """Return the labels that a model's metadata name, or none."""
-    return next((found for key in KEYS if (found := _parsed(metadata.get(key, "")[:MAX_BYTES]))), ())
+    return next((found for key in KEYS if (found := _parsed(metadata.get(key, "")[:MAX_BYTES], commas=True))), ())
 
 
 def read_labels(path: Path) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ def read_labels(path: Path) -> tuple[str, ...]:
         ConfigError: It cannot be read, or has none.
     """
     try:
-        found = _parsed(read_text(path, MAX_BYTES))
+        found = _parsed(read_text(path, MAX_BYTES), commas=False)
     except InputFileError as error:
         raise ConfigError(str(error)) from None
     if not found:
@@ -69,7 +69,7 @@ def number_of(label: str, labels: Sequence[str], model: Path) -> int:
     Raises:
         ConfigError: The model has no such label; the message lists those it has.
     """
-    if label in labels:
+    if label and label in labels:  # an empty one is a number without a label
         return labels.index(label)
     if label.isdecimal() and len(label) < 6 and (not labels or int(label) < len(labels)):
         return int(label)
@@ -85,14 +85,19 @@ def number_of(label: str, labels: Sequence[str], model: Path) -> int:
 
 
 def listed(labels: Sequence[str], most: int = 100) -> str:
-    """Return the labels in one line, at most `most` of them."""
-    named = [one[:60] for one in labels if one]
+    """Return the labels in one line, at most `most` of them; those with a comma are quoted."""
+    named = [repr(one[:60]) if "," in one else one[:60] for one in labels if one]
     more = f" and {len(named) - most} more" if len(named) > most else ""
     return ", ".join(named[:most]) + more
 
 
-def _parsed(text: str) -> tuple[str, ...]:
-    """Return the labels in a text: JSON, a Python literal as Ultralytics writes it, one per line, or between commas."""
+def _parsed(text: str, *, commas: bool) -> tuple[str, ...]:
+    """Return the labels in a text: JSON, a Python literal as Ultralytics writes it, or one per line.
+
+    Args:
+        text: The text.
+        commas: Whether a text of one line has the labels between commas.
+    """
     value: object = None
     for parse in (json.loads, ast.literal_eval) if text.lstrip()[:1] in ("{", "[", "(") else ():
         with suppress(ValueError, SyntaxError, MemoryError, RecursionError, TypeError), catch_warnings():
@@ -104,7 +109,7 @@ def _parsed(text: str) -> tuple[str, ...]:
     if not isinstance(value, list | tuple):
         if text.lstrip().startswith(("{", '["', "['")):
             return ()  # a list or an object that is cut short or damaged
-        value = text.split("\n" if "\n" in text.strip() else ",")
+        value = text.split("," if commas and "\n" not in text.strip() else "\n")
     names = [str(one).strip()[:200] for one in value[:MAX_LABELS]]
     while names and not names[-1]:
         names.pop()

@@ -52,6 +52,15 @@ class Layout:
     classes: int | None = None
     raw: bool = False
 
+    @property
+    def coco_classes(self) -> int:
+        """Number of labels of a model trained on COCO whose outputs do not show it: 91 of torchvision's, else 80.
+
+        Source: RT-DETR's rtdetr_postprocessor.py in `deploy_mode`, YOLOv10's export, MMDeploy's `dets` and `labels`;
+        torchvision's detectors number as COCO itself.
+        """
+        return 91 if self.name == "boxes" and "scores" in self.roles else 80
+
 
 @dataclass(frozen=True, slots=True)
 class Places:

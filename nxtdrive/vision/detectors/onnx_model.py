@@ -95,6 +95,7 @@ class OnnxModel:
         if self._layout.name == "yunet":
             self._faces = _face_detector(path)
         self.labels = self._named(named)
+        self._assumed = bool(self.labels) and not named and self._layout.name != "yunet"
 
     def places(self, image: Image) -> tuple[Places, np.ndarray[tuple[int], np.dtype[np.float64]]]:
         """Return the places found in a BGR frame, and width and height of the frame of which their corners are shares.
@@ -122,10 +123,11 @@ class OnnxModel:
         licence = next((text for key, text in about.items() if "licen" in key.casefold()), "")
         side = self._input.width, self._input.height
         size = f"{side[0]}x{side[1]} pixels" if all(side) else "frames as they are"
+        assumed = "the file names none; taken as COCO's: " if self._assumed else ""
         runtime = self._runtime.title if self._faces is None else f"OpenCV {cv2.__version__}"
         return {
             "model": f"{self._file.path}, layout {self._layout.name}, {size}, {runtime}",
-            "labels": listed(self.labels) or "the file names none; a label is a number",
+            "labels": assumed + listed(self.labels) or "the file names none; a label is a number",
             "licence": licence[:200] or "the file names none; ask where it comes from",
             **{key: about[key][:200] for key in ("author", "description", "version", "producer") if about.get(key)},
         }
@@ -135,12 +137,12 @@ class OnnxModel:
         classes = self._layout.classes
         if classes is not None and len(named) > classes:
             raise ConfigError(
-                f"{self._file.path} tells {classes} labels apart, but {len(named)} are named.",
+                f"{self._file.path} tells {classes} label{'s' * (classes != 1)} apart, but {len(named)} are named.",
                 remedy="Give the file with the labels that this model was trained with.",
             )
         if self._layout.name == "yunet":
             return ("face",)
-        return named or coco_labels(classes or 91)
+        return named or coco_labels(classes or self._layout.coco_classes)
 
 
 def labels_of(path: Path, file: str | None = None) -> tuple[str, ...]:

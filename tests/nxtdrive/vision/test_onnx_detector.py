@@ -200,7 +200,7 @@ def test_a_model_may_find_no_place_at_all(detector, layout):
         ({"names": "{0: 'other'}"}, "bowl\ncup\ncat\n", "cup"),
         ({}, '["bowl", "cup", "cat"]', "cup"),
         ({"names": "{0: 'bowl', 1: 'cu", "classes": "bowl, cup"}, None, "cup"),  # damaged: not a list between commas
-        ({}, None, "bicycle"),  # COCO's second, where nothing names the labels
+        ({}, None, "person"),  # COCO's number 1, where nothing names the labels
         ({}, None, "1"),
     ],
 )
@@ -209,8 +209,8 @@ def test_labels_come_from_a_file_or_the_metadata(detector, tmp_path, metadata, l
     if labels_file:
         (tmp_path / "labels.txt").write_text(labels_file)
         options["labels"] = str(tmp_path / "labels.txt")
-    layout = "boxes" if label in ("bicycle", "1") else "yolo"
-    made = detector(model(layout, metadata=metadata), "person" if label == "bicycle" else label, **options)
+    layout = "boxes" if label in ("person", "1") else "yolo"
+    made = detector(model(layout, metadata=metadata), label, **options)
     assert made.detect(FRAME)
 
 
@@ -226,6 +226,35 @@ def test_labels_come_from_a_file_or_the_metadata(detector, tmp_path, metadata, l
 def test_a_label_that_is_not_in_the_model_is_refused_with_those_that_are(detector, label, message):
     with pytest.raises(ConfigError, match=message):
         detector(model("yolo"), label)
+
+
+def test_a_number_without_a_label_has_no_empty_label(detector):
+    with pytest.raises(ConfigError, match="has no label ''"):
+        detector(model("e2e", metadata={"names": "{0: 'bowl', 5: 'cat'}"}), "")
+
+
+def test_a_line_of_a_file_is_one_label_and_labels_with_commas_are_quoted(detector, tmp_path):
+    (tmp_path / "labels.txt").write_text("cup, white\n")
+    with pytest.raises(ConfigError, match=r"has no label 'cup'.*It has: 'cup, white'"):
+        detector(model("e2e"), "cup", labels=str(tmp_path / "labels.txt"))
+    assert detector(model("e2e"), "cup, white", labels=str(tmp_path / "labels.txt"))
+
+
+@pytest.mark.parametrize(
+    ("layout", "label"),
+    [("e2e", "bicycle"), ("detr-post", "bicycle"), ("boxes-scored", "bicycle"), ("boxes", "person")],
+)
+def test_cocos_labels_are_counted_as_the_layouts_models_do(detector, layout, label):
+    made = detector(model(layout, metadata={}), label)  # the models detect label 1
+    assert made.detect(FRAME)
+    assert made.description()["labels"].startswith("the file names none; taken as COCO's: person, bicycle")
+
+
+def test_one_label_is_counted_as_one(detector, tmp_path):
+    (tmp_path / "labels.txt").write_text("cup\nbowl\n")
+    outputs = {"logits": np.zeros((1, 5, 1), np.float32), "pred_boxes": np.zeros((1, 5, 4), np.float32)}
+    with pytest.raises(ConfigError, match="tells 1 label apart, but 2 are named"):
+        detector(constant_model(outputs), labels=str(tmp_path / "labels.txt"))
 
 
 def test_without_labels_a_number_is_needed(detector):
