@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -288,6 +289,15 @@ def test_what_a_pupil_got_wrong_is_said(tmp_path):
     ):
         assert sentence in said
     assert "importlib" not in said
+
+
+@pytest.mark.slow
+def test_a_pupil_may_hand_in_a_whole_copy_of_the_lesson(tmp_path):
+    shutil.copytree(ROOT / "examples" / "lesson", tmp_path / "lesson", ignore=shutil.ignore_patterns("__pycache__"))
+    for pupil in ("ann", "bob"):
+        shutil.copytree(ROOT / "examples" / "lesson", tmp_path / "lesson" / "pupils" / pupil)
+    done = _pytest_in(tmp_path / "lesson", "-k", "exercise_1", FOLDER="pupils/ann")
+    assert "1 failed, 7 deselected" in done.stdout, done.stdout
 
 
 SQUARES = [
