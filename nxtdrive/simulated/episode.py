@@ -32,9 +32,9 @@ class Episode:
         self.observers: list[Observer] = []
         self.reached: dict[str, float] = {}
         self._closing = ExitStack()
-        extras = scenario.extras
+        conditions = scenario.conditions
         transport = SimTransport(
-            self.simulation, latency_ms=extras.latency_ms, faults=extras.faults, warn_of_sleep=False
+            self.simulation, latency_ms=conditions.latency_ms, faults=conditions.faults, warn_of_sleep=False
         )
         brick = self._closing.enter_context(Brick(transport))
         self.robot = scenario_robot(scenario, self.simulation, brick, eyes, self.observers)

@@ -21,7 +21,7 @@ from nxtdrive.mission.camera import SIMULATED, open_mission_camera
 from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.camera.geometric import Quad
-from sim_backend.scenarios.extras import CameraLoss, Sight
+from sim_backend.scenarios.conditions import CameraLoss, Sight
 from sim_backend.simulation import Simulation
 
 GEOMETRIC, CAMERA = "geometric", "camera"
@@ -58,7 +58,7 @@ def scenario_robot(
         eyes: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
-    sight = scenario.extras.sight
+    sight = scenario.conditions.sight
     sensor = SpoiltSensor(simulation, sight, scenario.seed) if eyes == GEOMETRIC else None
     sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in sight.losses:

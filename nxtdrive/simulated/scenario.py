@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from behaviors.mission import Mission
 from sim_backend.scenarios.classes import generate_room
-from sim_backend.scenarios.extras import Extras
+from sim_backend.scenarios.conditions import Conditions
 from sim_backend.world.world_file import WorldFile
 
 
@@ -20,14 +20,14 @@ class Scenario:
         seed: Its seed; class and seed determine everything else.
         world: The room, its events, and the robot as it is.
         mission: Targets in order, time limit, and the robot as it describes it.
-        extras: The conditions besides the room: the link, the view.
+        conditions: Those besides the room: the link, the view.
     """
 
     kind: str
     seed: int
     world: WorldFile
     mission: Mission
-    extras: Extras = field(default_factory=Extras)
+    conditions: Conditions = field(default_factory=Conditions)
 
 
 @lru_cache(maxsize=64)
@@ -40,4 +40,4 @@ def generate_scenario(kind: str, seed: int) -> Scenario:
     """
     room, title = generate_room(kind, seed), f"{kind}-{seed}"
     mission = Mission.model_validate(room.mission(title))
-    return Scenario(kind, seed, room.world(title), mission, room.extras)
+    return Scenario(kind, seed, room.world(title), mission, room.conditions)

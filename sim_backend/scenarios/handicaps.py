@@ -7,7 +7,7 @@ from typing import Final
 
 from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
-from sim_backend.scenarios.extras import BLUETOOTH_MS, TIME_LIMIT_S, CameraLoss, Extras, Sight
+from sim_backend.scenarios.conditions import BLUETOOTH_MS, TIME_LIMIT_S, CameraLoss, Conditions, Sight
 from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, RoomBuilder, RoomGenerator
 from sim_backend.scenarios.rooms import furnished
 
@@ -20,7 +20,7 @@ def _dim(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
     sight = Sight(farthest_mm=PRINT_FOUND_MM * builder.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
-    builder.extras = Extras(sight=sight)
+    builder.conditions = Conditions(sight=sight)
     return builder
 
 
@@ -47,7 +47,7 @@ def _compass_distortion(random: Random) -> RoomBuilder:
         }
         for _ in range(random.randint(1, 3))
     ]
-    builder.extras = Extras(robot={"compass": COMPASS_PORT})
+    builder.conditions = Conditions(robot={"compass": COMPASS_PORT})
     return builder
 
 
@@ -59,7 +59,7 @@ def _link(random: Random) -> RoomBuilder:
         lasts_s = random.uniform(1.0, 5.0)
         outages.append((round(now_s * 1000), round((now_s + lasts_s) * 1000)))
         now_s += lasts_s + random.expovariate(1 / 20)
-    builder.extras = Extras(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
+    builder.conditions = Conditions(LinkFaults(silent_ms=tuple(outages)), random.uniform(*BLUETOOTH_MS))
     return builder
 
 
@@ -71,14 +71,14 @@ def _distractor(random: Random) -> RoomBuilder:
         while not builder.is_apart(at, PICTURES_APART_MM):
             at, facing = builder.place_at_wall(corner_mm=350.0)
         builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
-    builder.extras = Extras(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+    builder.conditions = Conditions(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
     return builder
 
 
 def _camera_loss(random: Random) -> RoomBuilder:
     builder = furnished(random)
     losses = [CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0)) for target in builder.targets]
-    builder.extras = Extras(sight=Sight(losses=tuple(losses)))
+    builder.conditions = Conditions(sight=Sight(losses=tuple(losses)))
     return builder
 
 

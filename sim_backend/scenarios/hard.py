@@ -10,8 +10,8 @@ import math
 from random import Random
 
 from sim_backend.bundled import PICTURES
+from sim_backend.scenarios.conditions import Conditions, Sight
 from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
-from sim_backend.scenarios.extras import Extras, Sight
 from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
 from sim_backend.scenarios.handicaps import PICTURES_APART_MM
 from sim_backend.scenarios.layouts import generate_layout
@@ -50,7 +50,7 @@ def _spread(random: Random, sd: float) -> float:
 def _flat(random: Random) -> RoomBuilder:
     """Find three targets in four rooms on a corridor within four minutes: explore rooms and doors, not places."""
     builder = inhabit(generate_flat(random, 4, THREE))
-    builder.extras = Extras(time_limit_s=240.0)
+    builder.conditions = Conditions(time_limit_s=240.0)
     return builder
 
 
@@ -86,14 +86,14 @@ def _many_lookalikes(random: Random) -> RoomBuilder:
                 break
         builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
-    builder.extras = Extras(sight=Sight(lookalikes=names, mistake_rates=rates))
+    builder.conditions = Conditions(sight=Sight(lookalikes=names, mistake_rates=rates))
     return builder
 
 
 def _hurry(random: Random) -> RoomBuilder:
     """Reach three targets in a minute: remember what was seen on the way, and take the nearest."""
     builder = furnished(random, 2600.0, 3400.0, targets=THREE)
-    builder.extras = Extras(time_limit_s=60.0)
+    builder.conditions = Conditions(time_limit_s=60.0)
     return builder
 
 
@@ -102,7 +102,7 @@ def _dusk(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["camera"] = {"fps": 5, "shutter_s": 0.1}
     builder.tables["light"] = {"exposure": 0.35}
-    builder.extras = Extras(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
+    builder.conditions = Conditions(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
     return builder
 
 
@@ -161,7 +161,7 @@ def _crowd(random: Random) -> RoomBuilder:
 def _big(random: Random) -> RoomBuilder:
     """Find six targets in eight to twelve rooms within ten minutes: plan a tour."""
     builder = inhabit(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1))
-    builder.extras = Extras(time_limit_s=600.0)
+    builder.conditions = Conditions(time_limit_s=600.0)
     return builder
 
 

@@ -45,7 +45,7 @@ def _mismeasured(random: Random) -> RoomBuilder:
 
 def _slow_link(random: Random) -> RoomBuilder:
     builder = ROOMS["narrow_door"](random)
-    builder.extras = replace(builder.extras, latency_ms=SLOW_LINK_MS)
+    builder.conditions = replace(builder.conditions, latency_ms=SLOW_LINK_MS)
     return builder
 
 

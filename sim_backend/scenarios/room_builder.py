@@ -10,7 +10,7 @@ from typing import Any
 
 from sim_backend.bundled import PICTURES
 from sim_backend.plane import Point, on_map
-from sim_backend.scenarios.extras import Extras
+from sim_backend.scenarios.conditions import Conditions
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.placement import misplaced, outline_of_picture, outline_of_wall
 from sim_backend.world.world_file import Robot, WorldFile
@@ -58,7 +58,7 @@ class RoomBuilder:
         events: Tables of events.
         tables: Further tables of the world file, by name.
         robot: Further entries of the robot's table.
-        extras: The scenario's conditions outside the world file.
+        conditions: Those outside the world file.
     """
 
     random: Random
@@ -73,7 +73,7 @@ class RoomBuilder:
     events: list[dict[str, Any]] = field(default_factory=list)
     tables: dict[str, Any] = field(default_factory=dict)
     robot: dict[str, Any] = field(default_factory=dict)
-    extras: Extras = field(default_factory=Extras)
+    conditions: Conditions = field(default_factory=Conditions)
 
     def between(self, low: float, high: float) -> float:
         """Draw a uniformly distributed number, rounded to tenths to keep files readable."""
@@ -195,13 +195,13 @@ class RoomBuilder:
     def mission(self, title: str) -> dict[str, Any]:
         """Return the tables of the mission's file."""
         return {
-            "mission": {"name": title, "targets": list(self.targets), "time_limit_s": self.extras.time_limit_s},
+            "mission": {"name": title, "targets": list(self.targets), "time_limit_s": self.conditions.time_limit_s},
             **{profile: {"cruise_mm_s": CRUISE_MM_S} for profile in ("thesis", "adaptive")},
             "target": {
                 name: {"detector": "picture", "pictures": [str(PICTURES / f"{name}.png")], "height_mm": PRINT_MM[1]}
                 for name in self.targets
             },
-            "robot": dict(self.extras.robot),
+            "robot": dict(self.conditions.robot),
         }
 
 

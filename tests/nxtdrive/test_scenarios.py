@@ -94,7 +94,7 @@ def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_believes():
 
 def test_each_lookalike_is_mistaken_at_a_rate_of_its_own():
     scenario = generate_scenario("many_lookalikes", 3)
-    sight = scenario.extras.sight
+    sight = scenario.conditions.sight
     assert len(sight.lookalikes) == len(sight.mistake_rates) == 4
     assert all(0.1 <= rate <= 0.6 for rate in sight.mistake_rates)
     simulation = Simulation(scenario.world, seed=3)
@@ -146,9 +146,9 @@ def test_a_class_generates_the_scenarios_that_it_always_generated(kind):
         for picture in world["pictures"]:
             picture["file"] = Path(picture.get("file", "")).name
         mission = scenario.mission.mission.targets, scenario.mission.robot.compass
-        sight = asdict(scenario.extras.sight)
+        sight = asdict(scenario.conditions.sight)
         assert sight.pop("mistake_rates") == ()  # newer than the digests
-        return world, mission, scenario.extras.faults.silent_ms, scenario.extras.latency_ms, sight
+        return world, mission, scenario.conditions.faults.silent_ms, scenario.conditions.latency_ms, sight
 
     text = json.dumps([values(seed) for seed in range(5)], sort_keys=True)
     assert hashlib.sha256(text.encode()).hexdigest()[:12] == DIGESTS[kind]

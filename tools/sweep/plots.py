@@ -11,7 +11,7 @@ import numpy as np
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.host.environment import require
-from sim_backend.scenarios.extras import TIME_LIMIT_S
+from sim_backend.scenarios.conditions import TIME_LIMIT_S
 
 from .mission_result import MissionResult
 from .summary import CONFIDENCE, by, reached_by, success_rate, wilson

@@ -49,7 +49,7 @@ def test_outages_suspend_a_mission_which_then_goes_on(kind, agent):
 
 def test_the_oracle_outlasts_outages_of_the_link():
     scenario = generate_scenario("link", 100)
-    assert scenario.extras.faults.silent_ms
+    assert scenario.conditions.faults.silent_ms
     trace, _ = run_episode(scenario, "oracle", "geometric")
     assert trace.ending is Ending.ACHIEVED
 

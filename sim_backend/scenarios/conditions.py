@@ -52,8 +52,8 @@ class Sight:
 
 
 @dataclass(frozen=True, slots=True)
-class Extras:
-    """The conditions of a class outside the world file.
+class Conditions:
+    """The conditions of a scenario outside its world file.
 
     Attributes:
         faults: Faults of the link.
