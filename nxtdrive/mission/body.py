@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from behaviors.ports import Eyes, MotionResult, Ports, Pose, RobotUnreachable, SensorListener, SensorLost, StopReason
 from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, RemoteProtocolError
-from nxtdrive.motion.drive_settings import usual_settings
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
 
 if TYPE_CHECKING:
@@ -192,7 +191,6 @@ def build_rover(brick: Brick, robot: RobotTable) -> Rover:
         ultrasonic=robot.ultrasonic or None,
         touch=robot.touch or None,
         compass=robot.compass or None,
-        settings=usual_settings(robot.wheel_diameter_mm, robot.axle_track_mm),
         safety=SafetyLimits(stop_distance_mm=robot.stop_distance_mm),
     )
 

@@ -37,22 +37,14 @@ class DriveSettings:
     lease_s: float = LEASE_S
 
 
-def usual_settings(wheel_diameter_mm: float, axle_track_mm: float) -> DriveSettings:
-    """Return the usual settings, slowed down to what wheels of these sizes allow."""
-    usual, (fastest_mm_s, fastest_deg_s) = DriveSettings(), _fastest(wheel_diameter_mm, axle_track_mm)
-    return replace(
-        usual, speed_mm_s=min(usual.speed_mm_s, fastest_mm_s), turn_deg_s=min(usual.turn_deg_s, fastest_deg_s)
-    )
+USUAL = DriveSettings()
+"""Those of a rover with the NXT set's wheels."""
 
 
-def _fastest(wheel_diameter_mm: float, axle_track_mm: float) -> tuple[float, float]:
-    """Return the highest speed in mm/s and the highest turn rate on the spot in deg/s."""
-    fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
-    return fastest_mm_s, math.degrees(2 * fastest_mm_s / axle_track_mm)
-
-
-def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings) -> None:
-    """Check sizes and settings of a rover.
+def checked_settings(
+    wheel_diameter_mm: float, axle_track_mm: float, settings: DriveSettings | None = None
+) -> DriveSettings:
+    """Check sizes and settings of a rover; without settings, return the usual ones, as fast as such wheels allow.
 
     Raises:
         LocalProtocolError: One is not a number, not positive, infinite, or faster than the wheels can turn.
@@ -60,12 +52,17 @@ def check_sizes(wheel_diameter_mm: float, axle_track_mm: float, settings: DriveS
     for name, value in (("wheel_diameter_mm", wheel_diameter_mm), ("axle_track_mm", axle_track_mm)):
         if not 0 < in_range(name, value, -math.inf, math.inf) < math.inf:
             raise LocalProtocolError(f"{name} must be positive and finite, not {value!r}.")
-    fastest_mm_s, fastest_deg_s = _fastest(wheel_diameter_mm, axle_track_mm)
+    fastest_mm_s = FASTEST_WHEEL_DEG_S * math.pi * wheel_diameter_mm / 360
+    fastest_deg_s = math.degrees(2 * fastest_mm_s / axle_track_mm)
+    if settings is None:
+        speed_mm_s, turn_deg_s = min(USUAL.speed_mm_s, fastest_mm_s), min(USUAL.turn_deg_s, fastest_deg_s)
+        return replace(USUAL, speed_mm_s=speed_mm_s, turn_deg_s=turn_deg_s)
     _check_setting("speed_mm_s", settings.speed_mm_s, fastest_mm_s)
     _check_setting("turn_deg_s", settings.turn_deg_s, fastest_deg_s)
     in_range("lease_s", settings.lease_s, *LEASE_RANGE_S)
     _check_setting("acceleration_mm_s2", settings.acceleration_mm_s2, math.inf)
     _check_setting("turn_acceleration_deg_s2", settings.turn_acceleration_deg_s2, math.inf)
+    return settings
 
 
 def _check_setting(name: str, value: float, limit: float) -> None:

@@ -16,7 +16,7 @@ from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.brake_predictor import SEEN_DEG_S
 from nxtdrive.motion.compass_correction import CompassCorrection
-from nxtdrive.motion.drive_settings import FASTEST_WHEEL_DEG_S, DriveSettings, check_sizes
+from nxtdrive.motion.drive_settings import FASTEST_WHEEL_DEG_S, DriveSettings, checked_settings
 from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
@@ -45,7 +45,6 @@ DRIVE_RANGE = 1e6
 
 S = TypeVar("S", bound=Sensor)
 SAFETY = SafetyLimits()
-SETTINGS = DriveSettings()
 START = Pose()
 
 
@@ -55,7 +54,7 @@ class RoverOptions(TypedDict, total=False):
     wheel_diameter_mm: float
     axle_track_mm: float
     safety: SafetyLimits
-    settings: DriveSettings
+    settings: DriveSettings | None
     reversed: bool | tuple[bool, bool]
     wheel_mismatch_percent: float
     turn_slip_percent: float
@@ -79,7 +78,7 @@ class Rover:
         compass: A compass or its port that corrects the heading whenever the robot has come to rest, or None; see
             `nxtdrive.motion.compass_correction`.
         safety: When the safety stop ends driving forward.
-        settings: How fast it moves.
+        settings: How fast it moves; by default as usual, or slower if the wheels are small.
         reversed: Whether positive power drives the robot backwards; for wheels that differ, (left, right).
         wheel_mismatch_percent: How much larger the right wheel is than the left one, -20..20; the diameter is the mean.
         turn_slip_percent: Share of each turn that the wheels lose by slipping, -20..50.
@@ -100,7 +99,7 @@ class Rover:
         touch: SensorPort | Touch | None = 1,
         compass: SensorPort | Compass | None = None,
         safety: SafetyLimits = SAFETY,
-        settings: DriveSettings = SETTINGS,
+        settings: DriveSettings | None = None,
         reversed: bool | tuple[bool, bool] = False,
         wheel_mismatch_percent: float = 0.0,
         turn_slip_percent: float = 0.0,
@@ -109,8 +108,8 @@ class Rover:
         sonar, bumper = _sensor(link, Ultrasonic, ultrasonic), _sensor(link, Touch, touch)
         heading_sensor = _sensor(link, Compass, compass)
         _check_ports(self._ports, {"sonar": sonar, "bumper": bumper, "compass": heading_sensor})
-        check_sizes(wheel_diameter_mm, axle_track_mm, of_type("settings", settings, DriveSettings))
-        self.settings = settings
+        wanted = None if settings is None else of_type("settings", settings, DriveSettings)
+        self.settings = settings = checked_settings(wheel_diameter_mm, axle_track_mm, wanted)
         self._link = link
         self._wheels = WheelGeometry.of(
             wheel_diameter_mm,

@@ -556,3 +556,11 @@ def test_battery_and_keep_alive_pass_through(lab):
     rover = room.brick.rover()
     rover.keep_alive()
     assert rover.battery_mv() == room.brick.battery_v * 1000
+
+
+def test_a_rover_with_small_wheels_drives_as_fast_as_they_allow(lab):
+    room = lab()
+    rover = room.brick.rover(wheel_diameter_mm=28.0)
+    assert rover.straight(300).stop is StopReason.DONE
+    with pytest.raises(LocalProtocolError, match="speed_mm_s must be above 0 and at most 181 with these wheels"):
+        room.brick.rover(wheel_diameter_mm=28.0, settings=DriveSettings(speed_mm_s=200.0))

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
 from behaviors.journal import Kind
-from nxtdrive.motion.rover import SETTINGS
+from nxtdrive.motion.drive_settings import USUAL
 from sim_backend.judge import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
 from sim_backend.scenarios.floor_plan import Pace, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
 from .referee import EpisodeTrace, TruthSample
 
-PACE = Pace(SETTINGS.speed_mm_s, SETTINGS.acceleration_mm_s2, SETTINGS.turn_deg_s, SETTINGS.turn_acceleration_deg_s2)
+PACE = Pace(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
 
 
