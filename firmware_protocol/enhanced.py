@@ -34,7 +34,7 @@ class GetInterpreterState(Command[Interpreter]):
 
 @reply
 class Breakpoints(Reply):
-    """A clump's four breakpoints; the first one is always empty."""
+    """A clump's four breakpoints."""
 
     enabled_0: U8
     offset_0: U16
@@ -47,13 +47,32 @@ class Breakpoints(Reply):
 
 
 @direct(0x24, since="1.32")
-class SetBreakpoint(Command[Breakpoints]):
-    """Store a breakpoint of a clump; numbers other than 1 to 3 are ignored. None was seen to stop a program."""
+class SetBreakpoints(Command[Breakpoints]):
+    """Store four breakpoints of a clump, each with its number, 0 to 3. None was seen to stop a program."""
 
     clump: U8
-    number: U8
-    enabled: U8
-    offset: U16
+    first: U8
+    first_enabled: U8
+    first_offset: U16
+    second: U8
+    second_enabled: U8
+    second_offset: U16
+    third: U8
+    third_enabled: U8
+    third_offset: U16
+    fourth: U8
+    fourth_enabled: U8
+    fourth_offset: U16
+
+    @property
+    def points(self) -> tuple[tuple[int, int, int], ...]:
+        """Number, enabled and offset of each."""
+        return (
+            (self.first, self.first_enabled, self.first_offset),
+            (self.second, self.second_enabled, self.second_offset),
+            (self.third, self.third_enabled, self.third_offset),
+            (self.fourth, self.fourth_enabled, self.fourth_offset),
+        )
 
 
 @direct(0x25, since="1.32")

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from typing import Any
 
 from firmware_protocol.direct import MESSAGE_LIMIT, KeepAlive, MessageRead, MessageWrite
-from firmware_protocol.enhanced import SetBreakpoint, SetInterpreterState
+from firmware_protocol.enhanced import SetBreakpoints, SetInterpreterState
 from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
@@ -34,7 +34,7 @@ _WAITING = 1
 _ERROR = 0x80
 """Bit of the status byte that marks a failure."""
 
-_EFFECTIVE = (KeepAlive, SetBreakpoint, SetInterpreterState)
+_EFFECTIVE = (KeepAlive, SetBreakpoints, SetInterpreterState)
 """Direct commands that return values but also change something."""
 
 _SPLIT = 256

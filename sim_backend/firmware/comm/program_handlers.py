@@ -119,12 +119,13 @@ class ProgramHandlers:
     def _interpreter(self) -> HandlerResult:
         return reply_with(enhanced.Interpreter(InterpreterState(self._command.state), *self._command.place))
 
-    @handles(enhanced.SetBreakpoint)
-    def set_breakpoint(self, command: enhanced.SetBreakpoint) -> HandlerResult:
-        """Store a breakpoint."""
+    @handles(enhanced.SetBreakpoints)
+    def set_breakpoints(self, command: enhanced.SetBreakpoints) -> HandlerResult:
+        """Store breakpoints, in the order of the telegram."""
         records = self._command.records_with(command.clump)
         if records:
-            records.set_breakpoint(command.clump, command.number, command.enabled, command.offset)
+            for point in command.points:
+                records.set_breakpoint(command.clump, *point)
             self._command.enable_pause()
         return self._breakpoints(command.clump)
 

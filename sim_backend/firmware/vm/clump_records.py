@@ -25,7 +25,7 @@ _POINT = 4
 _BREAKPOINT = struct.Struct("<BH")
 """Whether it is enabled, and its offset."""
 _BREAKPOINTS = 4
-"""Number of a clump's breakpoints; storing one clears the first."""
+"""Number of a clump's breakpoints."""
 
 _BEGIN, _LAST, _PLACE = range(3)
 """Order of the numbers of a record."""
@@ -89,7 +89,7 @@ class ClumpRecords:
             pool[at + record.number_of] = clump.dependents
             if record.points is not None:
                 pool[at + record.points - 1] = NO_CLUMP  # it has called none
-                for point in range(1, _BREAKPOINTS):
+                for point in range(_BREAKPOINTS):
                     self.set_breakpoint(number, point, 0, 0)
         self._shown = [(clump.start, NEVER) for clump in program.clumps]
 
@@ -108,9 +108,8 @@ class ClumpRecords:
                 struct.pack_into("<I", self._pool, at + record.wake, task.wake_ms - 1 & _ADDRESS_MASK)
 
     def set_breakpoint(self, clump: int, number: int, enabled: int, offset: int) -> None:
-        """Store a breakpoint, and clear the first; a number beyond the last is a place in the records behind."""
+        """Store a breakpoint; a number beyond the last is a place in the records behind."""
         _BREAKPOINT.pack_into(self._pool, self._point_at(clump, number), enabled, offset)
-        _BREAKPOINT.pack_into(self._pool, self._point_at(clump, 0), 0, 0)
 
     def breakpoints(self, clump: int) -> list[int]:
         """Return of each breakpoint of a clump whether it is enabled, and its offset."""

@@ -244,7 +244,15 @@ def test_without_a_program_there_is_no_state_to_set():
     assert answers("1.32", state(1), ASK_STATE) == ["02220000ff0000", "02230000ff0000"]
 
 
-def test_breakpoints_are_kept_apart_from_the_first():
+def test_a_telegram_stores_four_breakpoints():
+    points = ["002400" + "01010100" + "02010200" + "03010300" + "00010400", "002400" + "02050600", "002500"]
+    stored, over_stale_bytes, kept = answers("1.32", *counting_program(), *points)[-3:]
+    assert stored == "022400" + "010400" + "010100" + "010200" + "010300"
+    assert over_stale_bytes == "022400" + "010400" + "010100" + "010200" + "010300"
+    assert kept[6:] == over_stale_bytes[6:]
+
+
+def test_zeros_behind_a_breakpoint_clear_the_first():
     points = ["00240000013412", "00240001017856", "00240004013333", "002500", "002501"]
     first, *_, kept, missing = answers("1.32", *counting_program(), *points)[-5:]
     assert first == "022400" + bytes(12).hex()
