@@ -113,10 +113,7 @@ class UiModule:
 
     @property
     def map_state(self) -> int:
-        """The state in the map. A written state takes effect in the same pass.
-
-        While a file has the screen, only those of the menus do.
-        """
+        """The state in the map. A written state takes effect in the same pass."""
         return self.registers.state
 
     @map_state.setter
@@ -142,9 +139,9 @@ class UiModule:
             self._files.show_menu()
         elif state == UiState.MELODY and before == UiState.LOGO and registers.starting:
             self._boot.skip_pictures()
-        elif state in states.MENU_STATES or (not ran and state in states.GONE_ON_FROM):
+        elif state in (UiState.START, *states.MENU_STATES) or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
-        elif not ran and state in states.RADIO_SHOWN:
+        elif state in states.RADIO_SHOWN:
             registers.leave_start()
             self._dialog.begin(state)
         elif ran:
