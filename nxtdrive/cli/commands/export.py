@@ -155,5 +155,6 @@ def _files(past: PastRun, given: Mapping[str, Path]) -> dict[str, Path]:
 
 def _say(path: Path, *details: str) -> None:
     """Print what was written."""
-    size = f"{path.stat().st_size / 1e6:.1f} MB"
+    count = path.stat().st_size
+    size = f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"
     write_line(f"{path}: {', '.join([size, *details])}")
