@@ -164,6 +164,7 @@ def sweep(
     out: Path,
     workers: Workers,
     *,
+    begin: Callable[[], None] = lambda: None,
     progress: Callable[[MissionResult], None] = lambda _: None,
 ) -> Swept:
     """Run the tasks that have no result in the file yet, and append theirs.
@@ -172,6 +173,7 @@ def sweep(
         tasks: All tasks of the sweep.
         out: The file, with one line of JSON per mission.
         workers: Run the missions.
+        begin: Called before the first mission, once the file can be written.
         progress: Called with each new result, once it is in the file.
 
     Raises:
@@ -181,6 +183,7 @@ def sweep(
     known = {result.key: result for result in read_results(out)}
     missing = [task for task in tasks if task.key not in known]
     with ResultFile(out) as file:
+        begin()
         for result in run_tasks(missing, workers):
             file.append(result.to_json())
             known[result.key] = result

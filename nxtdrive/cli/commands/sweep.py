@@ -160,14 +160,12 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed
     """Run the missing missions, with a progress bar; a sweep that is killed leaves what performed it in the summary."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from nxtdrive.tools.sweep.result_file import ResultFile, read_results
+    from nxtdrive.tools.sweep.result_file import read_results
     from nxtdrive.tools.sweep.runner import sweep
     from nxtdrive.tools.sweep.summary_file import summary_path, write_summary
 
     known = {result.key for result in read_results(out)}
     done = sum(task.key in known for task in tasks)
-    with ResultFile(out):  # where no result can be written there is no summary either
-        write_summary(summary_path(out), performed)
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     screen = make_console(stderr=True)
     with (
@@ -176,11 +174,14 @@ def _sweep(tasks: Sequence[Task], out: Path, args: argparse.Namespace, performed
     ):
         bar = progress.add_task("missions", total=len(tasks), completed=done)
 
+        def begin() -> None:
+            write_summary(summary_path(out), performed)
+
         def show(result: MissionResult) -> None:
             progress.update(bar, advance=1, description=f"last {result.kind}:{result.seed}:{result.agent}")
 
         try:
-            return sweep(tasks, out, workers, progress=show)
+            return sweep(tasks, out, workers, begin=begin, progress=show)
         except KeyboardInterrupt:
             progress.stop()
             screen.print(f"interrupted; the missions so far are in {out}: continue with --resume", markup=False)
