@@ -1,6 +1,6 @@
 """Build the robot of a scenario: the product's body and eyes on a simulation, degraded as the scenario demands.
 
-A profile gets a `MissionPorts` and nothing else; it has no access to the simulation.
+A profile gets a `ScenarioRobot` and nothing else; it has no access to the simulation.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ LOOK_MS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class MissionPorts:
-    """The ports of one mission.
+class ScenarioRobot:
+    """The robot of one scenario, and its mission.
 
     Attributes:
         mission: The mission.
@@ -48,7 +48,7 @@ class MissionPorts:
 
 def scenario_robot(
     scenario: Scenario, simulation: Simulation, brick: Brick, eyes: str, observers: Sequence[Observer]
-) -> MissionPorts:
+) -> ScenarioRobot:
     """Build the robot of a scenario.
 
     Args:
@@ -63,7 +63,7 @@ def scenario_robot(
     sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in sight.losses:
         _lose_camera(simulation, loss)
-    return MissionPorts(scenario.mission, mission_ports(brick, scenario.mission, sees), observers)
+    return ScenarioRobot(scenario.mission, mission_ports(brick, scenario.mission, sees), observers)
 
 
 class SpoiltSensor:

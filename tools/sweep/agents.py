@@ -1,7 +1,7 @@
 """The agents that a sweep compares, by name: profiles, baselines and oracles.
 
 An agent drives one mission through its ports. To compare another one, add a line to `AGENTS`: an entry is a function
-that takes `MissionPorts` and returns the mission's report. It is judged by the journal that it writes.
+that takes `ScenarioRobot` and returns the mission's report. It is judged by the journal that it writes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import find_profile
 from behaviors.profiles.thesis import ThesisProfile
 from behaviors.thesis.policy import ThesisPolicy
-from nxtdrive.simulated.robot import MissionPorts
+from nxtdrive.simulated.robot import ScenarioRobot
 from sim_backend.simulation import Simulation
 
 from .baselines import Nav2List, RandomWalk
@@ -26,13 +26,13 @@ from .oracle_eyes import OracleEyes
 NEVER = 10**9
 """Number of searches for one target before it is given up."""
 
-Agent = Callable[[MissionPorts], Report]
+Agent = Callable[[ScenarioRobot], Report]
 
 
 def _executive(make_profile: MakeProfile, **adaptive: object) -> Agent:
     """Return an agent that runs the executive with a profile, with these parameters of the adaptive one replaced."""
 
-    def run(robot: MissionPorts) -> Report:
+    def run(robot: ScenarioRobot) -> Report:
         profile = robot.mission.adaptive.model_copy(update=adaptive)
         mission = robot.mission.model_copy(update={"adaptive": profile})
         return Executive(mission, robot.ports, robot.observers, make_profile).run()
@@ -77,7 +77,7 @@ def equipped(agent: str, mission: Mission) -> Mission:
     return mission.model_copy(update={"robot": robot})
 
 
-def drive(agent: str, robot: MissionPorts, simulation: Simulation) -> Report:
+def drive(agent: str, robot: ScenarioRobot, simulation: Simulation) -> Report:
     """Run a mission with an agent or with a custom profile; only oracles get the simulation."""
     if agent in ORACLES:
         return ORACLES[agent](robot, simulation).run()

@@ -19,7 +19,7 @@ from behaviors.ports import MotionResult, Outage, Sighting, StopReason
 from behaviors.skills import SkillContext, TimeUp
 from behaviors.target_queue import TargetOutcome, TargetQueue
 from behaviors.thesis.skills import ThesisArriveSkill, ThesisSearchSkill
-from nxtdrive.simulated.robot import MissionPorts
+from nxtdrive.simulated.robot import ScenarioRobot
 
 
 class Baseline(ABC):
@@ -29,7 +29,7 @@ class Baseline(ABC):
         robot: The robot.
     """
 
-    def __init__(self, robot: MissionPorts) -> None:
+    def __init__(self, robot: ScenarioRobot) -> None:
         self.body, self.eyes, self.clock = robot.ports
         self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = self.clock.now()

@@ -7,7 +7,7 @@ from random import Random
 from behaviors.events import Event, Reason
 from behaviors.ports import Sighting, StopReason
 from behaviors.thesis.skills import N as THESIS
-from nxtdrive.simulated.robot import MissionPorts
+from nxtdrive.simulated.robot import ScenarioRobot
 
 from .baseline import Baseline
 
@@ -66,7 +66,7 @@ class RandomWalk(Baseline):
     A random walk never gives up, so the remaining time is divided evenly among the remaining targets.
     """
 
-    def __init__(self, robot: MissionPorts) -> None:
+    def __init__(self, robot: ScenarioRobot) -> None:
         super().__init__(robot)
         self._random = Random(f"random walk {robot.mission.mission.name}")
 

@@ -11,7 +11,7 @@ import math
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import StopReason
-from nxtdrive.simulated.robot import MissionPorts
+from nxtdrive.simulated.robot import ScenarioRobot
 from sim_backend.judge import survey
 from sim_backend.scenarios.floor_plan import Goal, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
@@ -46,7 +46,7 @@ class Oracle(Baseline):
         truth: The ground truth.
     """
 
-    def __init__(self, robot: MissionPorts, simulation: Simulation) -> None:
+    def __init__(self, robot: ScenarioRobot, simulation: Simulation) -> None:
         super().__init__(robot)
         self._simulation = simulation
         self.truth = simulation.truth

@@ -13,7 +13,7 @@ import numpy as np
 
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Sighting
-from nxtdrive.simulated.robot import MissionPorts
+from nxtdrive.simulated.robot import ScenarioRobot
 from sim_backend.judge import CAMERA_HEIGHT_MM, survey
 from sim_backend.plane import Point
 from sim_backend.scenarios.floor_plan import Floats, FloorPlan, Goal, Mask, Path
@@ -51,7 +51,7 @@ class OracleEyes(Oracle):
         simulation: The source of the ground truth.
     """
 
-    def __init__(self, robot: MissionPorts, simulation: Simulation) -> None:
+    def __init__(self, robot: ScenarioRobot, simulation: Simulation) -> None:
         super().__init__(robot, simulation)
         self._places = LookoutPlaces(self._walls_and_furniture())
         self._seen: set[str] = set()
