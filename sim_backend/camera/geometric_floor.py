@@ -17,6 +17,7 @@ from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import NEAR_MM, Panel, Viewpoint, in_level_frame
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 COLUMNS = 24
 FARTHEST_MM = 20000.0
@@ -57,23 +58,31 @@ class GeometricFloor:
     def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
         """Return the points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
 
-        An object on legs hides only the floor behind it, so the floor seems to reach farther than it does.
+        An object on legs hides only the floor behind it, so the floor seems to reach farther than it does. One that
+        looks like the floor seems to be floor up to its upper edge, and hides what is behind it. Columns in which the
+        floor seems to reach above the horizon are left out.
         """
         rays = (np.arange(COLUMNS) + 0.5) / COLUMNS * camera.width - camera.width / 2
         rays /= camera.focal_px
-        lens = viewpoint.x_mm, viewpoint.y_mm
-        seen = [
-            panel
-            for panel in panels
-            if panel.bottom_mm < viewpoint.height_mm
-            and panel.texture_of(front=panel.shows_front_to(*lens)) not in self._law.look_like_floor
-        ]
-        depth = _depths_mm(seen, viewpoint, rays)
+        below = [panel for panel in panels if panel.bottom_mm < viewpoint.height_mm]
+        foot, met = _met(below, viewpoint, rays)
+        alike = np.array([self._looks_like_floor(panel, viewpoint) for panel in met], bool)
+        begins = _beyond(foot, [panel.bottom_mm for panel in met], viewpoint)
+        depth = begins[:, ~alike].min(axis=1, initial=FARTHEST_MM)
+        hiding = alike & (begins < depth[:, None]).any(axis=0)
+        if hiding.any():
+            ends = _beyond(foot, [panel.top_mm for panel in met], viewpoint)
+            depth = _uncovered(foot, begins, ends, hiding, ~alike)
+            rays, depth = rays[np.isfinite(depth)], depth[np.isfinite(depth)]
         heading = math.radians(viewpoint.heading_deg)
         cos, sin = math.cos(heading), math.sin(heading)
         x = viewpoint.x_mm + depth * (cos - rays * sin)
         y = viewpoint.y_mm + depth * (sin + rays * cos)
         return np.stack([x, y], axis=1)
+
+    def _looks_like_floor(self, panel: Panel, viewpoint: Viewpoint) -> bool:
+        front = panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm)
+        return panel.texture_of(front=front) in self._law.look_like_floor
 
     def error_px(self, generator: random.Random) -> float:
         """Return an error of the row at which the floor ends."""
@@ -82,17 +91,53 @@ class GeometricFloor:
         return generator.gauss(0.0, self._law.row_sd_px)
 
 
-def _depths_mm(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> Array:
-    """Return the depth along the heading, (n,), at which panels hide the floor, for rays by their angle's tangent."""
-    ends = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm, p.bottom_mm) for p in panels], np.float64)
-    x0, y0, x1, y1, bottom = ends.reshape(-1, 5).T
+def _met(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> tuple[Array, list[Panel]]:
+    """Return at which depth along the heading rays, by their tangents, meet panels, (rays, n), and those panels.
+
+    It is infinite where a ray does not meet one.
+    """
+    feet = np.array([(p.x0_mm, p.y0_mm, p.x1_mm, p.y1_mm) for p in panels], np.float64)
+    x0, y0, x1, y1 = feet.reshape(-1, 4).T
     (right0, depth0), (right1, depth1) = in_level_frame(x0, y0, viewpoint), in_level_frame(x1, y1, viewpoint)
-    ahead = (depth0 > 0.0) | (depth1 > 0.0)
-    right0, depth0, right1, depth1, bottom = (each[ahead] for each in (right0, depth0, right1, depth1, bottom))
+    ahead = np.flatnonzero((depth0 > 0.0) | (depth1 > 0.0))
+    right0, depth0, right1, depth1 = (each[ahead] for each in (right0, depth0, right1, depth1))
     along_right, along_depth = right1 - right0, depth1 - depth0
     ray = rays[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = (ray * depth0 - right0) / (along_right - ray * along_depth)
-        depth = (depth0 + share * along_depth) * viewpoint.height_mm / (viewpoint.height_mm - bottom)
-    depth = np.where((share >= 0.0) & (share <= 1.0) & (depth > NEAR_MM), depth, FARTHEST_MM)
-    return np.asarray(depth.min(axis=1, initial=FARTHEST_MM), np.float64)
+        depth = depth0 + share * along_depth
+    met = (share >= 0.0) & (share <= 1.0) & (depth > NEAR_MM)
+    seen = np.flatnonzero(met.any(axis=0))
+    return np.where(met, depth, np.inf)[:, seen], [panels[each] for each in ahead[seen]]
+
+
+def _beyond(foot: Array, heights_mm: Sequence[float], viewpoint: Viewpoint) -> Array:
+    """Return at which depth the floor would lie that is seen in the direction of edges at these heights, (rays, n).
+
+    It is infinite above the horizon.
+    """
+    lower_mm = np.maximum(viewpoint.height_mm - np.array(heights_mm, np.float64), 0.0)
+    with np.errstate(divide="ignore"):
+        beyond: Array = foot * viewpoint.height_mm / lower_mm
+    return beyond
+
+
+def _uncovered(foot: Array, begins: Array, ends: Array, hiding: Mask, solid: Mask) -> Array:
+    """Return the depth, (rays,), at which the floor seems to end where panels look like it and hide what is behind.
+
+    It is infinite where one of them reaches above the horizon and nothing ends the floor before.
+
+    Args:
+        foot: Depth of each panel, (rays, n).
+        begins: Depth of the floor in the direction of its lower edge.
+        ends: The same of its upper edge.
+        hiding: Which of them look like the floor and hide something.
+        solid: Which of them do not look like the floor.
+    """
+    behind, shown, horizon = foot[:, solid], begins[:, solid], np.full(len(foot), FARTHEST_MM)
+    for depth, begin, end in zip(foot.T[hiding], begins.T[hiding], ends.T[hiding], strict=True):
+        hidden = (behind > depth[:, None]) & (shown >= begin[:, None])
+        shown = np.where(hidden, np.maximum(shown, end[:, None]), shown)
+        horizon[np.isfinite(depth) & np.isinf(end)] = np.inf
+    seen: Array = np.column_stack([np.where(shown < ends[:, solid], shown, np.inf), horizon]).min(axis=1)
+    return seen

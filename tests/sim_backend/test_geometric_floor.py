@@ -66,9 +66,46 @@ def test_what_is_behind_the_camera_hides_nothing():
     assert [x for x, _ in EXACT.ends([], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
 
 
-def test_a_texture_taken_for_floor_hides_nothing():
-    blind = GeometricFloor(law=FloorLaw(row_sd_px=0.0, look_like_floor=frozenset({"wall"}), specks=0.0))
-    assert [x for x, _ in blind.ends([wall(1000.0)], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
+TAKEN_FOR_FLOOR = GeometricFloor(law=FloorLaw(row_sd_px=0.0, look_like_floor=frozenset({"crate"}), specks=0.0))
+
+
+def crate(ahead_mm, top_mm, texture="crate"):
+    return Panel(ahead_mm, -9000.0, ahead_mm, 9000.0, 0.0, top_mm, texture)
+
+
+def depths(*panels):
+    return [x for x, _ in TAKEN_FOR_FLOOR.ends(panels, ORIGIN, CAMERA)]
+
+
+def test_what_looks_like_the_floor_and_reaches_above_the_lens_gives_no_end():
+    assert depths(crate(1000.0, 200.0), wall(2000.0)) == []
+    assert depths(crate(1000.0, 2500.0)) == []
+
+
+def test_in_front_of_it_the_floor_ends_as_ever():
+    assert depths(crate(1000.0, 400.0), wall(900.0)) == pytest.approx([900.0] * 24)
+
+
+def test_over_a_low_thing_that_looks_like_the_floor_it_seems_to_go_on():
+    # its upper edge hides what is nearer than 2 m behind it
+    assert depths(crate(1000.0, 100.0), wall(3000.0)) == pytest.approx([3000.0] * 24)
+    assert depths(crate(1000.0, 100.0), wall(1500.0)) == pytest.approx([2000.0] * 24)
+    assert depths(crate(1000.0, 100.0), crate(1500.0, 40.0, "wall")) == pytest.approx([FARTHEST_MM] * 24)
+    assert depths(crate(1000.0, 100.0)) == pytest.approx([FARTHEST_MM] * 24)
+
+
+def test_under_a_hanging_one_the_floor_ends_as_ever():
+    hanging = Panel(1000.0, -9000.0, 1000.0, 9000.0, 100.0, 400.0, "crate")
+    assert depths(hanging, wall(1500.0)) == pytest.approx([1500.0] * 24)
+    assert depths(hanging, wall(2500.0)) == []
+
+
+def test_beside_it_the_floor_ends_as_ever():
+    narrow = Panel(1000.0, -100.0, 1000.0, 100.0, 0.0, 400.0, "crate")
+    ends = TAKEN_FOR_FLOOR.ends([narrow, wall(2000.0)], ORIGIN, CAMERA)
+    assert [x for x, _ in ends] == pytest.approx([2000.0] * len(ends))
+    assert {abs(y) < 200.0 for _, y in ends} == {False}
+    assert 10 <= len(ends) < 24
 
 
 def test_errors_are_as_large_as_the_law_says():

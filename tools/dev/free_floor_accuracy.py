@@ -18,6 +18,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from statistics import fmean
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ from behaviors.adaptive.perception import N as PERCEPTION
 from behaviors.angles import wrapped_deg
 from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.free_floor import N as DETECTOR
+from nxtdrive.vision.geometry import Mounting
+from nxtdrive.vision.geometry import Pinhole as EyesPinhole
 from sim_backend.camera.geometric_floor import FloorLaw, GeometricFloor
 from sim_backend.camera.lens import PERFECT, Lens, LensEffects
 from sim_backend.camera.projection import Pinhole
@@ -55,7 +58,7 @@ FINER = 2
 NEAR_PX = 2.5
 """A row is right within this, in pixels of a frame `DETECTOR.width_px` wide."""
 ALIKE = 0.5
-"""Textures with more than this share of rays that end too far cannot be told apart."""
+"""Textures with more than this share of rays that end too far, or have no result, cannot be told apart."""
 TILES = 4
 """Rugs and shadows on the floor repeat after this many widths of the floor's texture."""
 
@@ -121,7 +124,8 @@ class Ray:
         obstacle: Texture of the obstacle that ends the floor.
         end_px: Row in which the floor ends.
         rug_px: Row in which a rug begins; None without one in front of the obstacle.
-        seen_px: Row in which the detector sees the end; None without a result.
+        seen_px: Row in which the detector sees the end; None without a result, or with one above the horizon.
+        tall: Whether the obstacle reaches above the horizon of a level camera.
     """
 
     floor: str
@@ -129,6 +133,7 @@ class Ray:
     end_px: float
     rug_px: float | None
     seen_px: float | None
+    tall: bool
 
     @property
     def error_px(self) -> float:
@@ -235,6 +240,7 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     fine = DETECTOR.width_px * FINER, condition.size[1] * DETECTOR.width_px * FINER // condition.size[0]
     kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=Kinds(room, textures.rugs))
     lens = Lens(condition.effects, condition.size, camera.pinhole.focal_px, seed)
+    eyes = EyesPinhole.from_hfov(condition.size[0], mounting=Mounting(tilt_deg=condition.tilt_deg))
     detector = FreeFloorDetector()
 
     def frame(viewpoint: Viewpoint, turn_deg_s: float = 0.0, brightness: float = 1.0) -> Image:
@@ -248,10 +254,9 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
         detector.learn(number)
     for place in room.places:
         place = replace(place, tilt_deg=condition.tilt_deg)
-        ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness)) * (
-            DETECTOR.width_px / condition.size[0]
-        )
-        yield from compare(room, kinds.frame(room.panels, place), ends)
+        ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness))
+        below = ends[eyes.directions(*ends.T)[1] > 0.0] * (DETECTOR.width_px / condition.size[0])
+        yield from compare(room, kinds.frame(room.panels, place), below)
 
 
 def faded(image: Image, share: float, towards: float) -> Image:
@@ -274,7 +279,8 @@ def compare(room: Room, kinds: Image, ends: NDArray[np.float64]) -> Iterable[Ray
         obstacle = room.box if upwards[first, 2] > upwards[first, 0] else room.wall
         begins = int(rug[:first].argmax())
         rug_px = (len(upwards) - begins) / FINER if begins else None
-        yield Ray(room.floor, obstacle, (len(upwards) - first) / FINER, rug_px, seen.get(column))
+        tall = bool((upwards[first : len(upwards) // 2 + 1] == upwards[first]).all())
+        yield Ray(room.floor, obstacle, (len(upwards) - first) / FINER, rug_px, seen.get(column), tall)
 
 
 def row(name: str, rays: Sequence[Ray]) -> str:
@@ -288,18 +294,22 @@ def row(name: str, rays: Sequence[Ray]) -> str:
     return f"| {name} | {len(rays)} | {' | '.join(cells)} | {' | '.join(f'{100 * each:.1f} %' for each in shares)} |"
 
 
-def alike(rays: Iterable[Ray]) -> Iterable[str]:
-    """Yield the pairs of floor and obstacle of which some rays end too far, worst first."""
+def alike(rays: Sequence[Ray]) -> Iterable[str]:
+    """Yield the pairs of floor and obstacle that some rays overlook, worst first, and what it amounts to."""
     pairs: Mapping[tuple[str, str], list[bool]] = defaultdict(list)
     for ray in rays:
-        if ray.seen_px is not None:
-            pairs[ray.floor, ray.obstacle].append(ray.error_px < -NEAR_PX)
-    shares = {pair: sum(far) / len(far) for pair, far in pairs.items()}
+        pairs[ray.floor, ray.obstacle].append(ray.seen_px is None or ray.error_px < -NEAR_PX)
+    shares = {pair: fmean(overlooked) for pair, overlooked in pairs.items()}
     for (floor, obstacle), share in sorted(shares.items(), key=lambda item: -item[1]):
         if share >= 0.01:
             verdict = "cannot be told apart" if share > ALIKE else "told apart"
-            yield f"{obstacle} on {floor}: {100 * share:.0f} % of {len(pairs[floor, obstacle])} rays too far, {verdict}"
-    yield f"{sum(share > ALIKE for share in shares.values())} of {len(shares)} pairs cannot be told apart"
+            count = len(pairs[floor, obstacle])
+            yield f"{obstacle} on {floor}: {100 * share:.0f} % of {count} rays overlook it, {verdict}"
+    same = {pair for pair, share in shares.items() if share > ALIKE}
+    yield f"{len(same)} of {len(shares)} pairs cannot be told apart"
+    for tall, which in ((True, "higher"), (False, "lower")):
+        ends = [ray.seen_px is not None for ray in rays if (ray.floor, ray.obstacle) in same and ray.tall is tall]
+        yield f"of {len(ends)} rays to those {which} than the lens {100 * fmean(ends or [0]):.0f} % have a result"
 
 
 def on_rugs(rays: Iterable[Ray]) -> str:
