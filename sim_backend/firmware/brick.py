@@ -7,6 +7,7 @@ from random import Random
 
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.button import Button, ButtonModule
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.dispatch import BluetoothComm, UsbComm
 from sim_backend.firmware.comm.file_handlers import FileHandlers
 from sim_backend.firmware.comm.handler_result import Handlers, handlers_of
@@ -23,7 +24,7 @@ from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.limits import BLUETOOTH, Channel
+from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.long_read import LongRead
 from sim_backend.firmware.mailboxes import Mailboxes
 from sim_backend.firmware.module import Clock, Module
@@ -124,7 +125,7 @@ class SimBrick:
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
-        channel = Channel(LongRead(self.loader, BLUETOOTH.buffer))
+        channel = Channel(LongRead(self.loader, self.radio, BLUETOOTH.buffer))
         self.high_speed = HighSpeed(clock, channel, version)
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from sim_backend.firmware.limits import Channel
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.versions import Version
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sim_backend.firmware.long_read import LongRead
-
 
 class Limits(NamedTuple):
     """Sizes of one link in bytes.
@@ -27,20 +25,3 @@ class Limits(NamedTuple):
 
 USB = Limits(64, 58, 55, 59, streams=False)
 BLUETOOTH = Limits(128, 122, 119, 121, streams=True)
-
-
-class Channel:
-    """The link that the current command came over.
-
-    Attributes:
-        limits: Limits of that link.
-        follows_port: Whether the high speed port has had its turn at this time, as it has before a command over USB;
-            a program runs when the clock shows the next pass.
-        inbox: Its receive buffer, with the bytes that follow it in the Comm map.
-        outbox: Its send buffer, with the last reply.
-        long_read: The long Read over Bluetooth.
-    """
-
-    def __init__(self, long_read: LongRead) -> None:
-        self.limits, self.long_read, self.follows_port = USB, long_read, False
-        self.inbox = self.outbox = memoryview(bytearray(USB.buffer))

@@ -6,6 +6,7 @@ from firmware_protocol.status import Status
 from firmware_protocol.system import FileData, Read
 from firmware_protocol.telegram import Kind
 from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.radio import Radio
 
 _HEADER, _FIRST = 6, 120
 """Bytes before the first piece of data, and of that piece."""
@@ -14,19 +15,25 @@ _HEADER, _FIRST = 6, 120
 class LongRead:
     """The last long Read: its buffer is sent, filled from its start, and sent again, once in a pass.
 
-    Attributes:
-        left: Bytes of data that are still to be sent; no other long Read begins before they are.
+    No other one begins before all is sent, nor while the radio is busy with something else.
     """
 
-    def __init__(self, loader: Loader, size: int) -> None:
-        self._loader = loader
+    def __init__(self, loader: Loader, radio: Radio, size: int) -> None:
+        self._loader, self._radio = loader, radio
         self._buffer = bytearray(size)
-        self._handle = self.left = 0
+        self._handle = 0
         self._status = int(Status.OK)
 
+    @property
+    def sending(self) -> bool:
+        """Whether the reply is still being sent, or would be if its file were longer."""
+        return self._radio.unsent > 0
+
     def begin(self, handle: int, size: int) -> bytes:
-        """Return the header and the first piece, which is whole even if the file is shorter."""
-        self._handle, self.left = handle, size - _FIRST
+        """Return the header and the first piece, which is whole even if the file is shorter; nothing if it is lost."""
+        if self._radio.busy:
+            return b""
+        self._handle, self._radio.unsent = handle, size - _FIRST
         self._status, data = self._loader.read(handle, _FIRST)
         header = bytes((Kind.REPLY, Read.opcode, self._status)) + FileData(handle, size, b"").pack()
         self._buffer[: _HEADER + len(data)] = header + data
@@ -34,8 +41,8 @@ class LongRead:
 
     def next_piece(self) -> bytes:
         """Return the next piece: after the end of the file nothing, without a readable file the buffer as it is."""
-        size = min(self.left, len(self._buffer))
-        self.left -= size
+        size = min(self._radio.unsent, len(self._buffer))
+        self._radio.unsent -= size
         if self._status == Status.END_OF_FILE:
             return b""
         self._status, data = self._loader.read(self._handle, size)

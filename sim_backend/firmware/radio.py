@@ -45,6 +45,7 @@ class _Operation(NamedTuple):
         late_ms: How much later the firmware sees it if the radio leaves stream mode after `_STREAM_ENDS_MS`.
         duration_ms: How long the radio is busy.
         changes: The changes that the answers make.
+        stream_lasts_ms: How long telegrams of a stream still count.
     """
 
     began_ms: int
@@ -52,6 +53,7 @@ class _Operation(NamedTuple):
     late_ms: int
     duration_ms: int
     changes: tuple[Change, ...]
+    stream_lasts_ms: float
 
 
 class Radio:
@@ -63,6 +65,7 @@ class Radio:
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
+        unsent: Bytes of a long reply that the firmware still has to send, for which no operation begins.
     """
 
     on_plan: Callable[[], None]
@@ -80,7 +83,7 @@ class Radio:
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
         self._is_lost = self._is_silent = False
-        self._ring_place = _PLACE_AFTER_BOOT
+        self._ring_place, self.unsent = _PLACE_AFTER_BOOT, 0
 
     @property
     def streaming(self) -> bool:
@@ -109,7 +112,12 @@ class Radio:
     @property
     def waits_in_vain(self) -> bool:
         """Whether the firmware waits for the answer to a command that stream mode has lost."""
-        return self.busy and self._is_lost
+        return self.operating and self._is_lost
+
+    @property
+    def stream_lasts_ms(self) -> float:
+        """How long telegrams of a stream still count after the command of the operation that runs, if one does."""
+        return self._operation.stream_lasts_ms if self._operation and self.operating else inf
 
     @property
     def name(self) -> bytes:
@@ -188,8 +196,13 @@ class Radio:
 
     @property
     def busy(self) -> bool:
-        """Whether an operation is running; no other can start."""
+        """Whether an operation is running, or a long reply is being sent; no operation can start."""
         return self._busy(self._clock.now_ms)
+
+    @property
+    def operating(self) -> bool:
+        """Whether an operation is running."""
+        return self._clock.now_ms < self._busy_until_ms
 
     @property
     def seems_busy(self) -> bool:
@@ -197,7 +210,7 @@ class Radio:
         return self._busy(self._clock.now_ms - 1)
 
     def _busy(self, at_ms: int) -> bool:
-        return at_ms < self._busy_until_ms
+        return at_ms < self._busy_until_ms or self.unsent > 0
 
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""
@@ -222,7 +235,7 @@ class Radio:
             Change(at_ms, Part.ANSWER, answers.RENAMED),
             Change(at_ms, Part.REDRAWS),
         )
-        self._occupy(at_ms, *woken, *renamed, late_ms=1)
+        self._occupy(at_ms, *woken, *renamed, late_ms=1, stream_lasts_ms=3)
 
     def switch(self, on: bool, *, lead_ms: int = 0) -> bool:
         """Switch the radio on or off; False if it is busy, or on already by its state, which the map can overwrite.
@@ -235,7 +248,12 @@ class Radio:
         if self.busy or (on and not self.state & RadioState.OFF):
             return False
         if on:
-            self._occupy(163, *self._started(154, self._stored_name, on_ms=162, last_ms=163), lead_ms=lead_ms)
+            self._occupy(
+                163,
+                *self._started(154, self._stored_name, on_ms=162, last_ms=163),
+                lead_ms=lead_ms,
+                stream_lasts_ms=inf,
+            )
         else:
             answer = answers.SWITCHED_OFF if self._on else b""
             off = [Change(5, Part.ANSWER, answer), Change(5, Part.ON, False)]
@@ -272,6 +290,7 @@ class Radio:
             Change(7 + wait, Part.STATE, RadioState.OFF),
             *self._started(160 + wait, name, on_ms=on_ms, last_ms=on_ms + 1, reset=True),
             answer_ms=5,
+            stream_lasts_ms=2,
         )
 
     def overwrite(self, at_ms: int, message: bytes) -> None:
@@ -289,11 +308,17 @@ class Radio:
             self._operation = self._operation._replace(began_ms=self._operation.began_ms + passes)
 
     def _occupy(
-        self, duration_ms: int, *changes: Change, answer_ms: int = 4, late_ms: int = 0, lead_ms: int = 0
+        self,
+        duration_ms: int,
+        *changes: Change,
+        answer_ms: int = 4,
+        late_ms: int = 0,
+        lead_ms: int = 0,
+        stream_lasts_ms: float = 1,
     ) -> None:
         began_ms = self._clock.now_ms - lead_ms
         in_order = tuple(sorted(changes, key=itemgetter(0)))
-        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, in_order)
+        self._operation = operation = _Operation(began_ms, answer_ms, late_ms, duration_ms, in_order, stream_lasts_ms)
         self._is_silent = False
         self._waited, self._is_lost = self._is_streaming, False
         self.on_plan()

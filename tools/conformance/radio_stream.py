@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from firmware_protocol.framing import LENGTH_SIZE
 from sim_backend.firmware.brick import SimBrick
 from sim_backend.firmware.comm.dispatch import is_divided
 from sim_backend.firmware.limits import BLUETOOTH
 from sim_backend.firmware.radio import RING
 
-_END_BT, _END_USB, _RECOVERY = 3, 4, 98
-"""Passes from a command to the radio, over Bluetooth or USB, to the end of the stream, and from there to a new one."""
+_LATER_BY_USB, _RECOVERY = 1, 98
+"""Passes by which a command to the radio over USB ends the stream later, and from there to a new one."""
 
 
 class RadioStream:
@@ -95,10 +97,11 @@ class RadioStream:
         if self._end_ms is not None and self._end_ms <= self._brick.now_ms:
             self._end_ms += passes
 
-    def note_command(self, passes: int = _END_USB) -> None:
-        """End the stream after `passes` passes if the radio is busy."""
-        if self._is_stream and self._end_ms is None and self._brick.radio.busy:
-            self._end_ms = self._brick.now_ms + passes
+    def note_command(self, later: int = _LATER_BY_USB) -> None:
+        """End the stream if the radio is busy, by so many passes later than with a command over Bluetooth."""
+        lasts_ms = self._brick.radio.stream_lasts_ms
+        if self._is_stream and self._end_ms is None and lasts_ms < inf:
+            self._end_ms = self._brick.now_ms + int(lasts_ms) + later
 
     def take(self) -> bytes:
         """Return what the firmware sends in one pass: the reply to a telegram, and a piece of one to a long Read."""
@@ -163,7 +166,7 @@ class RadioStream:
             reply = bluetooth.begin_framed(_framed(piece))
         else:
             reply = bluetooth.take_piece(piece, first=first, last=last)
-        self.note_command(_END_BT)
+        self.note_command(0)
         return reply
 
 

@@ -15,8 +15,9 @@ from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import HandlerResult, Handlers
-from sim_backend.firmware.limits import BLUETOOTH, USB, Channel, Limits
+from sim_backend.firmware.limits import BLUETOOTH, USB, Limits
 from sim_backend.firmware.versions import Version
 
 _WRITE_SIZE = 3
@@ -188,7 +189,7 @@ class BluetoothComm(Comm):
     @property
     def sending(self) -> bool:
         """Whether the reply to a long Read is still being sent, or would be if its file were longer."""
-        return bool(self._channel.long_read.left)
+        return self._channel.long_read.sending
 
     def next_piece(self) -> bytes:
         """Return the next piece of the reply to a long Read, which the firmware sends in a pass after a telegram."""
@@ -215,6 +216,7 @@ class BluetoothComm(Comm):
     def take_piece(self, piece: bytes, *, first: bool, last: bool) -> bytes:
         """Write a piece of a `Write` that is longer than the buffer; return the framed reply to the last one."""
         self.store(piece)
+        self._buffers[BLUETOOTH.buffer] = len(piece)
         if first:
             self._head, self._written, piece = piece[:_WRITE_SIZE], 0, piece[_WRITE_SIZE:]
         result = self._handle(Write, self._head + piece)
@@ -235,9 +237,8 @@ class BluetoothComm(Comm):
         return reply[:size] + bytes((len(reply),)) + reply[size + 1 :] if len(reply) > size else reply
 
     def store(self, piece: bytes) -> None:
-        """Take a telegram or a piece of one into the buffer, but do not handle it."""
+        """Take a telegram or a piece of one into the buffer, but do not handle it: its length is not stored."""
         self.inbox[: len(piece)] = piece
-        self._buffers[BLUETOOTH.buffer] = len(piece)
         self.inbox[1] = 0
 
     def forget_length(self) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, reply_with
 from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import pack_name
-from sim_backend.firmware.limits import Channel
 
 
 class FileHandlers:
@@ -57,9 +57,9 @@ class FileHandlers:
     @handles(system.Read)
     def read(self, command: system.Read) -> HandlerResult:
         """Read on; the reply has the requested length, padded with zeros."""
-        limits, long = self._channel.limits, self._channel.long_read
+        limits = self._channel.limits
         if limits.streams and command.size > limits.read:
-            return HandlerResult(sent=b"" if long.left else long.begin(command.handle, command.size))
+            return HandlerResult(sent=self._channel.long_read.begin(command.handle, command.size))
         size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
         if status == Status.ILLEGAL_HANDLE:

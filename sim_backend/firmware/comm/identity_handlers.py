@@ -5,12 +5,12 @@ from __future__ import annotations
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMM
 from firmware_protocol.status import Status
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, refuse_with_zeros, reply_with
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.versions import Version

@@ -9,11 +9,11 @@ from firmware_protocol import system
 from firmware_protocol.iomap import COMM
 from firmware_protocol.iomap_layout import IOMap
 from firmware_protocol.status import Status
+from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import HandlerResult, handles, refuse_with_zeros, reply_with
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import unpack_name
 from sim_backend.firmware.io_map import LiveMap
-from sim_backend.firmware.limits import Channel
 from sim_backend.firmware.module_search import ModuleSearch
 
 _HANDLE = 0
