@@ -92,7 +92,7 @@ class FileRunner:
         registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
         self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
-        self._menu.file = unpack_name(self._file)
+        self._menu.files.chosen = unpack_name(self._file)
 
     def begin_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.screen_refresh import ScreenRefresh
@@ -10,6 +10,10 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
+
+
+def wait() -> None:
+    """Do nothing at the end of a pass."""
 
 
 class KeyStates:
@@ -39,7 +43,7 @@ class KeyStates:
 
     def begin(self, *states: UiState, drawn: Marks = NOTHING) -> None:
         """Show states after the present one, which draws `drawn`."""
-        self.shown, self._drawn, self.left = True, drawn, []
+        self.shown, self._drawn, self.left, self.actions = True, drawn, [], []
         self.add(*states)
 
     def add(self, *states: UiState) -> None:
@@ -50,8 +54,16 @@ class KeyStates:
         """Add the states of a key."""
         self.add(state, UiState.MENU, UiState.DRAWING)
 
-    def draw_last(self, *drawn: Marks) -> None:
-        """Show the last state for a pass for each of the marks, which are made at the end of the pass."""
+    def draw_last(self, *drawn: Marks, actions: Sequence[Callable[[], object]] = ()) -> None:
+        """Show the last state, DRAWING, for a pass for each of the marks, which are made at the end of the pass.
+
+        Args:
+            drawn: The marks.
+            actions: What the ends of the first of these passes do.
+        """
+        if actions:
+            before = sum(state == UiState.DRAWING for state, _ in self.left[:-1])
+            self.actions += [*[wait] * (before - len(self.actions)), *actions]
         self.left[-1:] = [(self.left[-1][0], each) for each in drawn]
 
     def next(self) -> UiState | None:

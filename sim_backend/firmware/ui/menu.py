@@ -47,7 +47,7 @@ class Menu:
         states: The states of the last key.
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
-        file: Name of the file that was opened or chosen in a list last.
+        files: The lists of files.
         program: The program that is made on the brick.
         message: What is shown until a key is pressed.
     """
@@ -64,13 +64,13 @@ class Menu:
         *,
         has_log: bool,
     ) -> None:
-        self._registers, self._settings, self._loader, self._screen = registers, settings, loader, screen
+        self._registers, self._settings, self._screen = registers, settings, screen
         self.switches_off = False
-        self.runs = self.file = ""
+        self.runs = ""
         self.program, self.view, self.logs = ProgramSteps(loader), view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
-        self._files = MenuFiles(loader, settings.stored, self._places, self.states)
+        self.files = MenuFiles(loader, settings.stored, self._places, self.states)
         self._radio = MenuRadio(registers, radio, self.states)
         self.message = MenuMessage(logs, self.states)
         self.reset()
@@ -86,7 +86,7 @@ class Menu:
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
         self.view.shown = False
-        self._place, asked, self._confirms, self.file = [*places.PROGRAMS, 0, 0], self._confirms, None, name
+        self._place, asked, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], self._confirms, None, name
         if asked:
             self._place.pop()
 
@@ -100,8 +100,7 @@ class Menu:
         self.states.begin(UiState.DRAWING)
         self.runs = ""
         if places.is_list(tuple(self._place[:-1])):
-            self.states.draw_last(marks.PAGE)
-            self._draw_list(places.PROGRAMS)
+            self._show_files()
             if not any(self.states.left[-1][1]):
                 self.states.draw_last(self._page)
         else:
@@ -217,9 +216,7 @@ class Menu:
         if places.action(tuple(self._place)) == places.RUN:
             self.states.draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
-        if places.is_list(menu) and (files := self._places.items(menu)):
-            self._choose_file(menu, self._place[-1])
-            self.states.draw_last(*drawing.list_moved(files, self._place[-1], step))
+        self.files.move(menu, self._place[-1])
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -246,8 +243,7 @@ class Menu:
             self.states.add(UiState.MENU, UiState.DRAWING)
             self.states.draw_last(marks.MENU, marks.TYPES)
         if places.is_list(menu):
-            self._place[-1] = 0
-            self._draw_list(menu)
+            self._show_files()
         if tuple(left) == log_menu.START:
             self.states.draw_last(*drawing.OPENED[log_menu.DATA_LOG])
         self._draw_slowly()
@@ -277,19 +273,11 @@ class Menu:
             self.states.draw_last(marks.PAGE, *drawing.OPENED[places.VALUES])
         return slow
 
-    def _draw_list(self, menu: tuple[int, ...]) -> None:
+    def _show_files(self) -> None:
         """Show a list after the page of a file, or leave it if it is empty."""
-        files = self._places.items(menu)
-        self._choose_file(menu, 0)
-        self.states.draw_last(marks.MENU, *drawing.list_drawn(files))
-        if not files:
+        self._place[-1] = 0
+        if not self.files.show_first(tuple(self._place[:-1])):
             self._place.pop()
-            self.states.show(UiState.EXIT)
-
-    def _choose_file(self, menu: tuple[int, ...], item: int) -> None:
-        names = self._places.listed(menu) if places.is_list(menu) else ()
-        if names:
-            self.file = names[item % len(names)]
 
     def _enter(self) -> None:
         menu, place = tuple(self._place[:-1]), tuple(self._place)
@@ -302,9 +290,9 @@ class Menu:
             self.states.actions = [partial(self._settings.store_sleep, self._place.pop())]
             self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
-            self._files.find_none()
+            self.files.find_none()
         elif places.action(place) == places.RUN:
-            self.runs = self.file
+            self.runs = self.files.chosen
         elif places.is_page(menu[:-1]):
             self._place.pop()
             self._answer_page(places.action(menu), place[-1])
@@ -316,12 +304,12 @@ class Menu:
         elif menu[:-1] == places.ERASE:
             self._place.pop()
             if place[-1] == places.YES:
-                self._files.erase(self._place.pop())
+                self.files.erase(self._place.pop())
         elif place == log_menu.START:
             self.logs.begins = True
         elif menu == log_menu.START:
             self._place = [*log_menu.DATA_LOG]
-            self._files.keep_log(place[-1])
+            self.files.keep_log(place[-1])
         elif self.logs.follows(place):
             self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self.program.is_run([*menu]):
@@ -337,7 +325,7 @@ class Menu:
             if self._places.listed(place):
                 self._open(place)
             else:
-                self._files.find_none()
+                self.files.find_none()
         else:
             self._open(place)
 
@@ -351,23 +339,16 @@ class Menu:
     def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""
         if action == places.SEND:
-            self.states.draw_last(*drawing.SENT)
-            self.states.show(UiState.EXIT)
+            self.files.send()
         elif answer == places.YES:
             self._place.pop()
-            left = self._places.items(tuple(self._place[:-1])) - 1
-            self.states.actions = [partial(self._loader.delete, self.file)]
-            self.states.draw_last(*drawing.DELETED)
-            self.states.show(UiState.EXIT)
-            self.states.draw_last(marks.MENU, *drawing.list_drawn(left))
             self._place[-1] = 0
-            if not left:
+            if not self.files.delete(tuple(self._place[:-1])):
                 self._place.pop()
-                self.states.show(UiState.EXIT)
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
-        self._choose_file(place[:-1], place[-1])
+        self.files.choose(place[:-1], place[-1])
         if place == log_menu.DATA_LOG:
             self.logs.clear()
         elif place == places.VOLUME:
@@ -380,8 +361,7 @@ class Menu:
             first = self._radio.first(place)
         self._place.append(first)
         if places.is_list(place):
-            self._choose_file(place, 0)
-            self.states.draw_last(*2 * drawing.list_drawn(self._places.items(place)))
+            self.files.enter(place)
         elif places.is_list(place[:-1]):
             page = drawing.FILE_PAGE if places.RUN in places.actions(place) else (NOTHING,)
             self.states.draw_last(NOTHING, *page)

@@ -22,11 +22,8 @@ CONNECTIONS = tuple(marks.listed(3, chosen) for chosen in range(2))
 PAIR = 2
 """Files of a list that stops at its ends."""
 
-_LIST_MS, _MOVE_MS = 5, 4
-"""Passes to draw a list of files, and to draw it again around another file, and one more for each file."""
-
-_PAIR_MS = {1: 7, -1: 6}
-"""The latter for a list of two files, by the direction to the other one."""
+_MOVE_MS = 4
+"""Passes to draw a list of files around one of them, and one more for each file and for each in front of that one."""
 
 _SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS, _NO_FILE_MS = 2620, 1623, 1626, 3129, 2624, 3
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
@@ -60,10 +57,6 @@ LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
 """The end of a data log that is deleted."""
 
 
-def wait() -> None:
-    """Do nothing at the end of a pass."""
-
-
 def erased(files: int) -> list[Marks]:
     """Return the drawing of the message that all files of a type were deleted, one in each pass from the third on."""
     drawn = _message(_ERASED_MS + files, before=6 + files)
@@ -73,11 +66,9 @@ def erased(files: int) -> list[Marks]:
 
 def list_drawn(files: int) -> list[Marks]:
     """Return the drawing of a list of files from its first one on, after the menu."""
-    drawn = [*[NOTHING] * (_LIST_MS - 2 + files), marks.listed(files, 0), marks.MENU]
-    return drawn if files else [NOTHING] * (_NO_FILE_MS - 1)
+    return [*list_moved(files, 0), marks.MENU] if files else [NOTHING] * (_NO_FILE_MS - 1)
 
 
-def list_moved(files: int, chosen: int, step: int) -> list[Marks]:
-    """Return the drawing of a list of files after left (-1) or right (1) has chosen a file."""
-    passes = _PAIR_MS[step] if files == PAIR else _MOVE_MS + files + chosen
-    return [*[NOTHING] * (passes - 1), marks.listed(files, chosen)]
+def list_moved(files: int, chosen: int) -> list[Marks]:
+    """Return the drawing of a list of files after left or right has chosen a file."""
+    return [*[NOTHING] * (_MOVE_MS + files + chosen - 1), marks.listed(files, chosen)]

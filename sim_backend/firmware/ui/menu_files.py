@@ -1,54 +1,120 @@
-"""The pages of the menus that list or delete files, or keep a data log. Source: docs/firmware.md section 8.5."""
+"""The pages of the menus that list, send or delete files, or keep a data log. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.ui import data_log, log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
-from sim_backend.firmware.ui.key_states import KeyStates
-from sim_backend.firmware.ui.menu_places import Places
+from sim_backend.firmware.ui import menu_places as places
+from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_states import KeyStates, wait
+from sim_backend.firmware.ui.menu_places import Place, Places
 from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 
 
 class MenuFiles:
-    """Changes files, and shows that by the states of a key.
+    """Looks for files and changes them, and shows that by the states of a key.
 
     Args:
         loader: Has the files.
         stored: Counts the data logs.
         places: Lists the files.
         states: Shows it.
+
+    Attributes:
+        chosen: Name of the file that was opened or chosen in a list last.
     """
 
     def __init__(self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates) -> None:
         self._loader, self._stored, self._places, self._states = loader, stored, places, states
+        self.chosen = ""
+        self._handle: int | None = None
+
+    def choose(self, menu: Place, item: int) -> int:
+        """Choose an item of a menu, if it is a list of files; return their number."""
+        names = self._places.listed(menu) if places.is_list(menu) else ()
+        if names:
+            self.chosen = names[item % len(names)]
+        return len(names)
+
+    def enter(self, menu: Place) -> None:
+        """Draw a list of files that is entered, twice."""
+        files = self.choose(menu, 0)
+        self._draw(menu, files)
+        self._states.add(UiState.DRAWING)
+        self._draw(menu, files)
+
+    def move(self, menu: Place, item: int) -> None:
+        """Draw a list of files around another file."""
+        if files := self.choose(menu, item):
+            self._states.draw_last(*drawing.list_moved(files, item), actions=self._look(menu, files, item))
+
+    def show_first(self, menu: Place) -> bool:
+        """Draw a list of files after the page of a file, or leave it if it is empty; return whether it is not."""
+        return self._show(menu, self.choose(menu, 0))
+
+    def _show(self, menu: Place, files: int) -> bool:
+        self._states.draw_last(marks.MENU)
+        self._states.add(UiState.DRAWING)
+        self._draw(menu, files)
+        if not files:
+            self._states.show(UiState.EXIT)
+        return files > 0
+
+    def _draw(self, menu: Place, files: int) -> None:
+        self._states.draw_last(*drawing.list_drawn(files), actions=self._look(menu, files, 0))
+
+    def _look(self, menu: Place, files: int, item: int) -> list[Callable[[], object]]:
+        """Return what the passes of a list do: count its files, one in each pass, and then find the chosen one."""
+        look = partial(self._look_once, "*" + places.extension(menu))
+        looks = [partial(look, first=not at, last=at == last) for last in (files, item) for at in range(last + 1)]
+        return [wait, *looks] if files else []
+
+    def _look_once(self, pattern: str, *, first: bool, last: bool) -> None:
+        if first:
+            status, handle, _ = self._loader.find_first(pattern)
+            self._handle = None if status else handle
+        elif self._handle is not None:
+            self._loader.find_next(self._handle)
+        if last and self._handle is not None:
+            self._loader.close(self._handle)
 
     def find_none(self) -> None:
         """Leave a list of files that is empty."""
         self._states.draw_last(NOTHING, NOTHING)
         self._states.show(UiState.EXIT)
 
+    def send(self) -> None:
+        """Send the chosen file, for which no other brick is in reach."""
+        self._states.draw_last(*drawing.SENT)
+        self._states.show(UiState.EXIT)
+
+    def delete(self, menu: Place) -> bool:
+        """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""
+        self._states.draw_last(*drawing.DELETED, actions=[partial(self._loader.delete, self.chosen)])
+        self._states.show(UiState.EXIT)
+        return self._show(menu, self._places.items(menu) - 1)
+
     def keep_log(self, item: int) -> None:
         """Store the data log under a number, or delete it."""
         states = self._states
         if item == log_menu.STORE:
-            states.actions = [self._stored.count_log, self._store_log]
-            states.draw_last(*drawing.STORED)
+            states.draw_last(*drawing.STORED, actions=[self._stored.count_log, self._store_log])
             states.add(UiState.MENU, UiState.DRAWING)
         else:
-            states.actions = [partial(self._loader.delete, data_log.FILE)]
-            states.draw_last(*drawing.LOG_DELETED)
+            states.draw_last(*drawing.LOG_DELETED, actions=[partial(self._loader.delete, data_log.FILE)])
 
     def _store_log(self) -> None:
         self._loader.rename(data_log.FILE, f"OBD_{self._stored.logs}.log")
 
     def erase(self, item: int) -> None:
         """Delete all files of a type, one in each pass."""
-        names, states = self._places.erased(item), self._states
-        states.actions = [drawing.wait, drawing.wait, *(partial(self._loader.delete, name) for name in names)]
-        states.draw_last(*drawing.erased(len(names)))
-        states.show(UiState.EXIT)
+        names = self._places.erased(item)
+        deletes = [partial(self._loader.delete, name) for name in names]
+        self._states.draw_last(*drawing.erased(len(names)), actions=[wait, wait, *deletes])
+        self._states.show(UiState.EXIT)

@@ -12,7 +12,7 @@ from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.key_states import KeyStates
+from sim_backend.firmware.ui.key_states import KeyStates, wait
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -48,15 +48,15 @@ class MenuRadio:
         """Follow enter in such a place; return the place that it leads to."""
         page, item, states = place[:-1], place[-1], self._states
         if page == places.VISIBILITY:
-            wait = [drawing.wait] * (_VISIBLE_MS - 2)
-            states.actions = [*wait, partial(self._show, visible=not item)]
-            states.draw_last(*[NOTHING] * _VISIBLE_MS)
+            waits = [wait] * (_VISIBLE_MS - 2)
+            states.draw_last(*[NOTHING] * _VISIBLE_MS, actions=(*waits, partial(self._show, visible=not item)))
         elif page == places.SWITCH:
             states.draw_last(*self._switch(on=not item or not self._radio.is_on))
             page = page[:-1]
         elif place == places.SEARCH:
-            states.actions = [*[drawing.wait] * len(drawing.SEARCHED), self._read_key]
-            states.draw_last(*drawing.SEARCHED, *drawing.FOUND_NONE)
+            states.draw_last(*drawing.SEARCHED)
+            states.add(UiState.DRAWING)
+            states.draw_last(*drawing.FOUND_NONE, actions=[self._read_key])
             page = place
         elif place == places.CONTACTS:
             states.draw_last(marks.MENU)

@@ -153,7 +153,7 @@ class UiModule:
         registers.next_step_ms, registers.from_menu = now_ms + 2 * (state == UiState.RUNNING), False
         registers.leave_start()
         registers.starting = state == UiState.START
-        self._files.choose(pack_name(self._menu.file), opened=state == UiState.OPENING)
+        self._files.choose(pack_name(self._menu.files.chosen), opened=state == UiState.OPENING)
         if state in states.MENU_STATES:
             self._menu.go_on_from(state)
         elif state == UiState.RUNNING:
