@@ -207,6 +207,7 @@ class SoundModule:
         self._queue = [] if interrupts else [end_ms for end_ms in self._queue if end_ms > now_ms]
         if interrupts:
             self.tone, self.from_file = None, False
+            self._waves.cut(now_ms)
         begins_anew = interrupts or (self._read + 1) % _BUFFERS == self._played
         if begins_anew:
             self._notes, self._plays_buffer = [], False
@@ -273,7 +274,7 @@ class SoundModule:
 
     def _hand_over(self, now_ms: int) -> None:
         """Queue a buffer, if there is one and a place for it, and read another one if none is left."""
-        if self._read != self._played and now_ms >= self._place_ms:
+        if self._read != self._played and now_ms >= self._place_ms and not self._runs_dry(now_ms):
             self._queue_buffer(now_ms)
         if self._read == self._played and not self._read_buffer():
             self._silence()
@@ -288,6 +289,11 @@ class SoundModule:
         self._places = [*self._places, ends_ms - QUEUED * self._sample_ms][-QUEUED:]
         self.from_file = True
         self._played = (self._played + 1) % _BUFFERS
+
+    def _runs_dry(self, now_ms: int) -> bool:
+        """Return whether the last sample but one of the only buffer in the queue plays, when none can be added."""
+        alone = bool(self._queue) and all(end_ms <= now_ms for end_ms in self._queue[:-1])
+        return alone and 0.0 <= now_ms - self._places[-1] < self._sample_ms
 
     @property
     def _place_ms(self) -> float:

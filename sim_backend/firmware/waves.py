@@ -54,6 +54,11 @@ class Waves:
             return self._begin_ms - now_ms
         return self._wave_ms - (now_ms - self._begin_ms) % self._wave_ms
 
+    def cut(self, now_ms: int) -> None:
+        """Stop the waves behind the one that is on the loudspeaker."""
+        if now_ms < self._end_ms:
+            self._end_ms = now_ms + self.rest_ms(now_ms)
+
     def stop(self) -> None:
         """Stop the waves."""
         self._end_ms = 0.0
