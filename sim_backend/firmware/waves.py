@@ -21,7 +21,7 @@ class Waves:
     """The waves of the last tone."""
 
     def __init__(self) -> None:
-        self._wave_ms = self._begin_ms = self._end_ms = 0.0
+        self._wave_ms = self._begin_ms = self._end_ms = self._idle_ms = 0.0
 
     def begin(self, frequency_hz: int, duration_ms: int, now_ms: int, rest_ms: float) -> int:
         """Begin a tone when the wave that is on the loudspeaker ends.
@@ -44,12 +44,13 @@ class Waves:
         self._wave_ms = period_ms(_WAVE_CLOCKS, hertz)
         self._begin_ms = now_ms + waits_ms
         self._end_ms = self._begin_ms + waves * self._wave_ms
+        self._idle_ms = self._end_ms + 1
         return max(now_ms + 1, ceil(self._begin_ms + handed_over * self._wave_ms))
 
     def rest_ms(self, now_ms: int) -> float:
         """Return how long the wave on the loudspeaker still takes, a whole one if the last ended in this pass."""
         if now_ms >= self._end_ms:
-            return self._wave_ms if now_ms < self._end_ms + 1 else 0.0
+            return self._wave_ms if now_ms < self._idle_ms else 0.0
         if now_ms < self._begin_ms:  # it is the last one of another tone
             return self._begin_ms - now_ms
         return self._wave_ms - (now_ms - self._begin_ms) % self._wave_ms
@@ -57,11 +58,11 @@ class Waves:
     def cut(self, now_ms: int) -> None:
         """Stop the waves behind the one that is on the loudspeaker."""
         if now_ms < self._end_ms:
-            self._end_ms = now_ms + self.rest_ms(now_ms)
+            self._end_ms = self._idle_ms = now_ms + self.rest_ms(now_ms)
 
     def stop(self) -> None:
         """Stop the waves."""
-        self._end_ms = 0.0
+        self._end_ms = self._idle_ms = 0.0
 
 
 def period_ms(clocks: int, hertz: int) -> float:
