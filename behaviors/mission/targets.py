@@ -13,6 +13,10 @@ from behaviors.mission.usual_heights import usual_height_mm
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""
 Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
+OnnxLayout = Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"]
+OnnxRuntime = Literal["onnxruntime", "opencv"]
+OnnxColors = Literal["bgr", "rgb"]
+OnnxNormalisation = Literal["none", "unit", "imagenet"]
 OTHER = "other"
 """Tag of the targets of installed detectors."""
 
@@ -104,11 +108,11 @@ class OnnxTarget(Table):
     model: str
     label: str = Field(min_length=1, max_length=200)
     labels: str | None = None
-    layout: Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"] | None = None
-    runtime: Literal["onnxruntime", "opencv"] | None = None
+    layout: OnnxLayout | None = None
+    runtime: OnnxRuntime | None = None
     size: int = Field(default=416, ge=32, le=2048, multiple_of=32)
-    colors: Literal["bgr", "rgb"] | None = None
-    normalisation: Literal["none", "unit", "imagenet"] | None = None
+    colors: OnnxColors | None = None
+    normalisation: OnnxNormalisation | None = None
     min_score: float = Field(default=0.4, gt=0, lt=1)
     height_mm: Height = Field(default_factory=lambda known: usual_height_mm(str(known.get("label", ""))))
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from itertools import count
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
@@ -20,14 +20,12 @@ from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import (
     add_action,
     add_json_argument,
-    add_robot_argument,
     check_not_read,
-    marker_id,
     number,
-    target_height_mm,
     writing,
 )
 from nxtdrive.cli.output import write_json, write_line
+from nxtdrive.cli.target_options import add_target_arguments, chosen_target, height_source
 
 if TYPE_CHECKING:
     from nxtdrive.vision.camera import Frame
@@ -94,8 +92,6 @@ class Look:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``try`` and its arguments."""
-    from behaviors.mission.robot import ColorName
-
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     try_ = add_action(actions, "try", "run a detector and draw its detections", _try)
     try_.add_argument("source", metavar="SOURCE", help="image, video, folder of images, URL, a webcam's number, or sim")
@@ -104,29 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "    (--target NAME | --picture FILE ... | --haar NAME | --marker ID |\n"
         "     --qr TEXT | --color C | --onnx FILE --label NAME)"
     )
-    target = try_.add_mutually_exclusive_group(required=True)
-    target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
-    target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
-    target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
-    target.add_argument(
-        "--marker", metavar="ID", type=marker_id, help="an ArUco marker of the dictionary 4x4_50: 0 to 49"
-    )
-    target.add_argument("--qr", metavar="TEXT", help="a QR code with this text")
-    target.add_argument("--color", metavar="C", help=", ".join(get_args(ColorName)))
-    target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
-    try_.add_argument("--label", metavar="NAME", help="which of the network's labels to look for")
-    try_.add_argument("--labels", metavar="FILE", help="its labels, one per line, if the network does not name them")
-    try_.add_argument(
-        "--mission", metavar="FILE", type=Path, help="where --target and the simulated room are described"
-    )
-    add_robot_argument(try_)
-    try_.add_argument(
-        "--height-mm",
-        metavar="MM",
-        type=target_height_mm,
-        help="real height of the target, 10 to 3000 (default: 150 for a marker and 160 for a QR code, as "
-        "`nxtdrive mission new` prints them, else 297, an upright sheet of A4)",
-    )
+    add_target_arguments(try_)
     try_.add_argument(
         "--hfov-deg",
         metavar="DEG",
@@ -149,7 +123,7 @@ def _try(args: argparse.Namespace) -> int:
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
     args.source = "sim" if args.source == "sim://" else args.source
-    name, detector, mission_hfov_deg = _target(args)
+    name, detector, mission_hfov_deg = chosen_target(args)
     hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
     still = _is_image(args.source)
     out = args.out or Path("detected.png" if still else "detected.webm")
@@ -161,7 +135,7 @@ def _try(args: argparse.Namespace) -> int:
     others: set[str] = set()
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
     if args.target is None and args.height_mm is None:
-        about["height"] = f"{detector.height_mm:g} mm, {_assumption(args)}; measure yours and give --height-mm"
+        about["height"] = f"{detector.height_mm:g} mm, {height_source(args)}; measure yours and give --height-mm"
     if not args.json:
         for title, text in about.items():
             write_line(f"{title}: {text}")
@@ -182,70 +156,6 @@ def _try(args: argparse.Namespace) -> int:
     if others and not args.json:
         write_line(f"read instead: {', '.join(sorted(others))}")
     return _report(looks, drawing.path, about, args.json)
-
-
-def _assumption(args: argparse.Namespace) -> str:
-    """Return in words where the height of a target comes from that was not given."""
-    if args.marker is not None or args.qr is not None:
-        return "as `nxtdrive mission new` prints it"
-    return "as is usual for such objects" if args.onnx else "that of an upright sheet of A4"
-
-
-def _target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
-    """Return the target's name, its detector, and the camera's field of view if a mission gives it."""
-    from nxtdrive.vision.detectors import make_detector
-    from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
-
-    if args.mission and args.target is None:
-        raise ConfigError("--mission needs --target.", remedy="Name the target of the mission to look for.")
-    for option, value in (("--label", args.label), ("--labels", args.labels)):
-        if value is not None and args.onnx is None:
-            raise ConfigError(f"{option} needs --onnx.", remedy="Name the file of the neural network.")
-    hfov_deg = None
-    spec: dict[str, object]
-    if args.target is not None:
-        from nxtdrive.mission.detectors import detector_spec
-        from nxtdrive.mission.files import read_mission_file
-
-        mission = read_mission_file(args.mission, args.robot)
-        if args.target not in mission.target:
-            raise ConfigError(
-                f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."
-            )
-        spec = detector_spec(mission.target[args.target], mission.color)
-        name, hfov_deg = args.target, mission.camera.hfov_deg
-    elif args.picture:
-        name, spec = Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
-    elif args.haar:
-        name, spec = "haar", {"detector": "haar", "cascade": args.haar}
-    elif args.marker is not None:
-        name, spec = f"marker {args.marker}", {"detector": "marker", "id": args.marker}
-        spec["height_mm"] = MARKER_HEIGHT_MM
-    elif args.qr is not None:
-        name, spec = f"QR {args.qr}", {"detector": "qr", "text": args.qr}
-        spec["height_mm"] = QR_HEIGHT_MM
-    elif args.onnx is not None:
-        name, spec = _network(args)
-    else:
-        name, spec = args.color, {"detector": "color", "color": args.color}
-    if args.height_mm is not None:
-        spec["height_mm"] = args.height_mm
-    return name, make_detector(spec), hfov_deg
-
-
-def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
-    """Return name and options of a target that a neural network finds."""
-    from behaviors.mission.usual_heights import usual_height_mm
-
-    if args.label is None:
-        from nxtdrive.vision.detectors.onnx_labels import listed
-        from nxtdrive.vision.detectors.onnx_model import labels_of
-
-        known = listed(labels_of(Path(args.onnx), args.labels)) or "it names none, so give a number, such as 0"
-        raise ConfigError("--onnx needs --label.", remedy=f"The labels of {args.onnx}: {known}.")
-    height_mm = usual_height_mm(args.label)
-    spec = {"detector": "onnx", "model": args.onnx, "label": args.label, "labels": args.labels, "height_mm": height_mm}
-    return args.label, spec
 
 
 def _is_image(source: str | Path) -> bool:

@@ -157,9 +157,21 @@ def test_a_sheet_with_another_marker_is_said_to_have_it(tmp_path, monkeypatch, c
     assert "read instead: marker 7" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("option", ["--label", "--labels"])
-def test_an_option_of_networks_is_not_ignored_without_one(option, picture, capsys):
-    assert main(["detect", "try", str(picture), "--color", "red", option, "cup"]) == USAGE
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--label", "cup"),
+        ("--labels", "labels.txt"),
+        ("--layout", "yolo"),
+        ("--size", "640"),
+        ("--runtime", "opencv"),
+        ("--colors", "bgr"),
+        ("--normalisation", "unit"),
+        ("--min-score", "0.5"),
+    ],
+)
+def test_an_option_of_networks_is_not_ignored_without_one(option, value, picture, capsys):
+    assert main(["detect", "try", str(picture), "--color", "red", option, value]) == USAGE
     assert f"{option} needs --onnx" in capsys.readouterr().err
 
 
@@ -272,6 +284,47 @@ def test_what_the_network_is_goes_into_json_too(picture, network, tmp_path, caps
     assert told["detector"]["labels"] == "bowl, cup, cat"
     assert "height:" not in told["detector"]
     assert told["seen"] == 1
+
+
+def test_the_command_has_all_keys_of_a_network_in_a_mission(capsys):
+    from behaviors.mission.targets import OnnxTarget
+
+    with pytest.raises(SystemExit):
+        main(["detect", "try", "--help"])
+    said = capsys.readouterr().out
+    keys = OnnxTarget.model_fields.keys() - {"detector", "model"}  # whose option is --onnx
+    assert [key for key in keys if f"--{key.replace('_', '-')} " not in said] == []
+
+
+def test_what_a_network_does_not_say_of_itself_can_be_given(picture, tmp_path, capsys):
+    (tmp_path / "open.onnx").write_bytes(constant_model(outputs_of("boxes"), shape=(1, 3, "height", "width")))
+    words = ["--onnx", tmp_path / "open.onnx", "--label", "cup", "--out", tmp_path / "out.png"]
+    plain = _try(capsys, picture, *words)
+    assert "layout boxes, 416x416 pixels, onnxruntime" in plain["detector"]["model"]
+    told = _try(capsys, picture, *words, "--layout", "detr-post", "--size", 64, "--runtime", "opencv")
+    assert "layout detr-post, 64x64 pixels, OpenCV" in told["detector"]["model"]
+    assert plain["seen"] == 1
+    assert _try(capsys, picture, *words, "--min-score", 0.9)["seen"] == 0
+
+
+def test_the_colours_that_a_network_gets_can_be_given(picture, tmp_path, capsys):
+    (tmp_path / "red.onnx").write_bytes(red_model())
+    words = ["--onnx", tmp_path / "red.onnx", "--label", "box", "--out", tmp_path / "out.png"]
+    assert _try(capsys, picture, *words, "--colors", "rgb", "--normalisation", "unit")["seen"] == 1
+    assert _try(capsys, picture, *words, "--colors", "bgr")["seen"] == 0
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "hint"),
+    [
+        ("--size", "100", "a multiple of 32"),
+        ("--min-score", "1", "between 0 and 1"),
+        ("--layout", "detr", "Set layout to one of"),
+    ],
+)
+def test_a_wrong_option_of_a_network_names_the_right_ones(option, value, hint, picture, network, capsys):
+    assert main(["detect", "try", str(picture), "--onnx", str(network), "--label", "cup", option, value]) == USAGE
+    assert hint in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [[], ["--label", "mug"]])
