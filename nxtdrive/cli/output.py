@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.printable import printable, printable_lines
 from input_files.mistakes import counted
+from nxtdrive.host.unbuffered import write_all
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -56,6 +57,21 @@ def write_text(text: object, *, flush: bool = False) -> None:
 def write_json(value: object, *, indent: int | None = None, flush: bool = False) -> None:
     """Print a value as JSON, in ASCII, so that it is valid in every encoding and a terminal obeys nothing in it."""
     print(json.dumps(value, indent=indent), flush=flush)
+
+
+def write_content(content: bytes) -> None:
+    """Write the content of a file to standard output: as it is, or, where that is a terminal, as escaped text.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    if sys.stdout is None:  # closed when the program began
+        return
+    if sys.stdout.isatty():
+        print(printable_lines(content.decode(errors="replace")), end="")
+        return
+    sys.stdout.flush()
+    write_all(sys.stdout.buffer, content)
 
 
 def complain(message: object, *, sender: str = "nxtdrive: ") -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from io import FileIO
+from typing import BinaryIO
 
 
-def write_all(file: FileIO, content: bytes) -> None:
+def write_all(file: BinaryIO, content: bytes) -> None:
     """Write all of `content`, of which each `write` may take only a part.
 
     Raises:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
 from nxtdrive.cli.options import check_not_read, number, writing
-from nxtdrive.cli.output import write_line
+from nxtdrive.cli.output import complain, write_content, write_line
 from nxtdrive.cli.progress import with_progress
 
 if TYPE_CHECKING:
@@ -23,16 +26,20 @@ DESCRIPTION = """\
 Export a run to files for other programs and other people: its replay as one HTML
 file that any browser opens without nxtdrive, messages (MCAP) for programs such as
 Lichtblick and Foxglove, a table (CSV) for spreadsheets and data frames, and a
-video of its camera."""
+video of its camera. The file `-` is standard output."""
 EXAMPLES = """\
   nxtdrive export runs/lena-then-rilakkuma-001 --html
   nxtdrive export runs/lena-then-rilakkuma-001 --html lena.html --fps 2
   nxtdrive export runs/lena-then-rilakkuma-001 --mcap lena.mcap --webm
-  nxtdrive export runs/lena-then-rilakkuma-001 --csv"""
+  nxtdrive export runs/lena-then-rilakkuma-001 --csv
+  nxtdrive export runs/lena-then-rilakkuma-001 --csv -"""
 MAX_PAGE_BYTES = 40_000_000
 """All pictures of a page; without --fps a page has as many pictures per second as fit."""
-IN_FOLDER = Path()
+IN_FOLDER = ""
 """Stands for the default file in the run folder."""
+STANDARD_OUTPUT = "-"
+BINARY = ("mcap", "webm")
+"""Formats that no terminal can show."""
 FILES = {"html": "replay.html", "mcap": "run.mcap", "csv": "journal.csv", "webm": "camera.webm"}
 """Default files of the formats; that of the video is the run's own."""
 
@@ -50,7 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             f"--{kind}",
             metavar="FILE",
             nargs="?",
-            type=Path,
             const=IN_FOLDER,
             help=f"{what} (default: {FILES[kind]} in the run folder)",
         )
@@ -68,25 +74,33 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.camera_index import read_pictures
     from nxtdrive.recording.run_reader import read_run
 
-    given: dict[str, Path] = {kind: file for kind in FILES if (file := getattr(args, kind)) is not None}
+    given: dict[str, str] = {kind: file for kind in FILES if (file := getattr(args, kind)) is not None}
     if not given:
         raise ConfigError("no format given.", remedy="Give --html, --mcap, --csv or --webm, or several of them.")
     past = read_run(args.run_path)
     pictures = read_pictures(past.path.parent)
     shown = None if args.no_camera else pictures
-    files = _files(past, given)
-    if "html" in files:
-        _write_html(past, shown, files["html"], args.fps)
-    if "mcap" in files:
-        _write_mcap(past, shown, files["mcap"])
-    if "csv" in files:
-        _write_csv(past, files["csv"])
-    if "webm" in files:
-        _write_webm(past, pictures, files["webm"])
+    writers: dict[str, Callable[[Path], str]] = {
+        "html": partial(_write_html, past, shown, args.fps),
+        "mcap": partial(_write_mcap, past, shown),
+        "csv": partial(_write_csv, past),
+        "webm": partial(_write_webm, past, pictures),
+    }
+    aloud = write_line if STANDARD_OUTPUT not in given.values() else partial(complain, sender="")
+    for kind, path in _files(past, given).items():
+        if given[kind] == STANDARD_OUTPUT:
+            with TemporaryDirectory() as folder:
+                scratch = Path(folder) / FILES[kind]
+                writers[kind](scratch)
+                write_content(scratch.read_bytes())
+        else:
+            details = writers[kind](path)
+            aloud(f"{path}: {', '.join(filter(None, [_size(path), details]))}")
     return DONE
 
 
-def _write_html(past: PastRun, pictures: CameraPictures | None, path: Path, fps: float | None) -> None:
+def _write_html(past: PastRun, pictures: CameraPictures | None, fps: float | None, path: Path) -> str:
+    """Write the replay; return what there is to say of it."""
     from nxtdrive.recording.output_file import write_file
     from nxtdrive.tools.web.replay_page import replay_page, thinned
 
@@ -98,7 +112,7 @@ def _write_html(past: PastRun, pictures: CameraPictures | None, path: Path, fps:
         said = f"{len(pictures.pictures)} of {count} pictures"
     with writing(path):
         write_file(path, replay_page(folder.name, past, pictures).encode())
-    _say(path, said)
+    return said
 
 
 def _fitting_fps(camera: CameraPictures) -> float:
@@ -107,24 +121,24 @@ def _fitting_fps(camera: CameraPictures) -> float:
     return camera.header.fps * min(1.0, MAX_PAGE_BYTES / max(size, 1))
 
 
-def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
+def _write_mcap(past: PastRun, pictures: CameraPictures | None, path: Path) -> str:
     from nxtdrive.recording.mcap_file import write_mcap
 
     with writing(path):
         count = write_mcap(past, pictures, path)
-    _say(path, number_of(count, "message"))
+    return number_of(count, "message")
 
 
-def _write_csv(past: PastRun, path: Path) -> None:
+def _write_csv(past: PastRun, path: Path) -> str:
     from nxtdrive.recording.journal_csv import journal_csv
     from nxtdrive.recording.output_file import write_file
 
     with writing(path):
         write_file(path, journal_csv(past.records).encode(errors="replace"))
-    _say(path, number_of(len(past.records), "row"))
+    return number_of(len(past.records), "row")
 
 
-def _write_webm(past: PastRun, pictures: CameraPictures | None, path: Path) -> None:
+def _write_webm(past: PastRun, pictures: CameraPictures | None, path: Path) -> str:
     from nxtdrive.recording.video import write_webm
 
     if pictures is None:
@@ -133,19 +147,23 @@ def _write_webm(past: PastRun, pictures: CameraPictures | None, path: Path) -> N
         )
     with writing(path):
         write_webm(pictures, past.records, path, with_progress(path.name))
-    _say(path)
+    return ""
 
 
-def _files(past: PastRun, given: Mapping[str, Path]) -> dict[str, Path]:
+def _files(past: PastRun, given: Mapping[str, str]) -> dict[str, Path]:
     """Return the file to write for each format: as given, or the default one in the run folder.
 
     Raises:
-        ConfigError: One is of those that make the run, or is given for two formats.
+        ConfigError: One is of those that make the run, is given for two formats, or is a terminal that cannot show it.
     """
     from nxtdrive.recording.run_folder import MAP, MISSION, SUMMARY, WHAT_IF
 
     folder = past.path.parent
-    files = {kind: folder / FILES[kind] if file == IN_FOLDER else file for kind, file in given.items()}
+    for kind in BINARY:
+        if given.get(kind) == STANDARD_OUTPUT and sys.stdout and sys.stdout.isatty():
+            command = f"nxtdrive export {folder} --{kind} - > FILE"
+            raise ConfigError("a terminal cannot show this format.", remedy=f"Redirect it: `{command}`.")
+    files = {kind: folder / FILES[kind] if file == IN_FOLDER else Path(file) for kind, file in given.items()}
     if len({os.path.realpath(path) for path in files.values()}) < len(files):
         raise ConfigError("two formats have the same file.", remedy="Give each a file of its own.")
     for path in files.values():
@@ -153,8 +171,6 @@ def _files(past: PastRun, given: Mapping[str, Path]) -> dict[str, Path]:
     return files
 
 
-def _say(path: Path, *details: str) -> None:
-    """Print what was written."""
+def _size(path: Path) -> str:
     count = path.stat().st_size
-    size = f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"
-    write_line(f"{path}: {', '.join([size, *details])}")
+    return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"

@@ -1,0 +1,77 @@
+"""``nxtdrive export`` to standard output; tests of the formats are in tests/nxtdrive/recording and tests/tools/web."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from behaviors.journal import Kind, Record
+from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.recording.camera_folder import CameraFolder
+from nxtdrive.recording.camera_index import looked
+from nxtdrive.recording.run_folder import RunFolder
+
+CLEARS_SCREEN = "a\x1b[2J"
+
+
+@pytest.fixture(name="run")
+def _run(tmp_path, monkeypatch):
+    """A run with one record and one picture; the working folder is empty."""
+    path = tmp_path / "run-001"
+    path.mkdir()
+    folder = RunFolder(path)
+    folder(Record(0.0, Kind.START, "idle", CLEARS_SCREEN, {"mission": "m", "rounds": 1, "targets": []}))
+    folder.close()
+    camera = CameraFolder(path / "camera")
+    camera.add(np.full((48, 64, 3), 120, np.uint8), 0.0, looked("a", None, []))
+    camera.close()
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("option", "begins"),
+    [("--html", b"<!doctype html>"), ("--csv", b"t_s,"), ("--mcap", b"\x89MCAP"), ("--webm", b"\x1a\x45\xdf\xa3")],
+)
+def test_a_dash_is_standard_output(run, tmp_path, capsysbinary, option, begins):
+    assert main(["export", str(run), option, "-"]) == DONE
+    assert capsysbinary.readouterr().out.startswith(begins)
+    assert list((tmp_path / "work").iterdir()) == []
+
+
+def test_standard_output_gets_what_a_file_gets(run, tmp_path, capsysbinary):
+    assert main(["export", str(run), "--csv", "./-"]) == DONE, "a file of this name"
+    capsysbinary.readouterr()
+    assert main(["export", str(run), "--csv", "-"]) == DONE
+    assert capsysbinary.readouterr().out == (tmp_path / "work" / "-").read_bytes()
+
+
+def test_what_is_said_of_other_files_stays_out_of_standard_output(run, capsys):
+    assert main(["export", str(run), "--csv", "-", "--html", "page.html"]) == DONE
+    captured = capsys.readouterr()
+    assert captured.out.startswith("t_s,")
+    assert "page.html" not in captured.out
+    assert captured.err.startswith("page.html: ")
+
+
+def test_standard_output_takes_one_format(run, capsys):
+    assert main(["export", str(run), "--csv", "-", "--html", "-"]) == USAGE
+    assert "two formats have the same file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--mcap", "--webm"])
+def test_a_terminal_gets_no_binary_data(run, monkeypatch, capsys, option):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["export", str(run), option, "-"]) == USAGE
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert f"`nxtdrive export {run} {option} - > FILE`" in captured.err
+
+
+def test_a_terminal_gets_a_text_escaped(run, monkeypatch, capsys):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["export", str(run), "--csv", "-"]) == DONE
+    out = capsys.readouterr().out
+    assert "start,idle" in out
+    assert "\x1b" not in out
