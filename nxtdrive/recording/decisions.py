@@ -12,7 +12,6 @@ from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
 from behaviors.evidence import Evidence, evidence_from
 from behaviors.journal import Kind, Record
-from behaviors.mission import Mission
 from behaviors.operator import OperatorChoice, WeighingPolicy, candidates
 from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 from behaviors.return_types import checked
@@ -130,13 +129,6 @@ def decisions(records: Sequence[Record]) -> list[Decision]:
     ]
 
 
-def profile_of(mission: Mission | None, made: Sequence[Decision]) -> str:
-    """Return the profile that made these decisions: as its mission says, else as the evidence shows."""
-    if mission is not None:
-        return mission.mission.profile
-    return "adaptive" if any(each.weighed for each in made) else "thesis"
-
-
 def weighed_by(policy: RecoveryPolicy | None, decision: Decision) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a decision as a policy weighs them, and the choice if it is none of them."""
     chosen = decision.choice
@@ -149,11 +141,11 @@ def weighed_by(policy: RecoveryPolicy | None, decision: Decision) -> tuple[Opera
 
 
 def replay(policy: RecoveryPolicy | None, decision: Decision) -> Replay:
-    """Give a decision's evidence to a policy; None is one that cannot be loaded."""
-    if policy is None:
-        return Replay(None, why_not="the profile cannot be loaded here")
+    """Give a decision's evidence to a policy; None is one that is not known or cannot be loaded."""
     if decision.evidence is None:
         return Replay(None, why_not="this version does not understand the journal's evidence")
+    if policy is None:
+        return Replay(None, why_not="the profile is not known or cannot be loaded here")
     if isinstance(policy, WeighingPolicy) and not decision.weighed:
         return Replay(None, why_not="the journal has neither the obstacle nor other places to look from")
     choice = checked(policy.select, Choice, decision.evidence)

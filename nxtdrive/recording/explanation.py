@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from behaviors.mission import Mission, MissionError
 from behaviors.operator import OperatorChoice
+from behaviors.profile_names import ADAPTIVE
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decision_costs import DecisionCosts, decision_costs
-from nxtdrive.recording.decisions import Decision, Replay, decisions, profile_of, replay, weighed_by
+from nxtdrive.recording.decisions import Decision, Replay, decisions, replay, weighed_by
 from nxtdrive.recording.run_reader import PastRun
 
 DEFAULTS = Mission.model_validate(
@@ -41,21 +42,26 @@ class Explanation:
 
     Attributes:
         run: What was read.
-        profile: The profile that made the decisions.
+        profile: The profile that made the decisions; None if the run's mission cannot be read.
         policy: The profile whose policy `Explained.replay` is about; the same if no other was given.
         decisions: All of them, in order.
         unavailable: Why the run's own policy cannot be loaded here; then no decision has candidates.
     """
 
     run: PastRun
-    profile: str
-    policy: str
+    profile: str | None
+    policy: str | None
     decisions: tuple[Explained, ...]
     unavailable: str = ""
 
+    @property
+    def other_policy(self) -> str | None:
+        """The profile that `Explained.replay` is about if it is not the run's own."""
+        return self.policy if self.policy != self.profile else None
+
 
 def explain(run: PastRun, policy: str | None = None) -> Explanation:
-    """Explain a run.
+    """Explain a run; where its profile is not known, alternatives in the evidence are weighed as the adaptive one does.
 
     Args:
         run: As read.
@@ -66,9 +72,9 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
     """
     mission = run.mission or DEFAULTS
     made = decisions(run.records)
-    profile = profile_of(run.mission, made)
-    own, unavailable = _own_policy(profile, mission)
-    asked = make_policy(policy, mission) if policy else own
+    profile = run.mission.mission.profile if run.mission else None
+    own, unavailable = _own_policy(profile or ADAPTIVE, mission)
+    asked = make_policy(policy, mission) if policy else own if profile else None
     known = decision_costs(run.path.parent)
     explained = (
         Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)

@@ -20,6 +20,11 @@ RULE = (
     "the thesis's rule: recognised but not reached, wait; not recognised, move off; searched again too often, leave it"
 )
 
+UNKNOWN = (
+    "this version can read no mission.json here: the profile is not known, and candidates are the adaptive profile's "
+    "with its default parameters. Copy the run's whole folder"
+)
+
 
 def show(explanation: Explanation, console: Console | None = None) -> None:
     """Print an explanation.
@@ -37,7 +42,7 @@ def show(explanation: Explanation, console: Console | None = None) -> None:
         decision = each.decision
         title = Text(printable(f"{number}  {decision.time_s:.1f} s  {decision.target}"))
         console.print(Panel(_body(each, explanation), title=title, title_align="left"))
-    if explanation.policy != explanation.profile and explanation.decisions:
+    if explanation.other_policy and explanation.decisions:
         console.print(_sum(explanation))
 
 
@@ -48,7 +53,7 @@ def _head(explanation: Explanation) -> list[Text]:
         ended = f"unfinished: the journal ends at {last_s:.1f} s"
     else:
         ended = f"{spaced(str(run.end.data.get('ending', 'ended')))} after {last_s:.1f} s"
-    parts = [run.name or run.path.name, f"profile {explanation.profile}", ended]
+    parts = [run.name or run.path.name, f"profile {explanation.profile or 'not known'}", ended]
     notes = []
     if run.damaged:
         lines = f"line{'s' * (len(run.damaged) > 1)} {', '.join(map(str, run.damaged))}"
@@ -56,7 +61,7 @@ def _head(explanation: Explanation) -> list[Text]:
     if run.end is not None and (error := run.end.data.get("error")):
         notes.append(f"error: {error}")
     if run.mission is None:
-        notes.append("no mission.json of this version here: policies use their default parameters")
+        notes.append(UNKNOWN)
     if explanation.unavailable:
         notes.append(f"{explanation.unavailable} Until then its candidates are not shown.")
     return [Text(printable("  |  ".join(parts)), style="bold"), *(Text(note, style="yellow") for note in notes)]
@@ -142,15 +147,14 @@ def _step_words(step: Step, target: str) -> str:
 
 def _replayed(each: Explained, explanation: Explanation) -> list[tuple[str, Text]]:
     """Show what the given policy would have chosen; the run's own policy only if it would choose differently now."""
-    replay, choice = each.replay, each.decision.choice
-    other = explanation.policy != explanation.profile
+    replay, choice, other = each.replay, each.decision.choice, explanation.other_policy
     if replay.choice is None:
-        return [(explanation.policy, Text(f"unknown: {replay.why_not}", style="yellow"))] if other else []
+        return [(other, Text(f"unknown: {replay.why_not}", style="yellow"))] if other else []
     if not replay.differs:
-        return [(explanation.policy, Text("would have chosen the same", style="green"))] if other else []
+        return [(other, Text("would have chosen the same", style="green"))] if other else []
     other_choice = printable(f"{replay.choice.words()}, since {replay.choice.why}")
     if other:
-        return [(explanation.policy, Text(f"would have chosen differently: {other_choice}", style="yellow"))]
+        return [(other, Text(f"would have chosen differently: {other_choice}", style="yellow"))]
     if choice is None or choice.proposed:
         return []
     return [("today", Text(f"this version chooses differently: {other_choice}", style="yellow"))]

@@ -132,9 +132,29 @@ def test_what_a_thesis_journal_lacks_is_not_made_up(runs, explained):
 def test_a_journal_alone_is_enough_and_says_that_the_numbers_are_defaults(runs, explained, tmp_path):
     alone = tmp_path / "old.jsonl"
     alone.write_bytes((runs["adaptive"] / "journal.jsonl").read_bytes())
-    assert explained(alone, "--json")["profile"] == "adaptive"
-    assert explained(alone, "--json")["numbers"] == "defaults"
-    assert "default parameters" in explained(alone)
+    told = explained(alone, "--json")
+    assert told["numbers"] == "defaults"
+    assert all(decision["candidates"] for decision in told["decisions"])
+    assert "the adaptive profile's with its default parameters" in explained(alone)
+
+
+@pytest.mark.parametrize("broken", [None, "{", '{"mission": {"targets": []}}'])
+@pytest.mark.parametrize("profile", ["thesis", "adaptive"])
+def test_without_a_mission_that_can_be_read_the_profile_is_not_known(runs, explained, tmp_path, profile, broken):
+    (tmp_path / "journal.jsonl").write_bytes((runs[profile] / "journal.jsonl").read_bytes())
+    if broken is not None:
+        (tmp_path / "mission.json").write_text(broken, encoding="utf-8")
+    told = explained(tmp_path, "--json")
+    assert (told["profile"], told["policy"]) == (None, None)
+    assert all(decision["replay"]["choice"] is None for decision in told["decisions"])
+    said = explained(tmp_path)
+    assert "behind a corner  |  profile not known  |" in said
+    assert "mission.json" in said
+    assert "the thesis's rule" not in said
+    asked = explained(tmp_path, "--profile", "thesis", "--json")
+    assert (asked["profile"], asked["policy"]) == (None, "thesis")
+    assert all(decision["replay"]["choice"] for decision in asked["decisions"])
+    assert "thesis would have chosen differently in" in explained(tmp_path, "--profile", "thesis")
 
 
 def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path):
@@ -150,7 +170,8 @@ def test_a_run_that_was_killed_is_reported_up_to_there(runs, explained, tmp_path
 
 
 def test_a_journal_of_the_first_format_is_reported_and_its_evidence_understood(explained):
-    told = explained(FIRST_FORMAT, "--json")
+    told = explained(FIRST_FORMAT, "--profile", "adaptive", "--json")
+    assert all(each["replay"]["choice"] for each in told["decisions"])
     assert [each["replay"]["differs"] for each in told["decisions"]] == [False] * 4
     assert told["damaged_lines"] == []
     assert "lena has not been recognised since the last search began" in explained(FIRST_FORMAT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import threading
 from collections.abc import Iterator
@@ -199,6 +200,16 @@ def page(request, run) -> Iterator[str]:
     thread.join()
 
 
+@in_browser
+def test_the_page_names_the_profile_that_the_mission_had(browser, run):
+    mission = {"mission": {"targets": ["tag"]}, "target": {"tag": {"detector": "marker", "id": 7}}}
+    (run / "mission.json").write_text(json.dumps(mission), encoding="utf-8")
+    _exported(run)
+    browser.get((run.parent / "page.html").as_uri())
+    _until_grey(browser, 40)
+    assert _text(browser, "what") == f"{HOSTILE}, profile adaptive"
+
+
 def _seek(browser: WebDriver, time_s: float) -> None:
     script = (
         "const bar = document.getElementById('time'); bar.value = arguments[0]; bar.dispatchEvent(new Event('input'))"
@@ -232,7 +243,7 @@ def test_the_time_bar_moves_picture_map_chart_lines_and_decision_together(browse
     browser.get(page)
     _until_grey(browser, 40)
     assert browser.title == f"nxtdrive: {HOSTILE}"
-    assert _text(browser, "what") == f"{HOSTILE}, profile thesis"
+    assert _text(browser, "what") == f"{HOSTILE}, profile not known"
     empty = _map(browser)
     _seek(browser, 5.5)
     _until_grey(browser, 120)

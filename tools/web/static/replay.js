@@ -43,7 +43,7 @@ function show(run) {
   new Chart(player, find("chart"));
   new Lines(player, find("lines"));
   new Decisions(player, find("decision"));
-  find("what").textContent = `${run.mission || run.name}, profile ${run.profile}`;
+  find("what").textContent = `${run.mission || run.name}, profile ${run.profile ?? "not known"}`;
   player.on("record", ({ record }) => {
     find("doing").textContent = doing(record, run.recoveries);
   });
