@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
-from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from input_files.plain import MEGABYTE, InputFileError, read_bytes, refuse_empty
 
 MAX_BYTES = 64 * MEGABYTE
 MAX_PIXELS = 64_000_000
@@ -31,9 +31,10 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     """Read a picture as BGR; one of more than 16 million pixels is reduced, and what is transparent becomes white.
 
     Raises:
-        InputFileError: The file cannot be read, is not a picture, or has more than 64 million pixels.
+        InputFileError: The file cannot be read, is empty, is not a picture, or has more than 64 million pixels.
     """
     data = read_bytes(path, MAX_BYTES)
+    refuse_empty(path, len(data))
     width, height, transparent = _header(path, data)
     pixels = width * height
     if pixels > MAX_PIXELS:
@@ -82,8 +83,6 @@ def _on_paper(data: bytes, factor: int) -> NDArray[np.uint8]:
 
 
 def _why_no_picture(path: Path, data: bytes) -> str:
-    if not data:
-        return f"{path} is empty. Copy it again."
     if data[4:8] == b"ftyp":  # the box that files of this family begin with
         return f"{path} is a HEIC or AVIF picture or a video, whatever its name ends in. Save it as JPEG or PNG."
     return f"{path} is not an image OpenCV can read. Use a PNG or JPEG file."

@@ -65,6 +65,20 @@ def read_bytes(path: Path, limit: int) -> bytes:
     return content
 
 
+def refuse_empty(path: Path, size: int) -> None:
+    """Refuse a file without content, as an interrupted copy or download leaves it.
+
+    Args:
+        path: The file.
+        size: Its bytes.
+
+    Raises:
+        InputFileError: It has none.
+    """
+    if not size:
+        raise InputFileError(f"{path} is empty. Copy it again.")
+
+
 def similar_file(path: Path) -> Path | None:
     """Return the file of the same kind beside a path whose name is most like it, if one is."""
     try:

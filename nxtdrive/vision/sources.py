@@ -15,7 +15,7 @@ import cv2
 from behaviors.ports import Clock
 from firmware_protocol.errors import CameraError
 from input_files.picture import read_picture
-from input_files.plain import IMAGE_SUFFIXES, InputFileError, at_home, whole_number
+from input_files.plain import IMAGE_SUFFIXES, InputFileError, at_home, refuse_empty, whole_number
 from nxtdrive.host.access import device_remedy, is_denied
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
@@ -174,14 +174,18 @@ def _open_recording(path: Path, clock: Clock, paced: bool) -> Camera:
             raise CameraError(f"the folder {path} holds no images.", remedy="Put PNG or JPEG files there.")
         return ReplayCamera(f"the folder {path}", map(read_image, files), FOLDER_FPS if paced else None, clock)
     try:
-        mode = os.stat(path).st_mode
+        found = os.stat(path)
     except OSError as error:
         raise CameraError(
             f"there is no camera, file or folder {str(path)!r} ({error.strerror}).",
             remedy="Give a webcam's number (0), a video, an image, a folder of images or a URL.",
         ) from None
-    if not stat.S_ISREG(mode):
+    if not stat.S_ISREG(found.st_mode):
         raise CameraError(f"{path} is a device or a pipe.", remedy="Name a regular file.")
+    try:
+        refuse_empty(path, found.st_size)
+    except InputFileError as error:
+        raise CameraError(str(error)) from None
     if path.suffix.lower() in IMAGE_SUFFIXES:
         return ReplayCamera(f"the image {path}", repeat(read_image(path)), FOLDER_FPS if paced else None, clock)
     return _open_video(path, clock, paced)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from input_files.plain import MEGABYTE, at_home
+from input_files.plain import MEGABYTE, InputFileError, at_home, refuse_empty
 from nxtdrive.host.environment import pip_command
 from nxtdrive.vision.detection import Box, Detection, Image, distinct
 from nxtdrive.vision.detectors.spec import DetectorSpec
@@ -86,6 +86,10 @@ class HaarDetector:
                 + pip_command("install", "opencv-python-headless<5"),
             )
         path = _find(cascade)
+        try:
+            refuse_empty(path, path.stat().st_size)
+        except InputFileError as error:
+            raise ConfigError(str(error)) from None
         bundled = path.parent == _folder()
         self._classifier = cv2.CascadeClassifier()
         if not (bundled or _works(path)) or not self._classifier.load(str(path)):

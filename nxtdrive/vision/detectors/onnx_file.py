@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
-from input_files.plain import MEGABYTE, InputFileError, read_bytes
+from input_files.plain import MEGABYTE, InputFileError, read_bytes, refuse_empty
 
 MAX_BYTES = 400 * MEGABYTE
 """The largest detectors that a laptop runs in a second a frame have half of it."""
@@ -61,10 +61,11 @@ def read_onnx(path: Path) -> OnnxFile:
     """Read a file's inputs, outputs and metadata.
 
     Raises:
-        ConfigError: It cannot be read, is too large, or is not an ONNX model.
+        ConfigError: It cannot be read, is empty or too large, or is not an ONNX model.
     """
     try:
         content = read_bytes(path, MAX_BYTES)
+        refuse_empty(path, len(content))
     except InputFileError as error:
         raise ConfigError(str(error)) from None
     try:

@@ -152,6 +152,24 @@ def test_a_sweep_does_not_go_on_with_anything_but_a_file(tmp_path, capsys, what)
     _refused(NAMED["sweep"](tmp_path / "file"), capsys)
 
 
+COPIED = {
+    "picture": ("file.png", NAMED["picture"]),
+    "video": ("file.avi", NAMED["picture"]),
+    "target": ("file.png", NAMED["target"]),
+    "cascade": ("file.xml", NAMED["cascade"]),
+    "network": ("file.onnx", lambda path: ["detect", "try", "x.png", "--onnx", path, "--label", "cup"]),
+    "labels of a network": ("file.onnx", lambda path: ["detect", "try", "x.png", "--onnx", path]),
+}
+"""Kinds of files that people copy or download -> a name, and a command that reads it."""
+
+
+@pytest.mark.parametrize("kind", COPIED)
+def test_an_empty_file_that_was_copied_is_said_to_be_empty(tmp_path, capsys, kind):
+    name, words = COPIED[kind]
+    (tmp_path / name).touch()
+    assert f"{tmp_path / name} is empty. Copy it again." in _refused(words(tmp_path / name), capsys)
+
+
 @pytest.mark.parametrize("kind", NAMED)
 @pytest.mark.parametrize("name", ["x" * 300, "y/" * 3000], ids=["long name", "long path"])
 def test_a_name_no_file_can_have_is_refused(capsys, kind, name):

@@ -266,7 +266,7 @@ def test_without_labels_a_number_is_needed(detector):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "is not an ONNX model"),
+        (b"", "is empty"),
         (b"hello, world", "is not an ONNX model"),
         (bytes(5000), "is not an ONNX model"),
         (b"\x89PNG\r\n\x1a\n" + bytes(100), "is not an ONNX model"),
