@@ -7,17 +7,23 @@ import socket
 from contextlib import closing
 
 import pytest
-import websockets
-from trip import main, session, watch
 
-from nxtdrive.mission.files import read_mission_file
-from nxtdrive.tools.web.access import Pin
-from nxtdrive.tools.web.app import Server, serving
-from nxtdrive.tools.web.hub import Hub
-from nxtdrive.tools.web.missions import Missions
-from nxtdrive.tools.web.robot import Robot
-from nxtdrive.tools.web.runs import Runs
-from nxtdrive.transports.address import Address
+from nxtdrive.host.environment import install_extra
+
+try:
+    import websockets
+    from trip import main, session, watch
+
+    from nxtdrive.mission.files import read_mission_file
+    from nxtdrive.tools.web.access import Pin
+    from nxtdrive.tools.web.app import Server, serving
+    from nxtdrive.tools.web.hub import Hub
+    from nxtdrive.tools.web.missions import Missions
+    from nxtdrive.tools.web.robot import Robot
+    from nxtdrive.tools.web.runs import Runs
+    from nxtdrive.transports.address import Address
+except ModuleNotFoundError as error:
+    pytest.skip(f"{error}. Install what the page needs: {install_extra('web')}", allow_module_level=True)
 
 
 @pytest.fixture

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from nxtdrive.host.environment import install_extra
+
 ROOT = Path(__file__).parents[2]
 PLUGIN = "nxtdrive.pytest_plugin"
 
@@ -262,6 +264,16 @@ def _pytest_in(example, *options, **environment):
 def test_the_examples_own_tests_pass(example):
     done = _pytest_in(example, FOLDER="solutions")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("package", ["websockets", "uvicorn"])
+def test_without_the_packages_of_the_page_its_example_is_skipped_aloud(tmp_path, package):
+    (tmp_path / "sitecustomize.py").write_text(f"import sys\n\nsys.modules[{package!r}] = None\n", encoding="utf-8")
+    done = _pytest_in("phone-remote", PYTHONPATH=os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", ""))))
+    assert "1 skipped" in done.stdout, done.stdout + done.stderr
+    assert package in done.stdout
+    assert install_extra("web") in done.stdout.replace("\n", "")
 
 
 HANDED_IN = {
