@@ -114,8 +114,11 @@ def keep(folder: Path, name: str, decision: DecisionCosts) -> None:
 
 
 def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
-    """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any."""
-    regrets_s = [[each.regret_s for each in result.decisions] for result in results]
+    """Return the mean regret and the share of choices that were nearly the best, with their intervals, if any.
+
+    What had no alternative counts for neither.
+    """
+    regrets_s = [[each.regret_s for each in result.decisions if each.alternative] for result in results]
     if not any(regrets_s):
         return {}
     figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)

@@ -66,13 +66,13 @@ def _with_costs(values: dict[str, Any], what_if: DecisionCosts) -> dict[str, Any
     for each in sorted(values["candidates"], key=lambda each: each is not values["candidates"][values["chosen"] or 0]):
         if found := next((alternative for alternative in known if alternative.does == each["text"]), None):
             known.remove(found)
-            each |= _cost(found)
-    values["candidates"] += [{"text": alternative.does, "why": "", **_cost(alternative)} for alternative in known]
+            each |= _cost(found, what_if)
+    values["candidates"] += [{"text": one.does, "why": "", **_cost(one, what_if)} for one in known]
     return {**values, "what_if": what_if.words()}
 
 
-def _cost(alternative: CandidateCost) -> dict[str, Any]:
-    return {"cost_s": alternative.cost_s, "best": alternative.best}
+def _cost(candidate: CandidateCost, what_if: DecisionCosts) -> dict[str, Any]:
+    return {"cost_s": candidate.cost_s, "best": candidate.best and what_if.alternative}
 
 
 def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:

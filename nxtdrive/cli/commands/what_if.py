@@ -115,13 +115,18 @@ def run(args: argparse.Namespace) -> int:
                 write_line(f"{name}: the mission had no decision")
             results.append(result)
     figures = mean_figures(results)
+    decisions = [each for result in results for each in result.decisions]
+    alone = sum(not each.alternative for each in decisions)
     if args.json:
-        write_json({"runs": [each.plain() for each in results], **figures}, indent=2)
-    elif figures:
+        write_json({"runs": [each.plain() for each in results], "without_alternative": alone, **figures}, indent=2)
+        return DONE
+    if figures:
         regret = _with_interval(figures["regret_s"], 1, " s")
         share = _with_interval([100 * each for each in figures["nearly_best"]], 0, " %")
-        made = number_of(sum(len(each.decisions) for each in results), "decision")
-        write_line(f"{made}: mean regret {regret}; {share} of them {NEARLY}")
+        write_line(f"{number_of(len(decisions) - alone, 'decision')}: mean regret {regret}; {share} of them {NEARLY}")
+    if alone:
+        counted = "is not counted" if alone == 1 else "are not counted"
+        write_line(f"{number_of(alone, 'choice')} had no alternative and {counted}")
     return DONE
 
 
@@ -161,7 +166,8 @@ def _show(name: str, decision: DecisionCosts) -> None:
     columns = ("", "candidate", "mean seconds to the targets left [95 %]")
     table = make_table(*columns, title=title, title_justify="left")
     for candidate in decision.candidates:
-        mark = ("> " if candidate.chosen else "") + ("best" if candidate.best else "")
+        mark = ("> " if candidate.chosen else "") + ("best" if candidate.best and decision.alternative else "")
         table.add_row(mark, Text(printable(candidate.does)), _with_interval(candidate.cost_s, 1))
     make_console().print(table)
-    write_line(f"regret {decision.regret_s:.1f} s ({decision.biased_regret_s:.1f} s with the bias)")
+    regret = f"regret {decision.regret_s:.1f} s ({decision.biased_regret_s:.1f} s with the bias)"
+    write_line(regret if decision.alternative else "there was no alternative")

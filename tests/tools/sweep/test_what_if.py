@@ -38,9 +38,10 @@ from nxtdrive.tools.sweep.what_if_result import keep
 from sim_backend.simulation import Simulation
 
 WAIT = {"does": "wait", "chosen": True, "best": True, "cost_s": [1.0, 0.5, 1.5]}
+LEAVE = {"does": "leave this target", "chosen": False, "best": False, "cost_s": [2.0, 1.5, 2.5]}
 DECISION = {
     **{"decision": 1, "t": 1.0, "target": "a", "reason": "never_seen", "futures": 2, "regret_s": 2.0},
-    **{"biased_regret_s": 2.5, "beyond_best_s": [0.0, 0.0, 0.0], "candidates": [WAIT]},
+    **{"biased_regret_s": 2.5, "beyond_best_s": [0.0, 0.0, 0.0], "candidates": [WAIT, LEAVE]},
 }
 SOURCE = GeneratedMission("wall_start", 103, "adaptive")
 
@@ -115,7 +116,30 @@ def test_the_command_ends_with_mean_regret_and_the_share_of_good_choices(tmp_pat
     with ResultFile(out) as file:
         file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
     assert main(["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]) == 0
-    assert "3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best" in capsys.readouterr().out
+    assert "3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("made", [0, 3])
+def test_what_had_no_other_candidate_is_no_decision_of_the_figures(tmp_path, capsys, made):
+    out, asked = tmp_path / "regret.jsonl", {"decision": None, "sample": None, "futures": 2}
+    alone = {**DECISION, "candidates": [WAIT], "regret_s": 0.0, "biased_regret_s": 0.0}
+    decisions = [*[{**DECISION, "regret_s": seconds} for seconds in (0.0, 0.0, 6.0)[:made]], alone, alone]
+    with ResultFile(out) as file:
+        file.append(json.dumps({"run": "open:100", **asked, "decisions": decisions}))
+    command = ["what-if", "open:100", "--out", str(out), "--futures", "2", "--workers", "1"]
+    assert main([*command, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told.get("regret_s"), told.get("nearly_best")) == (([2.0], [0.667]) if made else (None, None))
+    assert told["without_alternative"] == 2
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert ("3 decisions: mean regret 2.0 s; 67 % of them within 3 s of the best\n" in said) == bool(made)
+    assert said.endswith("2 choices had no alternative and are not counted\n")
+    assert said.count("there was no alternative\n") == 2
+    assert said.count("> best") == made
+    assert DecisionCosts.model_validate(alone).words() == (
+        "the choice costs 1.0 s to a target on average; there was no alternative"
+    )
 
 
 def test_a_line_that_was_cut_short_is_written_again(tmp_path):
