@@ -24,7 +24,7 @@ from behaviors.outages import OutageSupervisor, part_of
 from behaviors.pause import Pause
 from behaviors.ports import Outage, Ports
 from behaviors.profiles.profile import MakeProfile
-from behaviors.profiles.registry import find_profile
+from behaviors.profiles.registry import exit_as_error, find_profile
 from behaviors.recoveries import Choice, checked_choice
 from behaviors.return_types import WrongReturn, checked, place
 from behaviors.skills import Skill, SkillContext, TimeUp
@@ -112,7 +112,9 @@ class Executive:
         self._context = SkillContext(*ports, mission.thesis, self.note, self._report, deadline_s, pause, wiring=wiring)
         self._outages = OutageSupervisor(self._context, mission.mission.reconnect_timeout_s)
         self._queue = TargetQueue(mission.mission.targets, mission.mission.rounds)
-        self._profile = (make_profile or find_profile(mission.mission.profile))(self._context, mission, self._queue)
+        with exit_as_error():
+            make_profile = make_profile or find_profile(mission.mission.profile)
+            self._profile = make_profile(self._context, mission, self._queue)
         self._chart = MissionChart(self._queue, self._decide, [self])
         self._skill: Skill | None = None
         self._skill_state = ""
@@ -136,7 +138,7 @@ class Executive:
         """
         ending = Ending.BROKEN
         try:
-            with self._outages.recording_sensors():
+            with exit_as_error(), self._outages.recording_sensors():
                 ending = self._pursue()
         except Exception as error:
             self._error = error_text(error)
@@ -250,7 +252,7 @@ class Executive:
             wrong = "as a Fact, not as a Failure"
         else:
             return fact
-        raise WrongReturn(f"{place(skill.call)} returned {fact.event} {wrong}.")
+        raise WrongReturn(f"{place(skill.call)} returned {fact.event} {wrong}")
 
     def _new_skill(self) -> Skill:
         state = self._skill_state = self._chart.mission_state
@@ -262,7 +264,7 @@ class Executive:
         except KeyError as error:
             if error.args != (state,):
                 raise
-            raise WrongReturn(f"{place(self._profile.skill)} has no skill for {state!r}.") from error
+            raise WrongReturn(f"{place(self._profile.skill)} has no skill for {state!r}") from error
 
     def _decide(self) -> Choice:
         """Ask the policy; called by the chart on entry of `select`."""

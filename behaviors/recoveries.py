@@ -228,7 +228,7 @@ def checked_choice(select: Callable[..., object], evidence: Evidence, targets: C
     choice = checked(select, Choice, evidence)
     if choice.instead and choice.instead not in targets:
         known = ", ".join(map(repr, targets))
-        raise WrongReturn(f"{place(select)} chose the target {excerpt(choice.instead)}; this mission has {known}.")
+        raise WrongReturn(f"{place(select)} chose the target {excerpt(choice.instead)}; this mission has {known}")
     return choice
 
 

@@ -11,7 +11,14 @@ Result = TypeVar("Result")
 
 
 class WrongReturn(MissionError):
-    """A method returned something else than it should, or nothing; the message names it with its file and line."""
+    """A method returned something else than it should, or nothing; the message names it with its file and line.
+
+    Args:
+        wrong: What it returned, without a full stop.
+    """
+
+    def __init__(self, wrong: str) -> None:
+        super().__init__(f"{wrong}. Correct it there; docs/profiles.md says what each method returns.")
 
 
 def checked(method: Callable[..., object], kind: type[Result], *arguments: object) -> Result:
@@ -33,7 +40,7 @@ def checked(method: Callable[..., object], kind: type[Result], *arguments: objec
     if result is not None and getattr(kind, "_is_protocol", False):
         methods = [name for name in vars(kind) if not name.startswith("_")]
         wrong += f": it lacks {' and '.join(f'{name}()' for name in methods if not hasattr(result, name))}"
-    raise WrongReturn(f"{wrong}.")
+    raise WrongReturn(wrong)
 
 
 def place(method: Any) -> str:  # noqa: ANN401 - anything that can be called

@@ -33,7 +33,9 @@ def load(name: str) -> Any:  # noqa: ANN401 - the class has been checked, not de
     try:
         entry = installed_profiles().get(name)
         found: Any = entry.load() if entry else _imported(name)
-    except Exception as error:  # the module of another package may raise anything
+    except (Exception, SystemExit) as error:  # the module of another package may raise anything
+        if isinstance(error, SystemExit) and type(error) is not SystemExit:
+            raise  # a signal came
         what = f"{_raised_at(error)}{type(error).__name__}: {_message(error)}"
         raise MissionError(f"profile {name!r} cannot be loaded: {what}; {_remedy(name, error)}") from error
     _check(name, found)
@@ -51,7 +53,7 @@ def _imported(name: str) -> object:
     return getattr(import_module(module), attribute)
 
 
-def _raised_at(error: Exception) -> str:
+def _raised_at(error: BaseException) -> str:
     """Return the place in the profile's code where its import failed; empty if it did not begin."""
     if isinstance(error, SyntaxError):
         return f"{error.filename}:{error.lineno}: "
@@ -60,11 +62,11 @@ def _raised_at(error: Exception) -> str:
     return "{}:{}: ".format(*known[-1]) if known else ""
 
 
-def _message(error: Exception) -> str:
+def _message(error: BaseException) -> str:
     return str(error.msg if isinstance(error, SyntaxError) else error)
 
 
-def _remedy(name: str, error: Exception) -> str:
+def _remedy(name: str, error: BaseException) -> str:
     module, _, attribute = name.partition(":")
     if module.endswith(".py"):
         return f"leave out `.py`: {Path(module).stem}:{attribute}."

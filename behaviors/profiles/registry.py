@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from traceback import walk_tb
 from typing import cast
@@ -19,6 +20,8 @@ from behaviors.return_types import WrongReturn, checked
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
+FAILED = "Correct it there, or report it to the profile's author."
+EXITED = "A profile must not end the program: return from the method, or raise an exception."
 external_profiles: dict[str, str] = {}
 """Loaded profiles of other packages, by name, each with its package, in which an exception may have been raised."""
 
@@ -47,12 +50,30 @@ def raised_by_profile(error: BaseException, ran: str = "") -> MissionError | Non
     """
     if isinstance(error, WrongReturn):
         return error
+    if isinstance(error, SystemExit) and type(error) is not SystemExit:
+        return None  # of a signal that came while the profile ran
     for frame, line in reversed(list(walk_tb(error.__traceback__))):
         package = frame.f_globals.get("__name__", "").partition(".")[0]
         if names := [name for name, its_package in external_profiles.items() if its_package == package]:
             what = f"{frame.f_code.co_filename}:{line}: {type(error).__name__}: {error}"
-            return MissionError(f"profile {either([ran] if ran in names else names)} failed at {what}")
+            remedy = EXITED if isinstance(error, SystemExit) else FAILED
+            return MissionError(f"profile {either([ran] if ran in names else names)} failed at {what}. {remedy}")
     return None
+
+
+@contextmanager
+def exit_as_error() -> Iterator[None]:
+    """Raise ``sys.exit()`` of an external profile within the block as an error: it would end the program in silence.
+
+    Raises:
+        MissionError: The profile exited.
+    """
+    try:
+        yield
+    except SystemExit as error:
+        if known := raised_by_profile(error):
+            raise known from error
+        raise
 
 
 def either(names: Iterable[str]) -> str:
@@ -66,7 +87,8 @@ def make_policy(profile: str, mission: Mission) -> RecoveryPolicy:
     Raises:
         MissionError: See `find_profile`; or what it makes is no policy.
     """
-    return checked(find_profile(profile).own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
+    with exit_as_error():
+        return checked(find_profile(profile).own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
 
 
 def supervised(mission: Mission, ask: Ask) -> MakeProfile:

@@ -149,7 +149,7 @@ def _reported(arguments: Sequence[str]) -> int:
         with suppress(OSError):  # standard error cannot be written
             if args.verbose:
                 traceback.print_exc()
-            complain(_sentence(known, args) if known is error else f"{known}; -v shows the traceback")
+            complain(_sentence(known, args) if known is error else f"{known} -v shows the traceback.")
         with suppress(OSError, ConfigError):
             finish_output()
         return code

@@ -179,7 +179,9 @@ def test_an_exception_in_a_profile_is_one_sentence_with_its_place(tmp_path, caps
     expected = (
         f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:5: AttributeError: 'Odd' object has no attribute 'skills'"
     )
-    assert said == f"nxtdrive: {expected}; -v shows the traceback"
+    assert (
+        said == f"nxtdrive: {expected}. Correct it there, or report it to the profile's author. -v shows the traceback."
+    )
     (run,) = (tmp_path / "runs").iterdir()
     assert "no attribute 'skills'" in json.loads((run / "summary.json").read_text(encoding="utf-8"))["error"]
     assert main([*words, "-v"]) == USAGE
@@ -199,6 +201,48 @@ def test_a_profile_that_exits_does_not_end_a_sweep(leaves, tmp_path):
     )
     error = evaluate(Task(0, "open", 100, "odd:Odd", "geometric")).error
     assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:6: SystemExit" in error
+
+
+EXITS = {
+    "in a skill": "    def skill(self, state, choice):\n        sys.exit(3)\n",
+    "as it is made": "    def __init__(self, *_, **named):\n        sys.exit()\n",
+    "as its policy is made": "    @classmethod\n    def own_policy(cls, mission):\n        sys.exit(3)\n",
+}
+
+
+@pytest.mark.parametrize("where", EXITS)
+def test_a_profile_that_exits_does_not_end_a_run_in_silence(where, tmp_path, capsys):
+    text = "import sys\nfrom behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n"
+    (tmp_path / "odd.py").write_text(text + EXITS[where], encoding="utf-8")
+    words = ["explain-run", str(JOURNAL)] if "policy" in where else ["run", "--no-video"]
+    assert main([*words, "--profile", "odd:Odd"]) == USAGE
+    said = capsys.readouterr().err
+    assert f"profile 'odd:Odd' failed at {tmp_path / 'odd.py'}:" in said
+    assert "SystemExit" in said
+    assert "A profile must not end the program: return from the method, or raise an exception." in said
+    if where == "in a skill":
+        (run,) = (tmp_path / "runs").iterdir()
+        assert "SystemExit: 3" in json.loads((run / "summary.json").read_text(encoding="utf-8"))["error"]
+
+
+def test_a_module_that_exits_is_no_profile(tmp_path, capsys):
+    (tmp_path / "odd.py").write_text("import sys\nsys.exit(3)\n", encoding="utf-8")
+    assert main(["run", "--no-video", "--profile", "odd:Odd"]) == USAGE
+    assert f"{tmp_path / 'odd.py'}:2: SystemExit: 3; correct that line." in capsys.readouterr().err
+
+
+def test_a_signal_that_comes_while_a_profile_is_loaded_ends_the_command(tmp_path):
+    leaves = "from nxtdrive.signals import Terminated\nraise Terminated(143)\n"
+    (tmp_path / "odd.py").write_text(leaves, encoding="utf-8")
+    with pytest.raises(Terminated):
+        find_profile("odd:Odd")
+
+
+def test_a_signal_in_a_profile_ends_a_mission(tmp_path):
+    leaves = "from nxtdrive.signals import Terminated; raise Terminated(143)"
+    (tmp_path / "odd.py").write_text(BROKEN.replace("return self.skills[state]", leaves), encoding="utf-8")
+    with pytest.raises(Terminated):
+        main(["run", "--no-video", "--profile", "odd:Odd"])
 
 
 def test_a_signal_in_a_profile_ends_a_sweep(tmp_path):

@@ -32,6 +32,10 @@ class Policy:
 """
 
 
+WRONG_RESULT = ". Correct it there; docs/profiles.md says what each method returns."
+EXCEPTION = ". Correct it there, or report it to the profile's author."
+
+
 @pytest.fixture(autouse=True)
 def _folder(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
@@ -100,7 +104,9 @@ def _error(seed=100):
 )
 def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
     _write(tmp_path, body)
-    assert text.format(file=tmp_path / "mistaken.py") in _error()
+    error = _error()
+    assert text.format(file=tmp_path / "mistaken.py") in error
+    assert error.endswith((WRONG_RESULT, EXCEPTION, "docs/profiles.md has the interface."))
 
 
 EVIDENCE = """\
@@ -126,6 +132,7 @@ def test_evidence_that_a_journal_cannot_have_is_named(tmp_path, wrong, text):
         in error
     )
     assert text in error
+    assert error.endswith(WRONG_RESULT)
 
 
 SKILL = """\
@@ -153,7 +160,8 @@ class Skill:
 )
 def test_a_skill_that_returns_what_its_state_cannot_end_with_is_named(tmp_path, result, text):
     _write(tmp_path, SKILL.format(result))
-    assert f"call() of mistaken:Skill ({tmp_path / 'mistaken.py'}:10) {text}" in _error()
+    assert f"call() of mistaken:Skill ({tmp_path / 'mistaken.py'}:10) {text}" in (error := _error())
+    assert error.endswith(WRONG_RESULT)
 
 
 @pytest.mark.parametrize("command", [["sweep", "--map", "block_permanent:100:mistaken:Mistaken"]])
