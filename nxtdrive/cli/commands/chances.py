@@ -65,17 +65,17 @@ def run(args: argparse.Namespace) -> int:
                 earlier.append(kept)
                 sources += origins
             continue
-        if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:
-            more, source = _read_sweep(path)
-        else:
-            more, source = _read_run(path), {}
         file = path / JOURNAL if path.is_dir() else path
         whole = file.parent if file.name == JOURNAL else file
-        digest = hashlib.sha256(file.read_bytes()).hexdigest()
-        source = {"name": whole.resolve().name, "choices": len(more), "sha256": digest, **source}
-        if not _counted(path, [source], sources):
-            found += more
-            sources.append(source)
+        source = {"name": whole.resolve().name, "sha256": _digest(file)}
+        if _counted(path, [source], sources):
+            continue
+        if path.suffix == ".jsonl" and path.is_file() and path.name != JOURNAL:
+            more, made = _read_sweep(path)
+        else:
+            more, made = _read_run(path), {}
+        found += more
+        sources.append({"name": source["name"], "choices": len(more), "sha256": source["sha256"], **made})
     if not found and not earlier:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name some that had failures.")
     if found:
@@ -91,6 +91,17 @@ def run(args: argparse.Namespace) -> int:
 
 def _has_counts(path: Path) -> bool:
     return path.suffix == ".json" and path.is_file()
+
+
+def _digest(file: Path) -> str | None:
+    """Return the digest of a file; None for one that cannot be read, of which its reader says why."""
+    from input_files.json_text import MAX_BYTES
+    from input_files.plain import InputFileError, read_bytes
+
+    try:
+        return hashlib.sha256(read_bytes(file, MAX_BYTES)).hexdigest()
+    except InputFileError:
+        return None
 
 
 def _counted(path: Path, more: list[dict[str, Any]], sources: list[dict[str, Any]]) -> bool:

@@ -146,3 +146,12 @@ def test_a_narrow_terminal_loses_no_text(command, tmp_path, capsys, monkeypatch)
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 40
     assert not any("…" in line for line in lines)
+
+
+def test_a_run_that_was_counted_is_not_read_again(tmp_path, capsys):
+    folder, out = _run(tmp_path / "run-1", seen=True), tmp_path / "chances.json"
+    assert main(["chances", folder, "--out", str(out)]) == DONE
+    (tmp_path / "run-1" / "mission.json").unlink()  # which reading the run would report
+    capsys.readouterr()
+    assert main(["chances", str(out), folder]) == DONE
+    assert capsys.readouterr().err == f"{folder} is not counted: run-1 is in the counts already.\n"
