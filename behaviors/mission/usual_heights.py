@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
 OTHERS_MM = 250.0
 """Of labels that are not listed: between a cup and a chair."""
 
@@ -45,6 +47,19 @@ USUAL_HEIGHTS_MM = {
     "teddy bear": 300.0,
 }
 """By COCO's labels, millimetres: rough, and only a first guess that driving improves."""
+
+CASCADE_LABELS = {
+    "haarcascade_frontalface": "face",
+    "haarcascade_profileface": "face",
+    "haarcascade_fullbody": "person",
+}
+"""Labels of what OpenCV's cascades find, by the beginning of their names; nothing usual is known of the others."""
+
+
+def cascade_label(cascade: str) -> str:
+    """Return the label of what a cascade finds, given by its name or file; empty if it is not known."""
+    stem = PurePath(cascade).stem
+    return next((label for begin, label in CASCADE_LABELS.items() if stem.startswith(begin)), "")
 
 
 def usual_height_mm(label: str) -> float:

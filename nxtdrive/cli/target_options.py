@@ -41,7 +41,7 @@ def add_target_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         type=target_height_mm,
         help="real height of the target, 10 to 3000 (default: 150 for a marker and 160 for a QR code, as "
-        "`nxtdrive mission new` prints them, else 297, an upright sheet of A4)",
+        "`nxtdrive mission new` prints them; a usual one for --haar and --onnx; else 297, an upright sheet of A4)",
     )
 
 
@@ -104,7 +104,12 @@ def height_source(args: argparse.Namespace) -> str:
     """Return in words where the height of a target comes from that was not given."""
     if args.marker is not None or args.qr is not None:
         return "as `nxtdrive mission new` prints it"
-    return "as is usual for such objects" if args.onnx else "that of an upright sheet of A4"
+    if args.onnx is None and args.haar is None:
+        return "that of an upright sheet of A4"
+    from behaviors.mission.usual_heights import USUAL_HEIGHTS_MM, cascade_label
+
+    label = args.label or cascade_label(args.haar)
+    return f"as is usual for {label!r}" if label.casefold() in USUAL_HEIGHTS_MM else "a guess"
 
 
 def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], float]:
@@ -122,12 +127,14 @@ def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], float]:
 
 def _described(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
     """Return name and specification of a target that is described on the command line."""
+    from behaviors.mission.usual_heights import cascade_label, usual_height_mm
     from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
     if args.picture:
         return Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
     if args.haar:
-        return "haar", {"detector": "haar", "cascade": args.haar}
+        height_mm = usual_height_mm(cascade_label(args.haar))
+        return "haar", {"detector": "haar", "cascade": args.haar, "height_mm": height_mm}
     if args.marker is not None:
         return f"marker {args.marker}", {"detector": "marker", "id": args.marker, "height_mm": MARKER_HEIGHT_MM}
     if args.qr is not None:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from behaviors.mission import Mission, MissionError, load_mission, valid_targets
 from behaviors.mission.robot import FRAME_ASPECT
-from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget, Target
+from behaviors.mission.targets import HaarTarget, MarkerTarget, PictureTarget, QrTarget, Target
+from behaviors.mission.usual_heights import cascade_label, usual_height_mm
 from behaviors.mission.value_warnings import value_warnings
 from firmware_protocol.errors import CameraError
 from nxtdrive.mission.detectors import make_detectors
@@ -71,6 +72,7 @@ def warnings(mission: Mission) -> Iterator[str]:
         if shape is not None:
             yield from _odd_shape(name, target.height_mm, shape, chosen="height_mm" in target.model_fields_set)
         yield from _no_sheet_height(name, target)
+        yield from _no_cascade_height(name, target)
         whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else MIN_IN_VIEW
         yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
 
@@ -113,6 +115,16 @@ def _no_sheet_height(name: str, target: Target) -> Iterator[str]:
             f"target.{name}: height_mm is missing, so {target.height_mm:g} counts; the sheet that "
             f"`nxtdrive mission new` writes has {usual_mm:g}. Measure the black part and set height_mm: all distances "
             "are computed from it."
+        )
+
+
+def _no_cascade_height(name: str, target: Target) -> Iterator[str]:
+    if isinstance(target, HaarTarget) and "height_mm" not in target.model_fields_set:
+        label = cascade_label(target.cascade)
+        usual = f"; {usual_height_mm(label):g} is usual for a {label}" if label else ""
+        yield (
+            f"target.{name}: height_mm is missing, so {target.height_mm:g} counts, that of an A4 sheet{usual}. Measure "
+            "what the cascade finds and set height_mm: all distances are computed from it."
         )
 
 

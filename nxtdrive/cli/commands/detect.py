@@ -44,7 +44,7 @@ EXAMPLES = """\
   nxtdrive detect try 0 --marker 7 --height-mm 150 --frames 50
   nxtdrive detect try 0 --qr "7" --height-mm 160
   nxtdrive detect try 0 --onnx yolox_s.onnx --label cup
-  nxtdrive detect try film.mp4 --haar haarcascade_eye --out seen.webm
+  nxtdrive detect try film.mp4 --haar haarcascade_profileface --out seen.webm
   nxtdrive detect try http://127.0.0.1:8081/camera.mjpg --color red"""
 
 CAMERA_FRAMES = 100

@@ -54,7 +54,7 @@ profile = "adaptive"       # weighs what to do after a failure; "thesis" follows
 # [target.face]
 # detector = "haar"        # one of OpenCV's cascades, or your XML file
 # cascade = "haarcascade_frontalface_alt2"
-# height_mm = 180
+# height_mm = 200
 #
 # [target.cup]
 # detector = "onnx"        # an object that a neural network finds, given as an ONNX file

@@ -3,7 +3,9 @@
 import json
 import os
 import re
+import shutil
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -201,6 +203,31 @@ def test_an_assumed_height_is_said(picture, tmp_path, capsys):
     assert "height:" not in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("cascade", "assumed"),
+    [
+        ("haarcascade_frontalface_alt2", "200 mm, as is usual for 'face'"),
+        ("haarcascade_profileface", "200 mm, as is usual for 'face'"),
+        ("haarcascade_fullbody", "1700 mm, as is usual for 'person'"),
+        ("haarcascade_eye", "250 mm, a guess"),
+        ("mine.xml", "250 mm, a guess"),
+    ],
+)
+def test_what_a_cascade_finds_is_not_taken_for_a_sheet_of_a4(cascade, assumed, picture, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(Path(cv2.__file__).parent / "data" / "haarcascade_eye.xml", "mine.xml")
+    words = ["detect", "try", str(picture), "--haar", cascade]
+    assert main(words) == DONE
+    assert f"height: {assumed}; measure yours and give --height-mm" in capsys.readouterr().out
+    assert main([*words, "--height-mm", "230"]) == DONE
+    assert "height:" not in capsys.readouterr().out
+
+
+def test_a_usual_height_of_a_networks_label_is_called_that(picture, network, tmp_path, capsys):
+    words = ["--onnx", network, "--label", "cup", "--out", tmp_path / "out.png"]
+    assert _try(capsys, picture, *words)["detector"]["height"].startswith("100 mm, as is usual for 'cup'; measure")
+
+
 def test_a_target_of_the_users_mission(picture, tmp_path, capsys):
     mission = tmp_path / "m.toml"
     mission.write_text(
@@ -272,7 +299,7 @@ def test_a_network_finds_its_label_and_says_what_it_is(picture, tmp_path, capsys
         "layout boxes, 320x240 pixels, onnxruntime",
         "labels: box",
         "licence: CC0-1.0",
-        "height: 250 mm, as is",
+        "height: 250 mm, a guess; measure yours",
     ):
         assert line in said
     assert "box at +16." in said

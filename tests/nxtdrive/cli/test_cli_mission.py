@@ -246,3 +246,18 @@ def test_a_robot_file_describes_the_robot_of_the_built_in_mission_too(tmp_path, 
     robot.write_text('[robot]\nleft = "A"\n[camera]\nhfov_deg = 70\n', encoding="utf-8")
     mission = load_mission(BUILT_IN, [PICTURES], robot=robot)
     assert (mission.robot.left, mission.camera.hfov_deg) == ("A", 70)
+
+
+def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, capsys):
+    path = tmp_path / "face.toml"
+    text = '[mission]\ntargets = ["face"]\n[target.face]\ndetector = "haar"\n'
+    path.write_text(text, encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "target.face: height_mm is missing, so 297 counts, that of an A4 sheet; 200 is usual for a face." in said
+    path.write_text(text + 'cascade = "haarcascade_eye"\n', encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    assert "so 297 counts, that of an A4 sheet. Measure" in " ".join(capsys.readouterr().out.split())
+    path.write_text(text + "height_mm = 200\n", encoding="utf-8")
+    assert main(["mission", "check", str(path)]) == DONE
+    assert "height_mm" not in capsys.readouterr().out
