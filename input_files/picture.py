@@ -83,6 +83,8 @@ def _on_paper(data: bytes, factor: int) -> NDArray[np.uint8]:
 
 
 def _why_no_picture(path: Path, data: bytes) -> str:
-    if data[4:8] == b"ftyp":  # the box that files of this family begin with
-        return f"{path} is a HEIC or AVIF picture or a video, whatever its name ends in. Save it as JPEG or PNG."
+    begins = {b"ftyp": "HEIC or AVIF picture or a video", b"GIF8": "GIF picture"}
+    # files of the first family begin with a box, which has its length first
+    if kind := begins.get(data[4:8]) or begins.get(data[:4]):
+        return f"{path} is a {kind}, whatever its name ends in. Save it as JPEG or PNG."
     return f"{path} is not an image OpenCV can read. Use a PNG or JPEG file."

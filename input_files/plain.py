@@ -80,13 +80,18 @@ def refuse_empty(path: Path, size: int) -> None:
 
 
 def similar_file(path: Path) -> Path | None:
-    """Return the file of the same kind beside a path whose name is most like it, if one is."""
+    """Return the file beside a path that was probably meant: of a similar name or ending, or with an ending at all."""
+    suffix = path.suffix.lower()
     try:
-        suffix = path.suffix.lower()
-        others = {each.stem: each for each in path.parent.iterdir() if each.suffix.lower() == suffix}
+        files = sorted(each for each in path.parent.iterdir() if each.is_file())
     except OSError:
         return None
-    return others.get(nearest(path.stem, others))
+    same_kind = {each.stem: each for each in files if each.suffix.lower() == suffix}
+    same_stem = {each.suffix: each for each in files if each.stem == path.stem}
+    endings = (each for each in files if each.stem == path.name)
+    return (
+        same_kind.get(nearest(path.stem, same_kind)) or same_stem.get(nearest(suffix, same_stem)) or next(endings, None)
+    )
 
 
 def read_text(path: Path, limit: int) -> str:

@@ -24,6 +24,11 @@ COMMON_MISTAKES = (
     (r"^[^\[#]*=\s*-?\d+(?:\.\d+)?\s*[A-Za-z]+\s*(?:#|$)", "Write the number alone; the key's name says its unit."),
     (r"=\s*(?:True|TRUE|False|FALSE)\b", "Write true or false in small letters."),
     (r"^\s*[{]", "It looks like JSON: `nxtdrive mission new FILE` and `nxtdrive world new FILE` write TOML files."),
+    (r"^\[[\w.-]+\s*(?:#|$)", "Close the bracket: ]."),
+    (r"^\[[^\]\"'#]*\w\s+\w", "Put a name with spaces between quotation marks."),
+    (r"^[\w-]+\s*:", "Write key = value, not key: value."),
+    (r"""=\s*\[.*["']\s+["']""", "Write a comma between two texts."),
+    (r"""=\s*["'][^"']*["']\s*,""", 'Write several values as a list: ["a", "b"].'),
     (
         r"""^(?:\[[^\]"'#]*|[^="'#]*)[^\x00-\x7f]""",
         "Put a name with letters beyond a-z between quotation marks.",
@@ -31,6 +36,9 @@ COMMON_MISTAKES = (
     (r"""=\s*\[?\s*(?!true\b|false\b)[A-Za-z_][^"'=]*$""", "Put text between quotation marks."),
 )
 """Patterns of the line at which reading stops, the likeliest first, and what to do there."""
+
+TWICE = re.compile(r"Cannot (?:declare|overwrite)")
+"""Begins what tomllib says of a table or a key that is there a second time."""
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -57,7 +65,10 @@ def _line_of(error: ValueError, text: str) -> str:
     if number is None:
         return f". {REMEDY}"
     line = text.split("\n")[int(number[1]) - 1].strip()
-    hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)
+    if TWICE.match(str(error)):
+        hint = "It is there twice: give one another name, or remove it."
+    else:
+        hint = next((hint for mistake, hint in COMMON_MISTAKES if re.search(mistake, line)), REMEDY)
     return f": `{line[:SHOWN]}`. {hint}"
 
 

@@ -178,7 +178,10 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
 
 def _missing(file: str, folder: Path) -> str:
     """Return the name of a file that a target needs and that is not there, with what to do."""
-    similar = similar_file(folder / at_home(file))
+    path = folder / at_home(file)
+    if os.path.isdir(path):
+        return f"{excerpt(file)}; that is a folder, so name a file in it"
+    similar = similar_file(path)
     meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
     return f"{excerpt(file)}; {meant}put it beside the mission file ({folder})"
 

@@ -23,6 +23,14 @@ FOLLOWS = "default_factory_not_called"
 """Kind of the error of a key whose default depends on other keys, of which one has a mistake of its own."""
 
 
+ELSEWHERE = {
+    "width_mm": "leave it out: the height is enough",
+    **dict.fromkeys(("source", "device"), "name it with --camera, as in --camera 0"),
+    **dict.fromkeys(("nxt", "address"), "name it with --nxt, as in --nxt usb://"),
+}
+"""Keys that people write into a mission and that no mission has, and what to do instead."""
+
+
 def mistake_count(error: ValidationError) -> int:
     """Return how many mistakes `mistakes` yields."""
     return sum(problem["type"] != FOLLOWS for problem in error.errors())
@@ -48,10 +56,16 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
             homes = _homes(str(path[-1]), model)
             here = _known_keys(path[:-1], model, detector)
             message = f"belongs in the table {homes}" if homes else f"unknown key; {_advice(str(path[-1]), here)}"
+            if path == ["targets"] and isinstance(problem["input"], dict):
+                message = f"the table of a target is [target.{next(iter(problem['input']), 'NAME')}]"
             if detector is not None and path[-1] in _known_keys(path[:-1], model):
                 message = f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
             message = _detector_advice(problem["input"])
+        elif problem["type"] in NO_TABLE and where == "target":
+            message = f"it must be a table with a name, [target.NAME], not {excerpt(problem['input'])}"
+        elif problem["type"] in NO_TABLE and path[:-1] == ["target"] and path[-1] in _known_keys(["target", ""], model):
+            message = "belongs in the table [target.NAME]"
         elif problem["type"] in NO_TABLE:
             message = f"it must be a table, [{where}], not {excerpt(problem['input'])}"
         elif problem["type"] == "missing" and where == "mission":
@@ -93,6 +107,8 @@ def _homes(key: str, model: type[BaseModel]) -> str:
 
 def _advice(key: str, keys: Iterable[str]) -> str:
     """Name the nearest key that exists, or all of them."""
+    if key in ELSEWHERE:
+        return ELSEWHERE[key]
     known = sorted(keys)
     stem = key.rsplit("_", 1)[0]
     near = next((name for name in known if name.rsplit("_", 1)[0] == stem), "") or nearest(key, known)

@@ -187,6 +187,21 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         (GOOD + "[adaptive]\ndetours = 'yes'\n", "adaptive.detours: must be true or false, not 'yes'"),
         (GOOD.replace("[mission]", "[mission]\nname = 3"), "mission.name: must be text in quotes"),
         (GOOD.replace("[target.box]", "[target.box]\nheight_mm = inf"), "target.box.height_mm: must be"),
+        (GOOD.replace("[target.", "[targets."), "targets: the table of a target is [target.box]"),
+        (GOOD.replace("[target.box]", "[target]"), "target.detector: belongs in the table [target.NAME]"),
+        (GOOD.replace("[target.box]", "[[target]]"), "target: it must be a table with a name, [target.NAME], not ["),
+        (
+            GOOD.replace("[target.box]", "[target.box]\nwidth_mm = 100"),
+            "target.box.width_mm: unknown key; leave it out: the height is enough",
+        ),
+        (
+            GOOD + "[camera]\nsource = 0\n",
+            "camera.source: unknown key; name it with --camera, as in --camera 0",
+        ),
+        (
+            GOOD.replace("[mission]", '[mission]\nnxt = "usb://"'),
+            "mission.nxt: unknown key; name it with --nxt, as in --nxt usb://",
+        ),
         ("mission = 3\n[target]\n", "mission: it must be a table, [mission], not 3"),
     ],
 )
@@ -200,6 +215,22 @@ def test_a_picture_of_a_similar_name_is_suggested(tmp_path, written):
     target = f'[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = ["{written}"]\n'
     expected = f"there is no picture '{written}'; did you mean 'my-cat.jpg'? Else put it beside the mission file"
     assert expected in _complaint(tmp_path, target)
+
+
+def test_a_picture_of_another_kind_of_the_same_name_is_suggested(tmp_path):
+    (tmp_path / "cat.jpg").write_bytes(b"")
+    target = '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = ["cat.jpeg"]\n'
+    assert "there is no picture 'cat.jpeg'; did you mean 'cat.jpg'?" in _complaint(tmp_path, target)
+
+
+@pytest.mark.parametrize(
+    "key", ['detector = "picture"\npictures = ["{}"]', 'detector = "onnx"\nlabel = "a"\nmodel = "{}"']
+)
+def test_a_folder_in_place_of_a_file_is_called_that(tmp_path, key):
+    (tmp_path / "cat.jpg").mkdir()
+    (tmp_path / "car.jpg").mkdir()
+    said = _complaint(tmp_path, f'[mission]\ntargets = ["a"]\n[target.a]\n{key.format("cat.jpg")}\n')
+    assert "'cat.jpg'; that is a folder, so name a file in it" in said
 
 
 def test_a_missing_file_is_named():

@@ -49,7 +49,13 @@ def test_the_line_with_the_mistake_is_shown(tmp_path, line):
         ("detector = picture", "Put text between quotation marks"),
         ("targets = [my-cat]  # the [target.NAME] below", "Put text between quotation marks"),
         ("present = true, # or not", "Correct it there"),
-        ('targets = ["kätzchen" "dog"]', "Correct it there"),
+        ('targets = ["kätzchen" "dog"]', "Write a comma between two texts."),
+        ('targets = "cat", "dog"', 'Write several values as a list: ["a", "b"].'),
+        ('targets: ["cat"]', "Write key = value, not key: value."),
+        ("[target.my cat]", "Put a name with spaces between quotation marks."),
+        ("[target.cat", "Close the bracket: ]."),
+        ("[target.cat]\n[target.cat]", "It is there twice: give one another name, or remove it."),
+        ("rounds = 2\nrounds = 3", "It is there twice: give one another name, or remove it."),
     ],
 )
 def test_a_common_mistake_has_a_hint(tmp_path, line, hint):

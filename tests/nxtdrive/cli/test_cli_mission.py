@@ -261,3 +261,13 @@ def test_a_face_without_a_height_is_not_taken_for_a_sheet_in_silence(tmp_path, c
     path.write_text(text + "height_mm = 200\n", encoding="utf-8")
     assert main(["mission", "check", str(path)]) == DONE
     assert "height_mm" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("written", ["cat", "cat.tml", "cats.toml"])
+def test_a_mission_by_a_name_that_is_nearly_right_is_suggested(written, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cat.toml").touch()
+    (tmp_path / "cat.d").mkdir()
+    for command in (["run"], ["mission", "check"], ["doctor", "--mission"]):
+        assert main([*command, written]) == USAGE
+        assert "cannot be read (No such file or directory). Did you mean cat.toml?" in capsys.readouterr().err

@@ -112,7 +112,7 @@ def test_a_file_that_is_not_an_image_is_refused(tmp_path, clock):
 
 def test_a_broken_image_in_a_folder_is_named(tmp_path, clock):
     cv2.imwrite(str(tmp_path / "a.png"), numbered(1)[0])
-    (tmp_path / "b.png").write_bytes(b"GIF89a")
+    (tmp_path / "b.png").write_bytes(b"\x89PNG")
     camera = open_camera(str(tmp_path), clock=clock)
     camera.read(1.0)
     with pytest.raises(CameraError, match=r"b.png is not an image"):
