@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from input_files.mistakes import nearest
+from input_files.mistakes import excerpt, nearest
 
 MEGABYTE = 1_000_000
 MAX_DEPTH = 32
@@ -92,6 +92,22 @@ def similar_file(path: Path) -> Path | None:
     return (
         same_kind.get(nearest(path.stem, same_kind)) or same_stem.get(nearest(suffix, same_stem)) or next(endings, None)
     )
+
+
+def missing_file(file: str, folder: Path, kind: str) -> str:
+    """Return the name of a file that another one needs and that is not there, with what to do.
+
+    Args:
+        file: Its name in that other file.
+        folder: That of the other file.
+        kind: What the other file is: ``mission``.
+    """
+    path = folder / at_home(file)
+    if os.path.isdir(path):
+        return f"{excerpt(file)}; that is a folder, so name a file in it"
+    similar = similar_file(path)
+    meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
+    return f"{excerpt(file)}; {meant}put it beside the {kind} file ({folder.resolve()})"
 
 
 def read_text(path: Path, limit: int) -> str:

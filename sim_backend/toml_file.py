@@ -87,7 +87,8 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "extra_forbidden":
             return f"{path}: there is no such key; {hint(str(location[-1]), table.model_fields)}"
         case "missing":
-            return f"{path}: is missing"
+            writes = "; `nxtdrive world new FILE` writes a world with all it needs" if len(location) == 1 else ""
+            return f"{path}: is missing{writes}"
         case "union_tag_not_found":
             return f"{path}.{error['ctx']['discriminator'].strip(_QUOTE)}: is missing"
         case "union_tag_invalid":

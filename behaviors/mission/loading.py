@@ -22,7 +22,7 @@ from behaviors.mission.tables import Mission
 from behaviors.mission.targets import Target
 from input_files.json_text import parse_object
 from input_files.mistakes import MistakesError, excerpt, listed
-from input_files.plain import MEGABYTE, PICTURE_SUFFIXES, InputFileError, at_home, read_text, similar_file
+from input_files.plain import MEGABYTE, PICTURE_SUFFIXES, InputFileError, at_home, missing_file, read_text
 from input_files.toml_file import read_toml
 
 BUILT_IN = Path(__file__).parent / "lena_rilakkuma.toml"
@@ -166,24 +166,14 @@ def _resolve_files(table: dict[str, Any], folders: Sequence[Path]) -> Iterable[s
             if found:
                 pictures[i] = str(found[0])
             else:
-                yield f"target.{name}.pictures[{i}]: there is no picture {_missing(picture, folders[0])}"
+                yield f"target.{name}.pictures[{i}]: there is no picture {missing_file(picture, folders[0], 'mission')}"
         detector = str(target.get("detector"))
         others = [] if detector in BUILT_IN_DETECTORS else [key for key in target if key.endswith(FILE)]
         for key in FILES.get(detector, others):
             if isinstance(file := target.get(key), str):
                 target[key] = str(folders[0] / at_home(file))
                 if not os.path.isfile(target[key]):
-                    yield f"target.{name}.{key}: there is no file {_missing(file, folders[0])}"
-
-
-def _missing(file: str, folder: Path) -> str:
-    """Return the name of a file that a target needs and that is not there, with what to do."""
-    path = folder / at_home(file)
-    if os.path.isdir(path):
-        return f"{excerpt(file)}; that is a folder, so name a file in it"
-    similar = similar_file(path)
-    meant = f"did you mean {excerpt(similar.name)}? Else " if similar else ""
-    return f"{excerpt(file)}; {meant}put it beside the mission file ({folder})"
+                    yield f"target.{name}.{key}: there is no file {missing_file(file, folders[0], 'mission')}"
 
 
 def _resolve_chances(table: dict[str, Any], folder: Path) -> Iterable[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_protocol.errors import ConfigError
 from input_files.mistakes import hint, nearest
-from input_files.plain import InputFileError
+from input_files.plain import InputFileError, missing_file
 from sim_backend.bundled import WORLDS, picture_names, world_names
 from sim_backend.toml_file import check, mistakes, read_tables
 from sim_backend.world.event_tables import Event
@@ -181,7 +181,7 @@ def _missing_images(world: WorldFile, folder: Path) -> Iterator[str]:
         if picture.file is None and picture.name not in known:
             yield f"pictures[{index}].name: no picture {picture.name!r} here ({', '.join(known)}); give its file"
         elif picture.file is not None and not os.path.isfile(folder / picture.file):
-            yield f"pictures[{index}].file: there is no file {folder / picture.file}"
+            yield f"pictures[{index}].file: there is no file {missing_file(str(picture.file), folder, 'world')}"
 
 
 def _missing_textures(world: WorldFile, folder: Path) -> Iterator[str]:

@@ -494,6 +494,10 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
         (ROOM.replace("[400, 1000]", "400"), "robot.start_mm: must be a list in brackets, as in [1200, 800], not 400"),
         (ROOM.replace("[400, 1000]", "[4, 5, 6]"), "robot.start_mm: must have 2 entries, not [4, 5, 6]"),
         (ROOM.replace("[400, 1000]", "[400]"), "robot.start_mm[1]: is missing"),
+        (
+            "[robot]\nstart_mm = [200, 200]\n",
+            "floor: is missing; `nxtdrive world new FILE` writes a world with all it needs",
+        ),
         (ROOM.replace("700", "-7"), "boxes[0].height_mm: must be 0.001 or more, not -7"),
         (ROOM.replace("700", "'high'"), "boxes[0].height_mm: must be a number, not 'high'"),
         (ROOM.replace("'desk'", "7").replace('"desk"', "7"), "boxes[0].name: must be text in quotes, not 7"),
@@ -505,6 +509,17 @@ def test_the_names_of_the_textures_are_those_that_can_be_drawn():
 )
 def test_a_mistake_is_reported_in_plain_words(text, expected):
     assert mistakes_in(text) == [expected]
+
+
+def test_a_picture_that_is_missing_says_where_it_belongs(tmp_path):
+    (tmp_path / "dog.jpg").touch()
+    (tmp_path / "room.toml").write_text(
+        ROOM + "[[pictures]]\nname = 'dog'\nfile = 'dog.jpeg'\nat_mm = [400, 400]\nfacing_deg = 0\n", encoding="utf-8"
+    )
+    with pytest.raises(ConfigError) as refused:
+        load_world(tmp_path / "room.toml")
+    expected = f"there is no file 'dog.jpeg'; did you mean 'dog.jpg'? Else put it beside the world file ({tmp_path})"
+    assert f"pictures[0].file: {expected}" in str(refused.value)
 
 
 EVENT = '[[events]]\nname = "a"\npicture = "lena"\npresent = false\n'
