@@ -130,7 +130,7 @@ def evidence_lines(evidence: Evidence) -> Iterator[str]:
         best = max(each.chance for each in evidence.viewpoints)
         nearest = min(each.travel_s for each in evidence.viewpoints)
         places = number_of(len(evidence.viewpoints), "other place")
-        yield f"{places} to look from: nearest in {nearest:.0f} s, at best a {_map_chance(best)}"
+        yield f"{places} to look from: nearest in {nearest:.0f} s, at best {_map_chance(best)}"
     if evidence.blocked or evidence.here or evidence.viewpoints:
         yield "the candidates' chances are corrected by the outcomes of earlier missions"
     for other in evidence.others:

@@ -22,11 +22,11 @@ def test_measurements_are_written_without_names_of_the_journal(measured, words):
 
 
 def test_chances_by_the_map_alone_are_distinguished_from_those_of_the_candidates():
-    here, there = Viewpoint(0.0, 8.0, 0.0), Viewpoint(4.0, 8.0, 0.09)
+    here, there = Viewpoint(0.0, 8.0, 0.0), Viewpoint(4.0, 8.0, 0.11)
     evidence = Evidence("lena", Reason.NEVER_SEEN, False, 0, spent_s=7.5, here=here, viewpoints=(there,))
     lines = list(evidence_lines(evidence))
     assert "another look from here: 8 s, 0% chance by the map alone" in lines
-    assert "1 other place to look from: nearest in 4 s, at best a 9% chance by the map alone" in lines
+    assert "1 other place to look from: nearest in 4 s, at best 11% chance by the map alone" in lines
     assert lines[-1] == "the candidates' chances are corrected by the outcomes of earlier missions"
     assert "pursued for 8 s without a sighting" in lines
     assert "chance" not in " ".join(evidence_lines(Evidence("lena", Reason.NEVER_SEEN, False, 0)))
