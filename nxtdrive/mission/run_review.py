@@ -184,6 +184,12 @@ class RunReview:
             advice = f"Its {target} is not what [target.{target}] describes: correct one of the two."
         elif room:
             advice = f"Put {target} into {room}."
+        elif self._file:
+            room_file = shlex.quote(str(own_room(self._file)))
+            advice = (
+                "Open another with --nxt sim://WORLD.toml, or write the room of this mission: "
+                f"`nxtdrive world new {room_file}` makes one to change."
+            )
         else:
             advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
         self._hint(target, f"Nothing in sight looks like {target}, and nothing in this world does. {has}. {advice}")

@@ -65,6 +65,13 @@ def test_the_room_beside_the_mission_is_recommended(perform, mission_for, tmp_pa
     assert f"--nxt sim://{tmp_path}/bear-world.toml" in review.hints[0]
 
 
+def test_a_mission_file_without_a_room_is_to_get_one(mission_for):
+    review = RunReview(mission_for("rilakkuma"), Simulation("open").truth, lambda _: None, Path("my bear.toml"))
+    review(_unsuccessful("rilakkuma"))
+    [hint] = review.hints
+    assert "`nxtdrive world new 'my bear-world.toml'`" in hint
+
+
 def test_a_target_that_the_missions_own_room_does_not_have_is_to_be_added(mission_for, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("bear-world.toml").touch()
