@@ -51,6 +51,11 @@ profile = "adaptive"       # weighs what to do after a failure; "thesis" follows
 # text = "7"               # its whole text; short texts are read from farther away
 # height_mm = 160          # of the code, without the white around it
 #
+# [target.bin]
+# detector = "color"       # a patch of strong colour, in a room without others of that colour
+# color = "red"
+# height_mm = 300
+#
 # [target.face]
 # detector = "haar"        # one of OpenCV's cascades, or your XML file
 # cascade = "haarcascade_frontalface_alt2"
