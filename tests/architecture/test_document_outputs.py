@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+from pathlib import Path
+
 import pytest
 
 from nxtdrive.cli.main import DONE, main
+from sim_backend.bundled import PICTURES
 from tests.architecture.document_blocks import blocks, make_home
 
 SHOWN = {
@@ -31,3 +36,20 @@ def test_an_output_that_is_shown_is_right(page, tmp_path, monkeypatch, capsys):
         assert main(command) == DONE
     (shown,) = (text for where, _, text in blocks("") if where == page and text.startswith(FIRST_LINES))
     assert shown in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_second_target_of_the_first_mission_is_reached_in_the_second_room(tmp_path, monkeypatch, capsys):
+    make_home(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(PICTURES / "rilakkuma.png", "my-dog.jpg")
+    target, room = (text for page, _, text in blocks("toml") if page == "docs/first-mission.md")
+    mission, world = Path("my-mission.toml"), Path("my-mission-world.toml")
+    text = mission.read_text(encoding="utf-8")
+    mission.write_text(text.replace('["my-cat"]', '["my-cat", "my-dog"]') + target, encoding="utf-8")
+    text = re.sub(r"(?<=\[floor\]\nsize_mm = )\S+ \S+", "[5200, 2400]", world.read_text(encoding="utf-8"))
+    world.write_text(text + room, encoding="utf-8")
+    assert main(["run", "my-mission.toml", "--no-video"]) == DONE
+    assert re.search(
+        "my-cat reached.*my-dog: a scan did not bring it into view.*my-dog reached", capsys.readouterr().out, re.DOTALL
+    )
