@@ -181,7 +181,7 @@ class Executive:
                     with self._pause.interrupting():
                         fact = self._serve()
                 except Outage as outage:
-                    self._outages.outlast(outage)
+                    self._outages.wait_out(outage)
                     if self._chart.mission_state in ("arrive", "verify"):
                         self._skill = None  # by the clocks of the old one the target would have been lost long ago
                 else:

@@ -67,9 +67,9 @@ class OutageSupervisor:
             try:
                 return work()
             except Outage as outage:
-                self.outlast(outage)
+                self.wait_out(outage)
 
-    def outlast(self, outage: Outage) -> None:
+    def wait_out(self, outage: Outage) -> None:
         """Wait until the failed part works again, or until the pause ends.
 
         The robot stands still, by its leases if it cannot be reached.
