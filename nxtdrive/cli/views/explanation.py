@@ -128,7 +128,7 @@ def outcome_words(decision: Decision) -> str:
     match outcome.result:
         case Result.FAILED:
             again = "again " if outcome.target == decision.target else ""
-            end = f"{outcome.target} failed {again}{after}: {reason_words(outcome.detail)}"
+            end = f"the attempt at {outcome.target} failed {again}{after}: {reason_words(outcome.detail)}"
         case Result.REACHED:
             end = f"{outcome.target} reached {after}"
         case Result.FINISHED:

@@ -12,8 +12,8 @@ from nxtdrive.recording.decisions import decisions
 @pytest.mark.parametrize(
     ("next_target", "words"),
     [
-        ("lena", "lena failed again after 2.5 s: a scan did not bring it into view"),
-        ("rilakkuma", "rilakkuma failed after 2.5 s: a scan did not bring it into view"),
+        ("lena", "the attempt at lena failed again after 2.5 s: a scan did not bring it into view"),
+        ("rilakkuma", "the attempt at rilakkuma failed after 2.5 s: a scan did not bring it into view"),
     ],
 )
 def test_only_a_failure_of_the_same_target_is_one_again(next_target, words):
@@ -43,5 +43,5 @@ def test_recoveries_and_reasons_are_in_words_and_the_failure_is_said_once(reason
     (decision,) = decisions([chosen, *steps])
     assert outcome_words(decision) == (
         f"look elsewhere 2.0 s ({words}), search 1.5 s\n"
-        "lena failed again after 3.5 s: a scan did not bring it into view"
+        "the attempt at lena failed again after 3.5 s: a scan did not bring it into view"
     )
