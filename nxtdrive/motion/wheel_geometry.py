@@ -1,4 +1,4 @@
-"""What the counts of two driven wheels mean for the robot."""
+"""Conversion between the counts of two driven wheels and the robot's motion."""
 
 from __future__ import annotations
 

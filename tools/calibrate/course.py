@@ -1,4 +1,4 @@
-"""The course before the marker sheet: drives it, and records wheels, camera and sonar."""
+"""Drive the course in front of the marker sheet, and record wheels, camera and sonar."""
 
 from __future__ import annotations
 

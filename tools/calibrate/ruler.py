@@ -1,4 +1,4 @@
-"""Wheels by ruler: a straight drive and turns on the spot that people measure."""
+"""Calibrate the wheels with a ruler: a straight drive and turns on the spot, which a person measures."""
 
 from __future__ import annotations
 

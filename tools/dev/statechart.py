@@ -20,7 +20,7 @@ PAGE_TEXT = """\
 
 The states of a mission and the transitions between them, for readers of a [journal](journal.md) and
 developers of profiles. `python -m tools.dev.statechart` writes this page from the class `behaviors.chart.MissionChart`;
-a test keeps both in step.
+a test checks that both agree.
 
 [![The statechart of a mission as a picture](images/statechart.svg)](images/statechart.svg)
 

@@ -1,4 +1,4 @@
-"""The rig as a value: start it, run commands in its guest, plug and unplug, read the world's truth, end it."""
+"""The rig: start it, run commands in its guest, plug and unplug devices, read the world's truth, end it."""
 
 from __future__ import annotations
 

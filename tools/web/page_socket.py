@@ -1,4 +1,4 @@
-"""A page's WebSocket: sends the hub's messages, and obeys the page's."""
+"""A page's WebSocket: sends the hub's messages, and carries out the page's."""
 
 from __future__ import annotations
 

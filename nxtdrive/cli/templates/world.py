@@ -1,4 +1,4 @@
-"""The room for a first mission: holds the one target, large enough for it, and tried before it is written."""
+"""The room for a first mission: it holds the one target, is large enough for it, and is tried before it is written."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ FLAT_SD = 1.0
 """Lower bound of a window's contrast, grey levels: only rendered frames have flatter windows."""
 
 MIN_SHOWN = 0.25
-"""Lower bound of the share of a template's contrast that counts as lit: chance matches the rest of a hidden one."""
+"""Lower bound of the share of a template's contrast that counts as lit: smaller parts match by accident."""
 
 SPOTS_APART = np.ones((23, 23), np.uint8)
 """Spots of glare within half of this, about the size of a template, are one: each has its own windows."""

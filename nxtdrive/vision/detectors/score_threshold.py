@@ -1,8 +1,8 @@
-"""Computes the score that chance reaches with a picture, so that a higher one can be required.
+"""Computes the score that a picture reaches by accident, so that a higher one can be required.
 
-Chance matches coarse features: a dark object before a bright wall resembles every such picture, and a picture of few
-waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture has its own
-threshold, at each height at which it is compared. Source of the constants: docs/vision.md, 1.7.
+Coarse features are matched by accident: a dark object before a bright wall resembles every such picture, and a picture
+of few waves resembles stripes and gradients. Fine shapes and colours are hardly ever matched. So each picture has its
+own threshold, at each height at which it is compared. Source of the constants: docs/vision.md, 1.7.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MARGIN = 0.035
 """How far above chance a score must be."""
 
 CORE_LESS = 0.02
-"""The middle of a picture is searched for in few places, so chance has fewer opportunities."""
+"""The middle of a picture is searched for in few places, so accidental matches are rarer."""
 
 
 def distinctness(picture: Image) -> float:

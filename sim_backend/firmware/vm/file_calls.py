@@ -13,7 +13,7 @@ from sim_backend.firmware.vm.calls import Call, Function
 
 _NO_HANDLE = 0xFF
 _NOTHING = "", False
-"""What a program has in mind for a handle by which it has no file open."""
+"""What a program remembers of a handle by which it has no file open."""
 
 
 def put_status(call: Call, status: int) -> None:
@@ -45,7 +45,7 @@ def _open_append(call: Call) -> None:
 
 
 def returned(call: Call, opened: Opened, *, writes: bool = True) -> None:
-    """Return an opened file, which the program keeps in mind by its name: status, handle, length."""
+    """Return an opened file, which the program remembers by its name: status, handle, length."""
     put_status(call, opened.status)
     call.put(1, opened.handle)
     if opened.status == Status.OK:
