@@ -99,7 +99,7 @@ class FollowPathSkill:
         self._end_s = begun_s + N.leeway_s + N.leeway * length_mm / perception.parameters.cruise_mm_s
         self._promised_s = begun_s + N.longer_s + N.longer * self._seconds(perception.world.paths_from_here())
         while self._route:
-            fact = self._back_off() if self._retreat else self._drive()
+            fact = self._back_off(self._retreat) if self._retreat else self._drive()
             if fact is not None:
                 perception.context.body.stop()
                 return fact
@@ -169,26 +169,25 @@ class FollowPathSkill:
 
     def _stopped(self, stop: StopReason, observation: Observation) -> Fact | None:
         """Map the obstacle, and plan again."""
-        perception = self._perception
+        perception, pose, floor = self._perception, self._perception.world.pose, self._perception.world.floor
         self._stops += 1
         self._turns_away = stop is StopReason.OBSTACLE
-        near_mm = observation.range_mm if stop is StopReason.OBSTACLE else 0.0
         self._blocker = None
-        if near_mm is not None:
-            if stop is StopReason.OBSTACLE and perception.world.floor.appeared(perception.world.pose, near_mm):
-                self._blocker = Blocker(near_mm, moving=True, hides=True)
-            perception.world.floor.mark_obstacle(perception.world.pose, near_mm)
         if stop is not StopReason.OBSTACLE:
+            floor.mark_obstacle(pose, 0.0)
             self._retreat = Retreat(perception, N.retreat_mm, stop)
-            return self._back_off()
+            return self._back_off(self._retreat)
+        if (near_mm := observation.range_mm) is not None:
+            if floor.appeared(pose, near_mm):
+                self._blocker = Blocker(near_mm, moving=True, hides=True)
+            floor.mark_obstacle(pose, near_mm)
         return self._replan(perception.step(), Reason.OBSTACLE_AHEAD)
 
-    def _back_off(self) -> Fact | None:
+    def _back_off(self, retreat: Retreat) -> Fact | None:
         """Complete a retreat, and plan again."""
         perception = self._perception
-        if self._retreat:
-            self._retreat.call()
-            self._retreat = None
+        retreat.call()
+        self._retreat = None
         perception.context.report(Fact(Event.RETREATED, Reason.RETREATED))
         return self._replan(perception.step(), Reason.RETREATED)
 
@@ -213,11 +212,8 @@ class FollowPathSkill:
 
     def _no_path(self, observation: Observation) -> Fact:
         """Report that there is no path; far enough along the old one a scan is worthwhile all the same."""
-        world = self._perception.world
-        if self._blocker is not None:
-            measured = {"range_mm": observation.range_mm, "stops": self._stops}
-            return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, measured, self._blocker)
-        if math.dist(world.here, self._begin) >= N.far_enough_mm:
+        if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= N.far_enough_mm:
             self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})
-        return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, {"range_mm": observation.range_mm, "stops": self._stops})
+        measured = {"range_mm": observation.range_mm, "stops": self._stops}
+        return Failure(Event.RECOVERY_FAILED, Reason.NO_WAY, measured, self._blocker)
