@@ -131,7 +131,7 @@ class TargetMemory:
         }
         self._unseen: dict[str, _Unseen] = {}
         self._renewed_s: float | None = None
-        self._looked_from: list[tuple[str, Point]] = []
+        self._looked_from: dict[str, list[Point]] = {}
 
     def renew(self, now_s: float) -> None:
         """Let the beliefs age."""
@@ -197,7 +197,7 @@ class TargetMemory:
         """Update with a failure's finding about a target, made at `here`."""
         match finding:
             case TargetFinding.NOT_HERE:
-                self._looked_from.append((target, here))
+                self._looked_from.setdefault(target, []).append(here)
                 place = self.look_alikes.looked_round(target, here)
                 if place is not None:
                     self.flush_looks()
@@ -244,14 +244,12 @@ class TargetMemory:
         return self.beliefs[target].faces(place, viewpoints)
 
     def searched(self, target: str) -> bool:
-        """Whether a scan for the target has ended without finding it."""
-        return any(which == target for which, _ in self._looked_from)
+        """Return whether a scan for the target has ended without finding it."""
+        return target in self._looked_from
 
     def novelty(self, target: str, place: Point) -> float:
         """Return how much of a look from there is not a repetition of one from nearby, 0..1."""
-        nearest_mm = min(
-            (math.dist(here, place) for which, here in self._looked_from if which == target), default=math.inf
-        )
+        nearest_mm = min((math.dist(here, place) for here in self._looked_from.get(target, ())), default=math.inf)
         return 1.0 - math.exp(-nearest_mm / N.new_mm)
 
     def _forget(self, target: str) -> None:
