@@ -60,16 +60,12 @@ class BlockerHypothesis:
         """Return the probability that it is still there after a time."""
         return 1.0 if math.isinf(self.stays_s) else math.exp(-time_s / self.stays_s)
 
-    def clairvoyant_s(self, round_s: float) -> float:
-        """Return the mean cost with foresight."""
-        return self._mean_until(round_s)
-
     def cost_s(self, wait_s: float, round_s: float) -> float:
         """Return the mean cost of waiting up to `wait_s` and then going round."""
-        return self._mean_until(wait_s) + self.survival(wait_s) * round_s
+        return self.foresight_s(wait_s) + self.survival(wait_s) * round_s
 
-    def _mean_until(self, time_s: float) -> float:
-        """Return the mean of the time it stays, cut off at `time_s`."""
+    def foresight_s(self, time_s: float) -> float:
+        """Return the mean stay, cut off at `time_s`: the cost with foresight where a detour takes that long."""
         return time_s if math.isinf(self.stays_s) else self.stays_s * (1.0 - math.exp(-time_s / self.stays_s))
 
 
@@ -112,4 +108,4 @@ def _bounded(hypothesis: BlockerHypothesis, wait_s: float, round_s: float) -> bo
     if hypothesis.weight < N.negligible:
         return True
     bound = max(N.bound, 1.0 + round_s / N.longest_s)  # the cap on a single wait may cost more than twice
-    return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.clairvoyant_s(round_s) + 1e-9
+    return hypothesis.cost_s(wait_s, round_s) <= bound * hypothesis.foresight_s(round_s) + 1e-9

@@ -28,7 +28,7 @@ def mixtures(draw: st.DrawFn) -> list[BlockerHypothesis]:
 
 
 def _ratio(kind: BlockerHypothesis, wait_s: float, round_s: float) -> float:
-    return kind.cost_s(wait_s, round_s) / kind.clairvoyant_s(round_s)
+    return kind.cost_s(wait_s, round_s) / kind.foresight_s(round_s)
 
 
 def _cost_s(leaves_s: float, wait_s: float, round_s: float) -> float:
@@ -42,9 +42,9 @@ def _wait_s(round_s: float, age_s: float = 0.0, *, moving: bool) -> float:
 
 
 @given(mixture=mixtures(), round_s=ROUNDS_S)
-def test_no_kind_of_thing_costs_more_than_twice_what_a_clairvoyant_needs(mixture, round_s):
+def test_no_kind_of_thing_costs_more_than_twice_what_it_costs_with_foresight(mixture, round_s):
     """Beyond `LONGEST_S` the cap on a single wait may break the bound: going round is then paid after too short a
-    wait, which costs at most (wait + round) / wait times the clairvoyant's."""
+    wait, which costs at most (wait + round) / wait times that."""
     wait_s = best_wait_s(mixture, round_s)
     bound = max(DWELL.bound, 1.0 + round_s / DWELL.longest_s)
     assert all(_ratio(kind, wait_s, round_s) <= bound + SLACK for kind in mixture if kind.weight >= DWELL.negligible)
