@@ -112,8 +112,10 @@ def run(args: argparse.Namespace) -> int:
     try:
         if args.ruler:
             outcome = _by_ruler(address, before)
+        elif colors:
+            outcome = _colors(args, address, before)
         else:
-            outcome = (_colors if colors else _before_the_sheet)(args, address, before, what)
+            outcome = _before_the_sheet(args, address, before, what)
     except CalibrationRefused as refusal:
         complain(f"{refusal} {path} was left as it is.")
         return NOT_ACHIEVED
@@ -149,7 +151,7 @@ def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotF
         return calibrate(robot.brick, robot.camera, before, what, _today(), say, args.sheet_height_mm)
 
 
-def _colors(args: argparse.Namespace, address: Address, before: RobotFile, _what: list[str]) -> Outcome:
+def _colors(args: argparse.Namespace, address: Address, before: RobotFile) -> Outcome:
     from nxtdrive.mission.assembly import open_robot
     from nxtdrive.tools.calibrate.colors import calibrate_color
     from nxtdrive.vision.detectors.color import usual_shade
