@@ -181,7 +181,7 @@ def _number(sensor: SensorState) -> float | None:
     return float(sensor.raw) if sensor.analog and sensor.value is None else None
 
 
-def recognize(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:
+def identify_sensors(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:
     """Find out which digital sensors are plugged in; other ports are left as they are configured.
 
     While a program runs on the brick, its sensors are left alone and nothing is found.
@@ -214,19 +214,19 @@ def recognize(brick: Brick, ports: Collection[int]) -> dict[int, Digital]:
 
 
 def look(
-    brick: Brick, sensors: Mapping[int, Measuring[Any]], recognized: Mapping[int, Digital] | None = None
+    brick: Brick, sensors: Mapping[int, Measuring[Any]], identified: Mapping[int, Digital] | None = None
 ) -> Snapshot:
     """Read everything once.
 
     Args:
         brick: An open brick.
         sensors: Sensor by port. Other ports are read as they are configured, without disturbing a program's sensors.
-        recognized: As from `recognize`; not used while a program runs on the brick.
+        identified: As from `identify_sensors`; not used while a program runs on the brick.
 
     Raises:
         LinkError: The link is lost; also when a named sensor gives no valid values.
     """
-    digital = recognized if recognized and brick.programs.running is None else {}
+    digital = identified if identified and brick.programs.running is None else {}
     return Snapshot(
         time_s=round(brick.now(), 3),
         battery_mv=round(brick.battery_v * 1000),
@@ -241,7 +241,7 @@ def watch(
     sensors: Mapping[int, Measuring[Any]],
     every_s: float,
     *,
-    recognized: Mapping[int, Digital] | None = None,
+    identified: Mapping[int, Digital] | None = None,
     on_loss: Callable[[str], object] | None = None,
 ) -> Iterator[Snapshot]:
     """Yield snapshots forever; errors as for `look`, unless there is `on_loss`.
@@ -250,14 +250,14 @@ def watch(
         brick: An open brick; one that reconnects comes back after a lost link.
         sensors: As for `look`.
         every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
-        recognized: As for `look`.
+        identified: As for `look`.
         on_loss: Called once with the error, in words, when the brick no longer answers. There are no snapshots
             then until it answers again.
     """
     due, lost = brick.now(), False
     while True:
         try:
-            snapshot = look(brick, sensors, recognized)
+            snapshot = look(brick, sensors, identified)
         except (LinkError, RemoteProtocolError) as error:
             if on_loss is None:
                 raise

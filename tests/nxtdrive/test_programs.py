@@ -132,14 +132,14 @@ def test_sensors_are_set_up_again_after_a_program(room):
 
 
 def test_the_monitor_leaves_the_sensors_of_a_running_program_alone(room):
-    from nxtdrive.tools.monitor import look, recognize
+    from nxtdrive.tools.monitor import identify_sensors, look
     from sim_backend.devices import UltrasonicSensor
 
     brick, sonar = room.brick, room.attach(4, UltrasonicSensor(lambda: 40))
-    found = recognize(brick, {1, 2, 3, 4})
+    found = identify_sensors(brick, {1, 2, 3, 4})
     assert look(brick, {}, found).sensors[3].value == 400
     brick.programs.start("loop.rxe")
-    assert recognize(brick, {1, 2, 3, 4}) == {}
+    assert identify_sensors(brick, {1, 2, 3, 4}) == {}
     before = vars(sonar).copy()
     row = look(brick, {}, found).sensors[3]
     assert (row.name, row.value) == ("not set up", None)

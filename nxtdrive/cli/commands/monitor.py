@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     """Show snapshots until Ctrl-C, or one with --once."""
     from nxtdrive.brick import open_brick
     from nxtdrive.ports import SENSOR_PORTS
-    from nxtdrive.tools.monitor import recognize, watch
+    from nxtdrive.tools.monitor import identify_sensors, watch
 
     going_on = not args.once
     with (
@@ -80,12 +80,12 @@ def run(args: argparse.Namespace) -> int:
         sensors = _named(args.sensor, brick)
         for sensor in sensors.values():
             sensor.set_up()
-        recognized = recognize(brick, {*SENSOR_PORTS} - {*sensors})
+        identified = identify_sensors(brick, {*SENSOR_PORTS} - {*sensors})
         brick.link.reconnect_timeout_s = 0.0
         on_loss = _say_loss if going_on else None
-        snapshots = watch(brick, sensors, args.every, recognized=recognized, on_loss=on_loss)
+        snapshots = watch(brick, sensors, args.every, identified=identified, on_loss=on_loss)
         if table:
-            snapshots = _kept(snapshots, table, {port: each.sensor for port, each in recognized.items()} | sensors)
+            snapshots = _kept(snapshots, table, {port: each.sensor for port, each in identified.items()} | sensors)
         if args.once:
             _print(next(snapshots), as_json=args.json)
         elif args.json:

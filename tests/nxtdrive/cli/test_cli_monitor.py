@@ -15,7 +15,7 @@ from firmware_protocol.enums import InputPort, SensorType
 from nxtdrive.cli.commands.monitor import _plots
 from nxtdrive.cli.main import DONE, NO_BRICK, USAGE, main
 from nxtdrive.cli.safe_console import SafeConsole
-from nxtdrive.tools.monitor import HISTORY_S, TYPES, History, MotorState, SensorState, Snapshot, look, recognize
+from nxtdrive.tools.monitor import HISTORY_S, TYPES, History, MotorState, SensorState, Snapshot, identify_sensors, look
 from sim_backend.devices import GenericI2CDevice, TemperatureSensor, UltrasonicSensor
 
 FAST = ("--nxt", "sim://?pace=fast")
@@ -29,7 +29,7 @@ def _types(brick):
 def test_an_ultrasonic_sensor_needs_no_name(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: 34))
-    found = recognize(room.brick, PORTS)
+    found = identify_sensors(room.brick, PORTS)
     assert sorted(found) == [4]
     row = look(room.brick, {}, found).sensors[3]
     assert (row.name, row.value, row.text) == ("ultrasonic sensor", 340.0, "distance: 340 mm")
@@ -41,7 +41,7 @@ def test_a_port_without_a_digital_sensor_stays_as_it_was(lab):
     room.brick.touch(1).set_up()
     before = _types(room.brick)
     assert before[0] is SensorType.SWITCH
-    assert recognize(room.brick, PORTS) == {}
+    assert identify_sensors(room.brick, PORTS) == {}
     assert _types(room.brick) == before
     row = look(room.brick, {}).sensors[0]
     assert (row.name, row.text) == ("touch sensor", "no")
@@ -51,7 +51,7 @@ def test_digital_sensors_say_what_they_are_as_far_as_they_can(lab):
     room = lab()
     room.attach(2, TemperatureSensor(lambda: 21.5))
     room.attach(3, GenericI2CDevice())
-    rows = look(room.brick, {}, recognize(room.brick, PORTS)).sensors
+    rows = look(room.brick, {}, identify_sensors(room.brick, PORTS)).sensors
     assert (rows[1].name, rows[1].text) == ("temperature sensor", "temperature: 21.5 °C")
     assert rows[2].name.endswith("(digital)")
     assert (rows[0].name, rows[0].analog) == ("not set up", False)
@@ -60,7 +60,7 @@ def test_digital_sensors_say_what_they_are_as_far_as_they_can(lab):
 def test_a_sensor_that_was_pulled_out_leaves_its_row(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: 34))
-    found = recognize(room.brick, PORTS)
+    found = identify_sensors(room.brick, PORTS)
     room.attach(4, None)
     assert "plugged in?" in look(room.brick, {}, found).sensors[3].text
 
@@ -68,7 +68,7 @@ def test_a_sensor_that_was_pulled_out_leaves_its_row(lab):
 def test_an_echo_that_is_missing_is_said_in_words(lab):
     room = lab()
     room.attach(4, UltrasonicSensor(lambda: None))
-    assert look(room.brick, {}, recognize(room.brick, PORTS)).sensors[3].text == "distance: no echo"
+    assert look(room.brick, {}, identify_sensors(room.brick, PORTS)).sensors[3].text == "distance: no echo"
 
 
 def test_every_type_of_the_firmware_has_plain_words():
