@@ -49,8 +49,8 @@ def make_detectors(
     return detectors, mistakes
 
 
-def read_by(detector: Detector, image: Image) -> list[str]:
-    """Return in words which QR codes or markers a detector of these reads in an image, whichever it looks for."""
+def codes_in(image: Image, detector: Detector) -> list[str]:
+    """Return in words the QR codes or markers that a detector of these reads in an image, whichever it looks for."""
     from nxtdrive.vision.detectors.marker import MarkerDetector
     from nxtdrive.vision.detectors.qr import QrDetector
 

@@ -21,7 +21,7 @@ from behaviors.profile_names import THESIS
 from firmware_protocol.errors import NXTError
 from nxtdrive.mission.detectors import build_detectors
 from nxtdrive.mission.files import own_room
-from nxtdrive.mission.truth import Truth, recognised, said_by
+from nxtdrive.mission.truth import Truth, codes_on, recognised
 from nxtdrive.transports.address import Address
 
 if TYPE_CHECKING:
@@ -177,18 +177,17 @@ class RunReview:
             return
         fronts = {name: self._described(name, front, target) for name, front in truth.front_images().items()}
         has = f"It has {', '.join(fronts.values())}" if fronts else "It has no objects"
-        room = own_room(self._file) if self._file and own_room(self._file).is_file() else None
-        if room and self._world.resolve() != room.resolve():
+        room = own_room(self._file) if self._file else None
+        if room and room.is_file() and self._world.resolve() != room.resolve():
             advice = f"Open the mission's own with --nxt {shlex.quote(str(Address('sim', str(room))))}."
         elif target in fronts:
             advice = f"Its {target} is not what [target.{target}] describes: correct one of the two."
-        elif room:
+        elif room and room.is_file():
             advice = f"Put {target} into {room}."
-        elif self._file:
-            room_file = shlex.quote(str(own_room(self._file)))
+        elif room:
             advice = (
                 "Open another with --nxt sim://WORLD.toml, or write the room of this mission: "
-                f"`nxtdrive world new {room_file}` makes one to change."
+                f"`nxtdrive world new {shlex.quote(str(room))}` makes one to change."
             )
         else:
             advice = "Open another with --nxt sim://WORLD.toml; `nxtdrive mission new` writes a mission with its world."
@@ -196,7 +195,7 @@ class RunReview:
 
     def _described(self, name: str, front: Image, target: str) -> str:
         """Return an object's name, and which codes are on it if the target is one."""
-        said = [] if self._by_name else said_by(front, self._detectors[target].detector)
+        said = [] if self._by_name else codes_on(front, self._detectors[target].detector)
         return f"{name} ({', '.join(said)})" if said else name
 
     def _unseen(self, target: str) -> None:

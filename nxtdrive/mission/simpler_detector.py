@@ -1,4 +1,4 @@
-"""Recognize pictures for which a simpler detector than `picture` fits: QR codes, markers, plain colours."""
+"""Recognise pictures for which a simpler detector than `picture` fits: QR codes, markers, plain colours."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nxtdrive.vision.detectors.marker import FAMILIES
 from nxtdrive.vision.detectors.qr import LONGEST, text_of
 
 LONG_SIDE_PX = 640
-"""A larger picture is reduced to this; a code that fills a good part of it is recognized all the same."""
+"""A larger picture is reduced to this; a code that fills a good part of it is recognised all the same."""
 MIN_SHARE = 0.15
 """Minimum share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
 MIN_COLOR_SHARE = 0.8
@@ -26,7 +26,7 @@ def simpler_detector(image: Image) -> str:
     scale = min(1.0, LONG_SIDE_PX / max(image.shape[:2]))
     size = [max(1, round(scale * side)) for side in image.shape[1::-1]]
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
-    margin = max(small.shape[:2]) // 8  # codes and markers are not recognized without white around them
+    margin = max(small.shape[:2]) // 8  # codes and markers are not recognised without white around them
     framed = cv2.copyMakeBorder(small, margin, margin, margin, margin, cv2.BORDER_CONSTANT, value=(255, 255, 255))
     least_px = MIN_SHARE * small.shape[0] * small.shape[1]
     return _qr(framed, least_px) or _marker(framed, least_px) or _color(small, least_px)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 import cv2
 import numpy as np
 
-from nxtdrive.mission.detectors import read_by
+from nxtdrive.mission.detectors import codes_in
 from nxtdrive.transports.record import recorded
 from nxtdrive.transports.sim import SimTransport
 
@@ -104,9 +104,9 @@ def _finds(detector: Detector, front: Image, height_px: int) -> bool:
     return any(found.box[2] * found.box[3] >= MIN_SHARE * area for found in detector.detect(frame))
 
 
-def said_by(front: Image, detector: Detector) -> list[str]:
-    """Return in words which QR codes or markers a detector of these reads in a frame that shows `front`."""
-    return read_by(detector, _shown(front, HEIGHTS_PX[0])[0])
+def codes_on(front: Image, detector: Detector) -> list[str]:
+    """Return in words the QR codes or markers that a detector of these reads in a frame that shows `front`."""
+    return codes_in(_shown(front, HEIGHTS_PX[0])[0], detector)
 
 
 def _shown(front: Image, height_px: int) -> tuple[Image, int]:

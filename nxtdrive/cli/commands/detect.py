@@ -118,7 +118,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _try(args: argparse.Namespace) -> int:
-    from nxtdrive.mission.detectors import read_by
+    from nxtdrive.mission.detectors import codes_in
     from nxtdrive.vision.detection import Described
     from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
@@ -146,7 +146,7 @@ def _try(args: argparse.Namespace) -> int:
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not look.found:
-                others.update(read_by(detector.detector, frame.image))
+                others.update(codes_in(frame.image, detector.detector))
             if not args.json:
                 write_line(_line(name, look))
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""A picture for which a simpler detector fits is recognized, and no other."""
+"""A picture for which a simpler detector fits is recognised, and no other."""
 
 from __future__ import annotations
 
