@@ -134,7 +134,7 @@ def _reported(arguments: Sequence[str]) -> int:
     """Run the command and turn an error into a message and an exit code."""
     args = argparse.Namespace(verbose=False)
     try:
-        args = _parse_aloud(arguments)
+        args = _parse_and_flush(arguments)
         return _run(args, arguments)
     except BrokenPipeError:
         # the reader of our output has closed it, as `head` does
@@ -144,7 +144,7 @@ def _reported(arguments: Sequence[str]) -> int:
         known = _raised_by_profile(error) or error
         code = exit_code(known)
         if code is None:
-            error.add_note(_blame())
+            error.add_note(_bug_note())
             raise
         with suppress(OSError):  # standard error cannot be written
             if args.verbose:
@@ -161,7 +161,7 @@ def _raised_by_profile(error: Exception) -> Exception | None:
     return None if registry is None or isinstance(error, NXTError) else registry.raised_by_profile(error)
 
 
-def _blame() -> str:
+def _bug_note() -> str:
     """Return whose bug an unknown error is, in words."""
     registry = sys.modules.get("behaviors.profiles.registry")
     if registry is None or not registry.external_profiles:
@@ -172,7 +172,7 @@ def _blame() -> str:
     )
 
 
-def _parse_aloud(arguments: Sequence[str]) -> argparse.Namespace:
+def _parse_and_flush(arguments: Sequence[str]) -> argparse.Namespace:
     """Parse the arguments and flush what that has printed: help or the version."""
     try:
         return _parse(arguments)

@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         nargs="?",
         type=new_file,
-        help="the mission (default: my-mission.toml, or the target's name); its room is called FILE-world.toml",
+        help="the mission (default: my-mission.toml, or the target's name); the room of cat.toml is cat-world.toml",
     )
     target = new.add_mutually_exclusive_group()
     target.add_argument(
@@ -106,11 +106,11 @@ def _check(args: argparse.Namespace) -> int:
     if args.json:
         results = [{"file": file, "mistakes": each.mistakes, "warnings": each.warnings} for file, each in found.items()]
         write_json(results, indent=2)
-        return USAGE if any(each.mistakes for each in found.values()) else DONE
-    for file, each in found.items():
-        report_file(file, each.mistakes)
-        for warning in each.warnings:
-            write_line(f"  warning: {warning}")
+    else:
+        for file, each in found.items():
+            report_file(file, each.mistakes)
+            for warning in each.warnings:
+                write_line(f"  warning: {warning}")
     return USAGE if any(each.mistakes for each in found.values()) else DONE
 
 
