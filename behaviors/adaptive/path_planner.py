@@ -74,8 +74,7 @@ class PathPlanner:
         self._begin = start
         self._cells = floor.cells
         self._window, self._cost = _costs(floor, start)
-        i, j = self._cells.at(*start)
-        self._start = (i - self._window[0].start, j - self._window[1].start)
+        self._start = self._cell(start)
         self._pace = CELL_MM / speed_mm_s
         self._field = _spread(self._cost, self._start)
         self._log_odds, self._without_sonar = floor.log_odds[self._window].copy(), floor.without_sonar
@@ -122,18 +121,11 @@ class PathPlanner:
         if known and not self._without_sonar:  # without a sonar only floor that was driven over becomes known
             within &= _with_frontier(self._log_odds)
         i, j = np.nonzero(within[::every, ::every])
-        return np.stack(
-            [
-                self._cells.centre_mm(i * every + self._window[0].start),
-                self._cells.centre_mm(j * every + self._window[1].start),
-            ],
-            axis=1,
-        )
+        return self._centres_mm(i * every, j * every)
 
     def route_to(self, point: Point) -> tuple[Point, ...]:
         """Return the waypoints to `point`, which must be reachable; the start is left out."""
-        i, j = self._cells.at(*point)
-        at = (i - self._window[0].start, j - self._window[1].start)
+        at = self._cell(point)
         steps = [at]
         while at != self._start:
             at = min(self._beside(at), key=lambda each: self._field[each])
@@ -142,6 +134,16 @@ class PathPlanner:
             steps.append(at)
         steps.reverse()
         return self._straightened(steps, point)
+
+    def _cell(self, point: Point) -> tuple[int, int]:
+        """Return the cell of a point, in the known part of the floor."""
+        i, j = self._cells.at(*point)
+        return i - self._window[0].start, j - self._window[1].start
+
+    def _centres_mm(self, i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the centres of cells of the known part of the floor, (n, 2)."""
+        rows, columns = self._window
+        return np.stack([self._cells.centre_mm(i + rows.start), self._cells.centre_mm(j + columns.start)], axis=1)
 
     def _beside(self, at: tuple[int, int]) -> list[tuple[int, int]]:
         rows, columns = self._field.shape
@@ -158,12 +160,7 @@ class PathPlanner:
             here = there
             corners.append(steps[here])
         ij = np.array(corners[:-1], np.int64).reshape(-1, 2)
-        x_mm, y_mm = (
-            self._cells.centre_mm(ij[:, 0] + self._window[0].start),
-            self._cells.centre_mm(ij[:, 1] + self._window[1].start),
-        )
-        places = zip(x_mm.tolist(), y_mm.tolist(), strict=True)
-        return (*places, end)
+        return (*((x_mm, y_mm) for x_mm, y_mm in self._centres_mm(*ij.T).tolist()), end)
 
     def _straight(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
         """Return whether the straight line between two steps costs hardly more than the path."""
