@@ -132,14 +132,14 @@ class _Examination:
             yield problem(BRICK, error.args[0], error.remedy or "Switch the brick off and on again.")
 
     def _opened(self, brick: Brick, *, own_camera: bool) -> Iterator[Finding]:
-        from nxtdrive.tools.doctor import brick as patient
+        from nxtdrive.tools.doctor import brick as brick_checks
 
         if own_camera:
             yield _simulated_camera(brick)
-        yield from patient.examine(brick)
+        yield from brick_checks.examine(brick)
         yield from _other_brick(brick, _robot_file(self._args, self._mission))
         if self._args.wiggle and self._mission is not None:
-            yield from _wiggle(brick, self._mission, asked=self._args.yes)
+            yield from _wiggle(brick, self._mission, agreed=self._args.yes)
 
 
 def _robot_file(args: argparse.Namespace, mission: Mission | None) -> Path | None:
@@ -204,17 +204,17 @@ def _simulated_camera(brick: Brick) -> Finding:
     return ok("camera", f"the simulated robot's gives pictures of {width}x{height}")
 
 
-def _wiggle(brick: Brick, mission: Mission, *, asked: bool) -> Iterator[Finding]:
-    from nxtdrive.tools.doctor import brick as patient
+def _wiggle(brick: Brick, mission: Mission, *, agreed: bool) -> Iterator[Finding]:
+    from nxtdrive.tools.doctor import brick as brick_checks
     from nxtdrive.tools.doctor.finding import warning
 
     if program := brick.programs.running:
         yield warning("wiggle", f"skipped: {program} is running on the brick.", "Stop it: nxtdrive program stop")
         return
-    if not asked and not (can_ask() and agrees(MAY_TURN)):
+    if not agreed and not (can_ask() and agrees(MAY_TURN)):
         yield warning("wiggle", "skipped: motors may not turn.", "Lift the robot, then run it with --wiggle --yes.")
         return
-    yield from patient.wiggle(brick, mission)
+    yield from brick_checks.wiggle(brick, mission)
 
 
 def _fix_udev(*, install: bool) -> int:

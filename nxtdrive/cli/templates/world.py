@@ -19,8 +19,8 @@ START_X_MM = 600.0
 FRAMES = 3
 """Looks at one place: a code may be illegible in one frame by its noise."""
 LENS_FORWARD_MM = 60.0
-STAMP_MM = 60.0
-"""What is not higher on a photograph was probably measured in centimetres."""
+UNLIKELY_MM = 60.0
+"""A smaller height of what a photograph shows was probably measured in centimetres."""
 
 WORLD = """\
 # A room for a first mission; `nxtdrive world show FILE` draws it.
@@ -92,10 +92,10 @@ def world_text(target: TemplateTarget, folder: Path) -> str:
     x_mm = math.ceil(START_X_MM + LENS_FORWARD_MM + target.distance_mm)
     place = {"name": toml_string(target.name), "x_mm": x_mm, "row_mm": row_mm, "height_mm": height_mm}
     if target.picture is None:
-        thing = BOX.format(**place, color=target.options["color"])
+        table = BOX.format(**place, color=target.options["color"])
     else:
         file = toml_path(target.picture, folder)
-        thing = PICTURE.format(**place, file=file, width_mm=width_mm, centre_mm=target.centre_mm)
+        table = PICTURE.format(**place, file=file, width_mm=width_mm, centre_mm=target.centre_mm)
     return WORLD.format(
         title=toml_string(f"A room with {target.name}"),
         width_mm=math.ceil((x_mm + 600.0) / 100) * 100,
@@ -104,7 +104,7 @@ def world_text(target: TemplateTarget, folder: Path) -> str:
         start_x_mm=START_X_MM,
         row_mm=row_mm,
         way_mm=round((START_X_MM + x_mm) / 2),
-        target=thing,
+        target=table,
     )
 
 
@@ -170,7 +170,7 @@ def try_out(target: TemplateTarget, detector: TargetDetector, text: str, path: P
             f"{target.picture}: the picture detector does not find it from {away_mm / 1000:.1f} m as a print of "
             f"{target.width_mm:.0f} x {target.height_mm:.0f} mm; {_why(target)}.",
             remedy=f"A height in centimetres? {target.height_mm:g} cm are {10 * target.height_mm:g} mm."
-            if target.height_mm < STAMP_MM
+            if target.height_mm < UNLIKELY_MM
             else "Crop it, print it larger and give that --height-mm, or use a marker (--marker).",
         )
 
