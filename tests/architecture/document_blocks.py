@@ -132,7 +132,6 @@ def shortened(words: Sequence[str], runs: Sequence[str]) -> list[str]:
         runs: Folders of runs, first of all one of the adaptive profile.
     """
     command, *rest = [each.replace("RUN", runs[0]) for each in words]
-    rest = [run for each in rest for run in (runs if each == "runs/*" else [each])]
     if command == "what-if":
         one = ["--decision", rest[rest.index("--decision") + 1]] if "--decision" in rest else ["--sample", "1"]
         return [command, rest[0], *one, "--futures", "2"]

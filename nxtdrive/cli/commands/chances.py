@@ -28,10 +28,10 @@ the missions of a sweep, and print it next to the chances that the profile had p
 [adaptive] uses them in addition to those that come with nxtdrive. Runs that are in
 a file of counts already are not counted again. docs/adaptive.md explains both."""
 EXAMPLES = """\
-  nxtdrive chances runs/*
-  nxtdrive chances runs/* --out chances.json
+  nxtdrive chances runs
+  nxtdrive chances runs --out chances.json
   nxtdrive chances sweep.jsonl --out chances.json
-  nxtdrive chances chances.json runs/* --out chances.json  # add to them"""
+  nxtdrive chances chances.json runs --out chances.json     # add to them"""
 
 REMEDY = "Name run folders, sweeps, or files that `nxtdrive chances --out` wrote."
 
@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RUN",
         type=Path,
         nargs="+",
-        help="a run folder or its journal.jsonl, a sweep's .jsonl, or counts written by --out",
+        help="a run folder, a folder of runs, a run's journal.jsonl, a sweep's .jsonl, or counts written by --out",
     )
     parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
 
@@ -54,11 +54,12 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.recording.predictions import counts, summed
     from nxtdrive.recording.run_folder import JOURNAL
 
+    paths = [each for path in args.run_paths for each in _runs_in(path)]
     found: list[Prediction] = []
     sources: list[dict[str, Any]] = []
     earlier: list[Counts] = []
     # counts first: they may have runs that are named, too
-    for path in sorted(args.run_paths, key=lambda each: not _has_counts(each)):
+    for path in sorted(paths, key=lambda each: not _has_counts(each)):
         if _has_counts(path):
             kept, origins = _read_counts(path)
             if not _counted(path, origins, sources):
@@ -87,6 +88,13 @@ def run(args: argparse.Namespace) -> int:
         total, name = sum(map(sum, numbers.values())), toml_string(args.out.name)
         write_line(f"{args.out}: {total} choices; use them with chances = {name} in [adaptive]")
     return DONE
+
+
+def _runs_in(path: Path) -> list[Path]:
+    """Return the runs in a folder of runs; any other path stands for itself."""
+    from nxtdrive.recording.run_reader import journals_in
+
+    return sorted(journal.parent for journal in journals_in(path)) or [path]
 
 
 def _has_counts(path: Path) -> bool:

@@ -44,6 +44,18 @@ def test_counts_of_runs_are_shown_and_kept(tmp_path, capsys):
     assert [each["name"] for each in kept["sources"]] == ["run-0", "run-1", "run-2", "run-3"]
 
 
+def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, capsys):
+    (tmp_path / "runs").mkdir()
+    for number in range(3):
+        _run(tmp_path / "runs" / f"run-{number}", seen=True)
+    out = tmp_path / "chances.json"
+    assert main(["chances", str(tmp_path / "runs"), "--out", str(out)]) == DONE
+    assert [each["name"] for each in json.loads(out.read_text())["sources"]] == ["run-0", "run-1", "run-2"]
+    (tmp_path / "empty").mkdir()
+    assert main(["chances", str(tmp_path / "empty")]) == USAGE
+    assert "holds no journal.jsonl" in capsys.readouterr().err
+
+
 def test_a_run_may_be_named_by_its_journal_or_be_the_current_folder(tmp_path, monkeypatch):
     folder, out = _run(tmp_path / "run-1", seen=True), tmp_path / "chances.json"
     monkeypatch.chdir(folder)
