@@ -134,7 +134,7 @@ class Arrival:
                 self._contradictions = 0
         if self._verifier.verdict is Verdict.MISTAKEN:
             return self._mistaken(observation)
-        self._sure = self._verifier.clear or self._targets.look_alikes.compared(self._perception.target, known.place)
+        self._sure = self._verifier.clear or self._targets.look_alikes.accepts(self._perception.target, known.place)
         if self._verifier.unclear and not self._sure:
             return self._uncertain(observation)
         if sighting is None or self.farthest_mm(sighting, observation.time_s) > self.stop_mm:

@@ -61,7 +61,7 @@ class LookAlikes:
     def rejected(self, target: str, place: Point, time_s: float) -> bool:
         """Return whether a detection there is known not to be the target."""
         return any(
-            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not self._compared(each)
+            each.is_at(target, place) and time_s - each.time_s <= N.rejected_s and not self._released(each)
             for each in self._known
         )
 
@@ -69,11 +69,11 @@ class LookAlikes:
         """Remember a scan that did not show the target; return a doubtful place if it may be taken for it now."""
         released = None
         for each in self._known:
-            if each.target != target or not each.doubtful or self._compared(each):
+            if each.target != target or not each.doubtful or self._released(each):
                 continue
             if all(math.dist(here, before) >= N.apart_mm for before in each.looked_from):
                 each.looked_from.append(here)
-                released = each.place if self._compared(each) else released
+                released = each.place if self._released(each) else released
         return released
 
     def seen(self, sighting: Sighting, place: Point) -> None:
@@ -96,7 +96,7 @@ class LookAlikes:
         """Remember that a target was reached, and whether it was found as steadily as in good light."""
         self._steady = bool(self._steady) or steady
 
-    def compared(self, target: str, place: Point) -> bool:
+    def accepts(self, target: str, place: Point) -> bool:
         """Return whether the object there may be the target although it is not found steadily.
 
         If one target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
@@ -107,9 +107,9 @@ class LookAlikes:
             return False
         if self._steady is not None and self._alone(target):
             return True
-        return any(self._compared(each) and each.is_at(target, place) for each in self._known)
+        return any(self._released(each) and each.is_at(target, place) for each in self._known)
 
-    def _compared(self, each: _LookAlike) -> bool:
+    def _released(self, each: _LookAlike) -> bool:
         """Return whether a better one was looked for often enough; several objects taken for the target need more."""
         return each.doubtful and len(each.looked_from) >= (1 if self._alone(each.target) else N.looks)
 

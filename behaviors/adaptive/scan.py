@@ -117,10 +117,7 @@ class ScanSkill:
         looks_deg = world.pose.heading_deg + world.camera.yaw_deg
         to_begin, to_end = (wrapped_deg(each - looks_deg) for each in (begin_deg, end_deg))
         width_deg = end_deg - begin_deg
-        if abs(to_begin) <= abs(to_end):
-            first_deg, sweep_deg = to_begin, width_deg
-        else:
-            first_deg, sweep_deg = to_end, -width_deg
+        first_deg, sweep_deg = (to_begin, width_deg) if abs(to_begin) <= abs(to_end) else (to_end, -width_deg)
         fact = self._face(first_deg) if abs(first_deg) > N.aim_deg else None
         return fact or self._rest() or self._sweep(sweep_deg)
 

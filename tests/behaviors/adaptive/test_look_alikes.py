@@ -33,9 +33,9 @@ def test_a_doubtful_one_may_be_the_target_after_looks_from_several_places():
     look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
     assert look_alikes.looked_round("fox", (0.0, 0.0)) is None
     assert look_alikes.looked_round("fox", (100.0, 0.0)) is None, "from the same place"
-    assert not look_alikes.compared("fox", PLACE)
+    assert not look_alikes.accepts("fox", PLACE)
     assert look_alikes.looked_round("fox", (800.0, 0.0)) == PLACE
-    assert look_alikes.compared("fox", BESIDE)
+    assert look_alikes.accepts("fox", BESIDE)
     assert not look_alikes.rejected("fox", PLACE, 1.0)
 
 
@@ -47,7 +47,7 @@ def test_one_look_round_is_enough_where_nothing_else_was_taken_for_the_target():
     look_alikes.reject("fox", PLACE, 0.0, doubtful=True)
     assert look_alikes.rejected("fox", PLACE, 1.0)
     assert look_alikes.looked_round("fox", (0.0, 0.0)) == PLACE
-    assert look_alikes.compared("fox", PLACE)
+    assert look_alikes.accepts("fox", PLACE)
 
 
 def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_looked_for():
@@ -56,20 +56,20 @@ def test_a_look_alike_that_was_clearly_none_stays_rejected_however_often_it_is_l
     for i in range(10):
         assert look_alikes.looked_round("fox", (1000.0 * i, 0.0)) is None
     assert look_alikes.rejected("fox", PLACE, 1.0)
-    assert not look_alikes.compared("fox", PLACE)
+    assert not look_alikes.accepts("fox", PLACE)
 
 
 def test_an_unsteady_arrival_at_one_target_counts_for_the_others():
     look_alikes = LookAlikes()
     look_alikes.arrived(steady=False)
     look_alikes.seen(_sighting("lena"), PLACE)
-    assert look_alikes.compared("lena", PLACE), "in poor light no target is found steadily"
+    assert look_alikes.accepts("lena", PLACE), "in poor light no target is found steadily"
     look_alikes.seen(_sighting("lena"), ELSEWHERE)
-    assert not look_alikes.compared("lena", PLACE), "but one of two things is a look-alike"
+    assert not look_alikes.accepts("lena", PLACE), "but one of two things is a look-alike"
     look_alikes.arrived(steady=True)
-    assert not look_alikes.compared("lena", PLACE)
+    assert not look_alikes.accepts("lena", PLACE)
     look_alikes.arrived(steady=False)
-    assert not look_alikes.compared("lena", PLACE)
+    assert not look_alikes.accepts("lena", PLACE)
 
 
 def test_what_one_frame_shows_as_two_targets_is_not_taken_for_either_unless_it_is_found_steadily():
@@ -77,8 +77,8 @@ def test_what_one_frame_shows_as_two_targets_is_not_taken_for_either_unless_it_i
     look_alikes.arrived(steady=False)
     look_alikes.seen(_sighting("fox"), PLACE)
     look_alikes.seen(_sighting("lena", box=(95, 85, 44, 58)), BESIDE)
-    assert not look_alikes.compared("fox", PLACE)
-    assert not look_alikes.compared("lena", PLACE)
+    assert not look_alikes.accepts("fox", PLACE)
+    assert not look_alikes.accepts("lena", PLACE)
 
 
 @pytest.mark.parametrize(
@@ -91,5 +91,5 @@ def test_targets_side_by_side_or_in_different_frames_are_two_things(other):
     look_alikes.arrived(steady=False)
     look_alikes.seen(_sighting("fox"), PLACE)
     look_alikes.seen(_sighting("lena", **other), PLACE)
-    assert look_alikes.compared("fox", PLACE)
-    assert look_alikes.compared("lena", PLACE)
+    assert look_alikes.accepts("fox", PLACE)
+    assert look_alikes.accepts("lena", PLACE)

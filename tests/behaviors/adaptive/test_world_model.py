@@ -104,12 +104,12 @@ def test_what_is_doubtful_is_likely_again_after_looks_from_two_places_without_a_
     _see(world, place, 2.0)
     world.learn("door", Failure(Event.MISTAKEN, Reason.UNCERTAIN, finding=TargetFinding.UNCERTAIN), 0.1)
     assert "door" not in world.targets.known
-    assert not world.targets.look_alikes.compared("door", place)
+    assert not world.targets.look_alikes.accepts("door", place)
     doubted = world.targets.beliefs["door"].held_at(place)
     for here in ((0.0, 0.0), (700.0, 500.0)):
         _stand_at(world, here)
         world.learn("door", Failure(Event.SEARCH_FAILED, Reason.NEVER_SEEN, finding=TargetFinding.NOT_HERE), 1.0)
-    assert world.targets.look_alikes.compared("door", place)
+    assert world.targets.look_alikes.accepts("door", place)
     assert world.targets.beliefs["door"].held_at(place) > 5 * doubted
 
 
