@@ -30,7 +30,7 @@ _BLUETOOTH = re.compile(r"rfcomm|bthenum|bluetooth|(tty|cu)\.nxt|001653", re.IGN
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ListedAddress:
     """An address at which a brick is or may be.
 
     Attributes:
@@ -49,40 +49,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the addresses; what cannot be searched is reported as a note and is not a failure."""
-    places, notes = find_places()
+    found, notes = find_addresses()
     if args.json:
-        write_json({"bricks": [asdict(place) for place in places], "notes": notes}, indent=2)
+        write_json({"bricks": [asdict(each) for each in found], "notes": notes}, indent=2)
         return DONE
-    width = max(len(place.address) for place in places)
-    for place in places:
-        write_line(f"{place.address:<{width}}  {place.what}")
+    width = max(len(each.address) for each in found)
+    for each in found:
+        write_line(f"{each.address:<{width}}  {each.what}")
     for note in notes:
         write_line(f"note: {note}")
     return DONE
 
 
-def find_places() -> tuple[list[Place], list[str]]:
-    """Return every place, the most certain first, and notes about what could not be searched."""
-    places: list[Place] = []
+def find_addresses() -> tuple[list[ListedAddress], list[str]]:
+    """Return all addresses, the most certain first, and notes about what could not be searched."""
+    found: list[ListedAddress] = []
     notes: list[str] = []
     for search in (_on_usb, _paired):
         try:
-            places += search()
+            found += search()
         except NXTError as error:
             notes.append(str(error))
-    places += _behind_serial_ports()
-    places.append(Place(DEFAULT_ADDRESS, "the simulated brick"))
-    return places, notes
+    found += _behind_serial_ports()
+    found.append(ListedAddress(DEFAULT_ADDRESS, "the simulated brick"))
+    return found, notes
 
 
-def _on_usb() -> Iterator[Place]:
+def _on_usb() -> Iterator[ListedAddress]:
     from nxtdrive.transports.usb_port import UsbTransport
 
     for address in UsbTransport.discover():
         if address == "usb://":
-            yield Place(address, "brick on USB that this user may not open")
+            yield ListedAddress(address, "brick on USB that this user may not open")
         else:
-            yield Place(address, f"brick on USB{_name(address)}")
+            yield ListedAddress(address, f"brick on USB{_name(address)}")
 
 
 def _name(address: str) -> str:
@@ -98,21 +98,21 @@ def _name(address: str) -> str:
         return ", but it does not answer"
 
 
-def _paired() -> Iterator[Place]:
+def _paired() -> Iterator[ListedAddress]:
     from nxtdrive.transports.pairing import paired_bricks
 
     for mac, name in sorted(paired_bricks().items()):
-        yield Place(f"bt://{mac}", f"paired LEGO brick {name}".strip())
+        yield ListedAddress(f"bt://{mac}", f"paired LEGO brick {name}".strip())
 
 
-def _behind_serial_ports() -> Iterator[Place]:
+def _behind_serial_ports() -> Iterator[ListedAddress]:
     from serial.tools.list_ports import comports
 
     ports = sorted(comports(), key=lambda port: (not _looks_like_bluetooth(port), port.device))
     for port in ports:
         kind = "Bluetooth serial port, perhaps a paired brick" if _looks_like_bluetooth(port) else "serial port"
         named = port.description and port.description not in ("n/a", port.device, port.name)
-        yield Place(f"serial://{port.device}", f"{kind} ({port.description})" if named else kind)
+        yield ListedAddress(f"serial://{port.device}", f"{kind} ({port.description})" if named else kind)
 
 
 def _looks_like_bluetooth(port: ListPortInfo) -> bool:

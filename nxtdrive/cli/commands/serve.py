@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
         robot = stack.enter_context(open_robot(in_real_time(mission_brick(args)), args.camera, reconnect=False))
         brick = robot.brick
         eyes = robot.eyes(mission)
-        in_step = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
+        real_time = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         server = LineServer(
             brick,
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
             host=args.host,
             stopped=stopped,
             say=print_line,
-            passing=brick.sleep if in_step else None,
+            passing=brick.sleep if real_time else None,
         )
         stack.enter_context(closing(server))
         _say_where(server.address, brick.link.transport.address, robot.source, mission)
