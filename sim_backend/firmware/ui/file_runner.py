@@ -63,6 +63,13 @@ class FileRunner:
         """Whether a file has the screen, and not only since this pass."""
         return self._registers.runs_file and self._run is not Run.BEGUN
 
+    @property
+    def count(self) -> int:
+        """The passes of the message about the end of a file, counted twice; without one `times.MELODY_PASSES`."""
+        if not self.shows_message:
+            return times.MELODY_PASSES
+        return 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
+
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""
         if self._registers.runs_file and self._run is Run.PROGRAM:
@@ -92,7 +99,7 @@ class FileRunner:
         registers.state, registers.next_step_ms = int(UiState.RUNNING), self._clock.now_ms + 1
         self._screen.mark(marks.OPENING)
         self._file, self._run, self._begun_ms = registers.program_name, Run.BEGUN, self._clock.now_ms
-        self._menu.files.chosen = unpack_name(self._file)
+        self._menu.show_file(unpack_name(self._file))
 
     def begin_from_menu(self) -> None:
         """Run a file from its page; the state stays as it is."""
@@ -100,6 +107,11 @@ class FileRunner:
         registers.set(UiFlag.BUSY)
         registers.from_menu, registers.next_step_ms = True, self._clock.now_ms + 1
         self.choose(pack_name(self._menu.runs))
+
+    def begin_page(self) -> None:
+        """Begin to draw the page of the file, which gets no further than its name, and neither does the file."""
+        self._run, self._parts = Run.PAGE, [marks.PAGE]
+        self._registers.from_menu, self._registers.next_step_ms = True, self._clock.now_ms
 
     def go_on(self) -> None:
         """Continue with a file: open it, wait for its end, show a message, go back to the menu."""
@@ -112,9 +124,7 @@ class FileRunner:
                 registers.next_step_ms = now_ms + 1
             case Run.TONE:
                 self._run, registers.next_step_ms = Run.DRAWING, now_ms + 1
-                if registers.from_menu:
-                    self._screen.mark(marks.OPENING)
-                self._screen.mark(marks.RUNNING.framed(registers.flags & UiFlag.ENABLE_STATUS))
+                self._show_beginning()
             case Run.DRAWING if self._screen.drawing:
                 registers.next_step_ms = now_ms + 1
             case Run.DRAWING if extension(self._file) in self._known:
@@ -144,6 +154,9 @@ class FileRunner:
                 registers.next_step_ms = self._message_ends_ms
             case Run.MESSAGE:
                 self._open_menu()
+            case Run.PAGE:
+                self._screen.mark(self._parts.pop() if self._parts else marks.FILE_NAME)
+                registers.next_step_ms = now_ms + 1
             case Run.LOG:
                 self._begin_message(now_ms)
                 self._message_ends_ms = now_ms + max(1, (times.LOG_MS - (now_ms - self._begun_ms)) // 2)
@@ -204,7 +217,6 @@ class FileRunner:
             self._menu.go_on_from(registers.state)
             return
         self._has_page = False
-        self._menu.show_file(unpack_name(self._file))
         self._menu.redraw()
 
     @property
@@ -234,6 +246,12 @@ class FileRunner:
             self._keys.click()
             self._begin_message(now_ms)
             self._open_menu()
+
+    def _show_beginning(self) -> None:
+        """Draw the picture of a file that is about to be opened."""
+        if self._registers.from_menu:
+            self._screen.mark(marks.OPENING)
+        self._screen.mark(marks.RUNNING.framed(self._registers.flags & UiFlag.ENABLE_STATUS))
 
     def _show_running(self, now_ms: int) -> int:
         """Change the picture of a running file from time to time; return the passes since the change was planned."""

@@ -13,9 +13,6 @@ from sim_backend.firmware.ui.radio_dialog import RadioDialog
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import UiState
 
-_MELODY_PASSES = 1000
-"""The count at which state 3 ends."""
-
 
 class OffStates:
     """Switches the brick on or off again from a state that was written.
@@ -44,12 +41,12 @@ class OffStates:
         match state:
             case UiState.LOGO:  # the count begins again at the length of a picture
                 began_ms = now_ms + max(times.PICTURE_MS - count, 0)
-                self._melody_ends_ms = began_ms + _MELODY_PASSES
+                self._melody_ends_ms = began_ms + times.MELODY_PASSES
                 registers.next_step_ms = began_ms + times.PICTURE_MS + 1
-            case UiState.MELODY if count >= _MELODY_PASSES:
+            case UiState.MELODY if count >= times.MELODY_PASSES:
                 self._switch_on()
             case UiState.MELODY:
-                registers.next_step_ms = now_ms + _MELODY_PASSES - count
+                registers.next_step_ms = now_ms + times.MELODY_PASSES - count
             case UiState.RUNNING:  # it counts twice in a pass
                 registers.next_step_ms = self._message_ends_ms = now_ms + (times.MESSAGE_PASSES - count) // 2 + 1
             case UiState.MENU:

@@ -82,6 +82,7 @@ class Run(Enum):
     SOUND = auto()
     LOG = auto()
     MESSAGE = auto()
+    PAGE = auto()
 
 
 class Programs(Protocol):

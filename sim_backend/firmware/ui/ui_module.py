@@ -18,7 +18,7 @@ from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import states
+from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
@@ -123,7 +123,8 @@ class UiModule:
 
     def _enter(self, state: int) -> None:
         registers = self.registers
-        ran, before, registers.state = registers.runs_file, registers.state, state
+        ran, begun, count = registers.runs_file, self._files.has_begun, self._files.count
+        before, registers.state = registers.state, state
         if before == state:
             return
         if not registers.is_on:
@@ -131,8 +132,8 @@ class UiModule:
             return
         if state not in states.MENU_STATES:
             self._menu.drop()
-        if ran and state == UiState.DRAWING:
-            registers.from_menu = True
+        if begun and state == UiState.DRAWING:
+            self._files.begin_page()
         elif ran and state == UiState.OPENING:
             registers.next_step_ms = self._clock.now_ms
         elif ran and state == UiState.MENU:
@@ -141,6 +142,8 @@ class UiModule:
             self._boot.skip_pictures()
         elif state in (UiState.START, *states.MENU_STATES) or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
+            if state == UiState.MELODY:
+                registers.next_step_ms += max(times.MELODY_PASSES - count, 0)
         elif state in states.RADIO_SHOWN:
             registers.leave_start()
             self._dialog.begin(state)
