@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
 
-from nxtdrive.cli.options import writing
+from nxtdrive.cli.options import output_file, writing
 
 UNITS = {"mm": "mm", "%": "percent", "°C": "celsius", "°": "deg", "": ""}
 """Units as they are written in the names of columns."""
@@ -19,7 +19,10 @@ UNITS = {"mm": "mm", "%": "percent", "°C": "celsius", "°": "deg", "": ""}
 def add_csv_argument(parser: argparse.ArgumentParser) -> None:
     """Add ``--csv FILE``."""
     parser.add_argument(
-        "--csv", metavar="FILE", type=Path, help="also write each reading as a row of this CSV file, which is replaced"
+        "--csv",
+        metavar="FILE",
+        type=output_file,
+        help="also write each reading as a row of this CSV file, which is replaced",
     )
 
 

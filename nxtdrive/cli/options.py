@@ -116,6 +116,13 @@ def new_file(text: str) -> Path:
     return Path(text)
 
 
+def output_file(text: str) -> Path:
+    """Convert an argument of argparse: a file to write. A lone ``-`` is refused: it is not standard output here."""
+    if text == "-":
+        raise argparse.ArgumentTypeError("standard output is not possible here; name a file, ./- for one called '-'")
+    return Path(text)
+
+
 CHOOSE = "Choose a file in a folder that exists and has room."
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument
+from nxtdrive.cli.options import add_json_argument, output_file
 
 DESCRIPTION = """\
 Measure this machine, area by area: protocol (encoding and requests, next to bare
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("areas", metavar="AREA", nargs="*", help="what to measure (default: everything)")
     parser.add_argument("--nxt", metavar="ADDRESS", help="a real brick to measure motion on")
-    parser.add_argument("--out", metavar="FILE", type=Path, help="also write the figures to this file, as JSON")
+    parser.add_argument("--out", metavar="FILE", type=output_file, help="also write the figures to this file, as JSON")
     add_json_argument(parser)
 
 

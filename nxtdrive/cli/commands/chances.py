@@ -12,7 +12,7 @@ from behaviors.profile_names import ADAPTIVE
 from firmware_protocol.errors import ConfigError
 from input_files.toml_file import toml_string
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import writing
+from nxtdrive.cli.options import output_file, writing
 from nxtdrive.cli.output import complain, make_console, make_table, write_line
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="a run folder, a folder of runs, a run's journal.jsonl, a sweep's .jsonl, or counts written by --out",
     )
-    parser.add_argument("--out", metavar="FILE", type=Path, help="write the counts to this file")
+    parser.add_argument("--out", metavar="FILE", type=output_file, help="write the counts to this file")
 
 
 def run(args: argparse.Namespace) -> int:

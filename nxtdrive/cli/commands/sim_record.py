@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import AddressError, ConfigError
 from nxtdrive.cli.commands.sim_check import FIRMWARES
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, writing
+from nxtdrive.cli.options import add_brick_arguments, check_not_read, check_writable, output_file, writing
 from nxtdrive.cli.output import write_line
 from nxtdrive.signals import held
 
@@ -29,7 +29,7 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
         help="one telegram in hex, command or !tick MS per line; # begins a comment",
     )
     parser.add_argument(
-        "--out", metavar="FILE.jsonl", type=Path, help="the recording (default: the script's name with .jsonl)"
+        "--out", metavar="FILE.jsonl", type=output_file, help="the recording (default: the script's name with .jsonl)"
     )
     parser.add_argument("--scenario", metavar="NAME", help="what to call it (default: the script's name)")
     parser.add_argument("--about", metavar="TEXT", help="what it is about, such as where the firmware comes from")

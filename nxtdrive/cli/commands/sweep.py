@@ -12,7 +12,7 @@ from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import did_you_mean, number_of
 from input_files.plain import whole_number
 from nxtdrive.cli.main import DONE, USAGE
-from nxtdrive.cli.options import add_json_argument, writing
+from nxtdrive.cli.options import add_json_argument, output_file, writing
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
@@ -84,7 +84,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_worker_arguments(parser, 1, "1")
     parser.add_argument(
-        "--out", metavar="FILE", type=Path, help=f"file for the results, one line per mission (default: {DEFAULT_OUT})"
+        "--out",
+        metavar="FILE",
+        type=output_file,
+        help=f"file for the results, one line per mission (default: {DEFAULT_OUT})",
     )
     parser.add_argument(
         "--resume", action="store_true", help="keep the results in the file and run only missing missions"

@@ -7,13 +7,12 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from firmware_protocol.wording import number_of
 from nxtdrive.cli.main import DONE
-from nxtdrive.cli.options import add_json_argument, check_writable, number, writing
+from nxtdrive.cli.options import add_json_argument, check_writable, number, output_file, writing
 from nxtdrive.cli.output import complain, make_console, make_table, write_json, write_line
 from nxtdrive.cli.workers import add_worker_arguments, open_workers
 
@@ -76,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out",
         metavar="FILE",
-        type=Path,
+        type=output_file,
         help="add each mission to this file; those that it has from the same options are not repeated",
     )
     add_worker_arguments(parser, os.cpu_count() or 1, "one per core")

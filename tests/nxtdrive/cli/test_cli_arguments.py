@@ -48,6 +48,27 @@ def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
     assert "Did you mean `nxtdrive run my-mission.toml`?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("chances", "runs", "--out"),
+        ("sweep", "--out"),
+        ("what-if", "run", "--out"),
+        ("bench", "--out"),
+        ("sim", "record", "script.jsonl", "--out"),
+        ("monitor", "--csv"),
+        ("sensor", "watch", "1", "--csv"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_no_file_is_called_as_standard_output_is(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="2"):
+        main([*command, "-"])
+    assert "standard output is not possible here; name a file, ./- for one called '-'" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 NUMERIC = list(_numeric_arguments())
 
 
