@@ -201,7 +201,8 @@ class GeometricSensor:
         """
         points = self._floor.ends(panels, viewpoint, self.pinhole)
         if self._optics.readout_s and turn_rate_deg_s:
-            u, v = np.array([self._pixel((x, y, 0.0), viewpoint, turn_rate_deg_s) for x, y in points]).T
+            pixels = [self._pixel((x, y, 0.0), viewpoint, turn_rate_deg_s) for x, y in points]
+            u, v = np.array(pixels, np.float64).reshape(-1, 2).T
         else:
             u, v = self._project((*points.T, np.zeros(len(points))), viewpoint)
         errors_px = np.array([self._floor.error_px(self.generator) for _ in points])

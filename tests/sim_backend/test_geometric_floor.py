@@ -82,6 +82,12 @@ def test_what_looks_like_the_floor_and_reaches_above_the_lens_gives_no_end():
     assert depths(crate(1000.0, 2500.0)) == []
 
 
+@pytest.mark.parametrize("readout_s", [0.0, 0.03])
+def test_a_frame_may_show_no_end_at_all(readout_s):
+    sensor = GeometricSensor(optics=Optics(readout_s=readout_s))
+    assert len(sensor.floor_ends([crate(1000.0, 400.0)], ORIGIN, turn_rate_deg_s=20.0)) == 0
+
+
 def test_in_front_of_it_the_floor_ends_as_ever():
     assert depths(crate(1000.0, 400.0), wall(900.0)) == pytest.approx([900.0] * 24)
 
