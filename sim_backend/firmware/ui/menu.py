@@ -315,8 +315,7 @@ class Menu:
         elif self.program.is_run([*menu]):
             self._leave_steps(place[-1])
         elif place == places.VERSION:
-            self.message.has_version = True
-            self.states.draw_last(marks.VERSION)
+            self.message.show_version()
         elif self._radio.follows(place):
             self._place = self._radio.enter(place)
         elif place == places.TRY_ME:

@@ -10,6 +10,7 @@ from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.log_menu import LogMenu
+from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 
 _REFUSED_MS = 1500
@@ -29,7 +30,7 @@ class MenuMessage:
 
     def __init__(self, logs: LogMenu, states: KeyStates) -> None:
         self._logs, self._states = logs, states
-        self.has_version = False
+        self.has_version = self._was_left = False
 
     @property
     def shown(self) -> bool:
@@ -45,11 +46,17 @@ class MenuMessage:
         """Show none."""
         self.has_version = self._logs.refuses = False
 
+    def show_version(self) -> None:
+        """Show the version, a pass later if it was shown before."""
+        self.has_version = True
+        self._states.draw_last(*[NOTHING] * self._was_left, marks.VERSION)
+
     def close(self) -> None:
-        """End it, and draw the page again."""
+        """End it, and draw the page again, behind the version slowly the first time."""
         if self.has_version:
             self._states.begin(UiState.DRAWING)
-            self._states.draw_last(*drawing.VERSION_LEFT)
+            self._states.draw_last(*drawing.VERSION_LEFT[-2 if self._was_left else 0 :])
+            self._was_left = True
         else:
             self._states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
             self._states.draw_last(marks.PAGE)
