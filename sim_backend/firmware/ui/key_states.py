@@ -67,7 +67,9 @@ class KeyStates:
         self.left[-1:] = [(self.left[-1][0], each) for each in drawn]
 
     def next(self) -> UiState | None:
-        """Return the next state; the drawing of the one before is shown."""
+        """Return the next state; the drawing of the one before is shown. A message waits until others are done."""
+        if self._drawn in marks.REPORT and self._screen.drawing:
+            return self.state
         self.draw()
         if self.state == UiState.DRAWING and self.actions:
             self.actions.pop(0)()

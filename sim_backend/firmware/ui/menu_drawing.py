@@ -29,12 +29,13 @@ _SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS, _NO_FILE_MS = 262
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
 data log was stored, and that none could begin; and of a list that is empty after the second."""
 
+_ERASING_MS = 2
+"""Passes for which a message waits until it has erased what was there."""
+
 
 def _message(passes: int, before: int) -> list[Marks]:
-    """Return the drawing of a message, which begins after some of its passes."""
-    erased, *drawn = marks.REPORT
-    message = [*[NOTHING] * before, erased, NOTHING, NOTHING, *drawn]
-    return message + [NOTHING] * (passes - len(message))
+    """Return the drawing of a message, which begins after some of its passes, and waits until its erasing is done."""
+    return [*[NOTHING] * before, *marks.REPORT, *[NOTHING] * (passes - before - len(marks.REPORT) - _ERASING_MS)]
 
 
 SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
@@ -43,10 +44,8 @@ STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, be
 """The messages that a data log was stored, and that none could begin."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
-SWITCHED, SWITCHED_ON = _message(120, before=2), _message(164, before=2)
-"""The messages that the radio is switched as it was, and on."""
-SWITCHED_OFF = [*SWITCHED[:6], *[NOTHING] * 7, SWITCHED[6], *[NOTHING] * 114]
-"""The message that it is switched off, which the status bar interrupts."""
+SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))
+"""The messages that the radio is switched as it was, off, for which the status bar takes seven passes more, and on."""
 SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND]
 """The search for devices."""
 FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
