@@ -70,17 +70,20 @@ class KeyStates:
         """Return the next state; the drawing of the one before is shown. A message waits until others are done."""
         if self._drawn in marks.REPORT and self._screen.drawing:
             return self.state
-        self.draw()
-        if self.state == UiState.DRAWING and self.actions:
-            self.actions.pop(0)()
+        self.finish()
         self.shown = bool(self.left)
         self.state, self._drawn = self.left.pop(0) if self.left else (None, NOTHING)
         return self.state
 
-    def draw(self) -> None:
-        """Draw for the current state; a page shows the status bar, and draws its icons that have changed."""
+    def finish(self) -> None:
+        """Do what the pass of the current state does at its end: draw, and act.
+
+        A page shows the status bar, and draws its icons that have changed.
+        """
         self._screen.mark(self._drawn)
         if self._drawn not in (NOTHING, marks.ENTRY):
             self._registers.set(UiFlag.ENABLE_STATUS)
         if self._drawn.update & marks.ICONS:
             self._registers.set(UiFlag.UPDATE)
+        if self.state == UiState.DRAWING and self.actions:
+            self.actions.pop(0)()

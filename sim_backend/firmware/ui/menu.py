@@ -167,8 +167,8 @@ class Menu:
         return marks.PAGE if steps or runs or below else marks.MENU
 
     def interrupt(self) -> None:
-        """Draw for the current state, and drop the states to come: a file is started, whose page follows."""
-        self.states.draw()
+        """Finish the current state, and drop the states to come: a file is started, whose page follows."""
+        self.states.finish()
         self._drop_question()
         self.drop()
 
@@ -331,7 +331,7 @@ class Menu:
     def _leave_steps(self, item: int) -> None:
         """Run the program, for which a file is missing, or leave it for the main menu."""
         if item == RUN:
-            self.states.draw_last(*marks.NOT_RUN)
+            self.files.run_steps()
         elif item == LEAVE:
             self._place = [PROGRAM]
 

@@ -94,6 +94,11 @@ class MenuFiles:
         self._states.draw_last(*drawing.SENT)
         self._states.show(UiState.EXIT)
 
+    def run_steps(self) -> None:
+        """Run the program made on the brick, for which a file is missing; handle 0 is closed, whatever it is for."""
+        closes = partial(self._loader.close, 0)
+        self._states.draw_last(*marks.NOT_RUN, actions=[*[wait] * (len(marks.NOT_RUN) - 1), closes])
+
     def delete(self, menu: Place) -> bool:
         """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""
         self._states.draw_last(*drawing.DELETED, actions=[partial(self._loader.delete, self.chosen)])

@@ -52,7 +52,7 @@ NOT_RUN = (
 """The start of that program without the file that runs it, pass by pass."""
 OPENS_STEPS, STEPS = Marks(0x8), (FIRST_STEP, *NOT_RUN[1:-1])
 """A file with such a program, before its end: as it is opened, and then pass by pass."""
-VALUE, VALUE_AGAIN = Marks(0x4000_0200, 0x11_F200, drop=_ALL), Marks(update=0x8)
+VALUE, VALUE_AGAIN = Marks(0x4000_0200, 0x11_F200, drop=_ALL, keeps_centered=True), Marks(update=0x8)
 """The value of a sensor or motor, and the same later."""
 LIST = Marks(0x8000_0000, 0x4)
 TAKEN, READY, REFUSES, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(update=0x8), Marks(0x8)
