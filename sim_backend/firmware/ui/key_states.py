@@ -66,6 +66,11 @@ class KeyStates:
             self.actions += [*[wait] * (before - len(self.actions)), *actions]
         self.left[-1:] = [(self.left[-1][0], each) for each in drawn]
 
+    def insert(self, drawn: Marks, actions: Sequence[Callable[[], object]]) -> None:
+        """Put a pass for each of some actions in front of the next state, which is DRAWING and gets other marks."""
+        self.left[:1] = [*[(UiState.DRAWING, NOTHING)] * len(actions), (UiState.DRAWING, drawn)]
+        self.actions[:0] = actions
+
     def next(self) -> UiState | None:
         """Return the next state; the drawing of the one before is shown. A message waits until others are done."""
         if self._drawn in marks.REPORT and self._screen.drawing:

@@ -200,7 +200,7 @@ class Menu:
             self._place[-1] = places.NO if step > 0 else places.YES
             self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + (menu[:-1] == places.ERASE)])
             return
-        items = self._places.items(menu)
+        items = self.files.shown if places.is_list(menu) else self._places.items(menu)
         if items == drawing.PAIR:
             self._place[-1] = max(step, 0)
         elif items:
@@ -347,7 +347,6 @@ class Menu:
 
     def _open(self, place: tuple[int, ...]) -> None:
         first = 0
-        self.files.choose(place[:-1], place[-1])
         if place == log_menu.DATA_LOG:
             self.logs.clear()
         elif place == places.VOLUME:

@@ -22,12 +22,9 @@ CONNECTIONS = tuple(marks.listed(3, chosen) for chosen in range(2))
 PAIR = 2
 """Files of a list that stops at its ends."""
 
-_MOVE_MS = 4
-"""Passes to draw a list of files around one of them, and one more for each file and for each in front of that one."""
-
-_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS, _NO_FILE_MS = 2620, 1623, 1626, 3129, 2624, 3
+_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS = 2620, 1623, 1626, 3129, 2624
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
-data log was stored, and that none could begin; and of a list that is empty after the second."""
+data log was stored, and that none could begin."""
 
 _ERASING_MS = 2
 """Passes for which a message waits until it has erased what was there."""
@@ -61,13 +58,3 @@ def erased(files: int) -> list[Marks]:
     drawn = _message(_ERASED_MS + files, before=6 + files)
     drawn[2 + files] = marks.ERASED
     return drawn
-
-
-def list_drawn(files: int) -> list[Marks]:
-    """Return the drawing of a list of files from its first one on, after the menu."""
-    return [*list_moved(files, 0), marks.MENU] if files else [NOTHING] * (_NO_FILE_MS - 1)
-
-
-def list_moved(files: int, chosen: int) -> list[Marks]:
-    """Return the drawing of a list of files after left or right has chosen a file."""
-    return [*[NOTHING] * (_MOVE_MS + files + chosen - 1), marks.listed(files, chosen)]

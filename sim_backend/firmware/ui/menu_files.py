@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
@@ -12,7 +11,7 @@ from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.key_states import KeyStates, wait
 from sim_backend.firmware.ui.menu_places import Place, Places
-from sim_backend.firmware.ui.screen_marks import NOTHING
+from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 from sim_backend.firmware.ui.stored_settings import StoredSettings
 
@@ -28,11 +27,12 @@ class MenuFiles:
 
     Attributes:
         chosen: Name of the file that was opened or chosen in a list last.
+        shown: Number of the files in the list that was drawn last.
     """
 
     def __init__(self, loader: Loader, stored: StoredSettings, places: Places, states: KeyStates) -> None:
         self._loader, self._stored, self._places, self._states = loader, stored, places, states
-        self.chosen = ""
+        self.chosen, self.shown = "", 0
         self._handle: int | None = None
 
     def choose(self, menu: Place, item: int) -> int:
@@ -44,15 +44,14 @@ class MenuFiles:
 
     def enter(self, menu: Place) -> None:
         """Draw a list of files that is entered, twice."""
-        files = self.choose(menu, 0)
-        self._draw(menu, files)
+        self._draw(menu, 0, marks.MENU)
         self._states.add(UiState.DRAWING)
-        self._draw(menu, files)
+        self._draw(menu, 0, marks.MENU)
 
     def move(self, menu: Place, item: int) -> None:
         """Draw a list of files around another file."""
-        if files := self.choose(menu, item):
-            self._states.draw_last(*drawing.list_moved(files, item), actions=self._look(menu, files, item))
+        if self.choose(menu, item):
+            self._draw(menu, item)
 
     def show_first(self, menu: Place) -> bool:
         """Draw a list of files after the page of a file, or leave it if it is empty; return whether it is not."""
@@ -61,19 +60,27 @@ class MenuFiles:
     def _show(self, menu: Place, files: int) -> bool:
         self._states.draw_last(marks.MENU)
         self._states.add(UiState.DRAWING)
-        self._draw(menu, files)
-        if not files:
-            self._states.show(UiState.EXIT)
+        if files:
+            self._draw(menu, 0, marks.MENU)
+        else:
+            self.find_none()
         return files > 0
 
-    def _draw(self, menu: Place, files: int) -> None:
-        self._states.draw_last(*drawing.list_drawn(files), actions=self._look(menu, files, 0))
+    def _draw(self, menu: Place, item: int, *last: Marks) -> None:
+        """Draw a list around a file; passes for each of the files that there are by then come in between."""
+        around = marks.listed(self._places.items(menu), item)
+        self._states.draw_last(NOTHING, NOTHING, around, *last, actions=[wait, partial(self._look, menu, item)])
 
-    def _look(self, menu: Place, files: int, item: int) -> list[Callable[[], object]]:
-        """Return what the passes of a list do: count its files, one in each pass, and then find the chosen one."""
-        look = partial(self._look_once, "*" + places.extension(menu))
-        looks = [partial(look, first=not at, last=at == last) for last in (files, item) for at in range(last + 1)]
-        return [wait, *looks] if files else []
+    def _look(self, menu: Place, item: int) -> None:
+        """Begin to look through a list: count its files, one in each pass, and then find the chosen one."""
+        files = self.choose(menu, item)
+        if not files:
+            return
+        self.shown = files
+        look, chosen = partial(self._look_once, "*" + places.extension(menu)), item % files
+        looks = [partial(look, first=not at, last=at == last) for last in (files, chosen) for at in range(last + 1)]
+        looks.pop(0)()
+        self._states.insert(marks.listed(files, chosen), looks)
 
     def _look_once(self, pattern: str, *, first: bool, last: bool) -> None:
         if first:
