@@ -11,14 +11,10 @@ Result = TypeVar("Result")
 
 
 class WrongReturn(MissionError):
-    """A method returned something else than it should, or nothing; the message names it with its file and line.
+    """A method returned something else than it should, or nothing; the message names it with its file and line."""
 
-    Args:
-        wrong: What it returned, without a full stop.
-    """
-
-    def __init__(self, wrong: str) -> None:
-        super().__init__(f"{wrong}. Correct it there; docs/profiles.md says what each method returns.")
+    def __str__(self) -> str:
+        return f"{super().__str__()}. Correct it there; docs/profiles.md says what each method returns."
 
 
 def checked(method: Callable[..., object], kind: type[Result], *arguments: object) -> Result:

@@ -34,12 +34,23 @@ def load(name: str) -> Any:  # noqa: ANN401 - the class has been checked, not de
         entry = installed_profiles().get(name)
         found: Any = entry.load() if entry else _imported(name)
     except (Exception, SystemExit) as error:  # the module of another package may raise anything
-        if isinstance(error, SystemExit) and type(error) is not SystemExit:
-            raise  # a signal came
-        what = f"{_raised_at(error)}{type(error).__name__}: {_message(error)}"
+        if is_signal(error):
+            raise
+        what = f"{_raised_at(error)}{described(error)}"
         raise MissionError(f"profile {name!r} cannot be loaded: {what}; {_remedy(name, error)}") from error
     _check(name, found)
     return found
+
+
+def is_signal(error: BaseException) -> bool:
+    """Return whether an error is that of a signal, which may come in any code: it is derived from SystemExit."""
+    return isinstance(error, SystemExit) and type(error) is not SystemExit
+
+
+def described(error: BaseException) -> str:
+    """Return the type of an error and its text, if it has one, without a full stop."""
+    text = str(error.msg if isinstance(error, SyntaxError) else error).rstrip(".")
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def _imported(name: str) -> object:
@@ -60,10 +71,6 @@ def _raised_at(error: BaseException) -> str:
     frames = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
     known = [(file, line) for file, line in frames if file != __file__ and "importlib" not in file]
     return "{}:{}: ".format(*known[-1]) if known else ""
-
-
-def _message(error: BaseException) -> str:
-    return str(error.msg if isinstance(error, SyntaxError) else error)
 
 
 def _remedy(name: str, error: BaseException) -> str:

@@ -12,11 +12,11 @@ from behaviors.mission import Mission, MissionError
 from behaviors.operator import Ask, ConfirmedPolicy
 from behaviors.profile_names import ADAPTIVE, THESIS
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.profiles.loading import load
+from behaviors.profiles.loading import described, is_signal, load
 from behaviors.profiles.profile import MakeProfile, ProfileClass
 from behaviors.profiles.thesis import ThesisProfile
 from behaviors.recoveries import RecoveryPolicy
-from behaviors.return_types import WrongReturn, checked
+from behaviors.return_types import checked
 
 PROFILES: dict[str, ProfileClass] = {THESIS: ThesisProfile, ADAPTIVE: AdaptiveProfile}
 """The built-in profiles, by name."""
@@ -45,17 +45,17 @@ def raised_by_profile(error: BaseException, ran: str = "") -> MissionError | Non
     """Return an exception that was raised in the code of an external profile, with its place; None for any other.
 
     Args:
-        error: With its traceback.
+        error: With its traceback. A MissionError says what is wrong already.
         ran: Name of the profile that ran, if known; otherwise all profiles of that package are named.
     """
-    if isinstance(error, WrongReturn):
+    if isinstance(error, MissionError):
         return error
-    if isinstance(error, SystemExit) and type(error) is not SystemExit:
-        return None  # of a signal that came while the profile ran
+    if is_signal(error):
+        return None
     for frame, line in reversed(list(walk_tb(error.__traceback__))):
         package = frame.f_globals.get("__name__", "").partition(".")[0]
         if names := [name for name, its_package in external_profiles.items() if its_package == package]:
-            what = f"{frame.f_code.co_filename}:{line}: {type(error).__name__}: {error}"
+            what = f"{frame.f_code.co_filename}:{line}: {described(error)}"
             remedy = EXITED if isinstance(error, SystemExit) else FAILED
             return MissionError(f"profile {either([ran] if ran in names else names)} failed at {what}. {remedy}")
     return None

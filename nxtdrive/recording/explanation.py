@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from behaviors.mission import Mission, MissionError
 from behaviors.operator import OperatorChoice
 from behaviors.profile_names import ADAPTIVE
-from behaviors.profiles.registry import make_policy
+from behaviors.profiles.registry import exit_as_error, make_policy
 from behaviors.recoveries import RecoveryPolicy
 from nxtdrive.recording.decision_costs import DecisionCosts, decision_costs
 from nxtdrive.recording.decisions import Decision, Replay, decisions, replay, weighed_by
@@ -68,7 +68,7 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
         policy: Name of the profile whose policy gets each decision's evidence again; the run's own when None.
 
     Raises:
-        MissionError: The class of `policy` cannot be loaded; that of the run's own need not be here.
+        MissionError: The class of `policy` cannot be loaded (that of the run's own need not be here), or one exited.
     """
     mission = run.mission or DEFAULTS
     made = decisions(run.records)
@@ -76,10 +76,11 @@ def explain(run: PastRun, policy: str | None = None) -> Explanation:
     own, unavailable = _own_policy(profile or ADAPTIVE, mission)
     asked = make_policy(policy, mission) if policy else own if profile else None
     known = decision_costs(run.path.parent)
-    explained = (
-        Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
-    )
-    return Explanation(run, profile, policy or profile, tuple(explained), unavailable)
+    with exit_as_error():
+        explained = tuple(
+            Explained(each, weighed_by(own, each), replay(asked, each), known.get(i)) for i, each in enumerate(made, 1)
+        )
+    return Explanation(run, profile, policy or profile, explained, unavailable)
 
 
 def _own_policy(profile: str, mission: Mission) -> tuple[RecoveryPolicy | None, str]:

@@ -207,6 +207,10 @@ EXITS = {
     "in a skill": "    def skill(self, state, choice):\n        sys.exit(3)\n",
     "as it is made": "    def __init__(self, *_, **named):\n        sys.exit()\n",
     "as its policy is made": "    @classmethod\n    def own_policy(cls, mission):\n        sys.exit(3)\n",
+    "as its policy chooses": (
+        "    @classmethod\n    def own_policy(cls, mission):\n        return Rash()\n"
+        "class Rash:\n    def select(self, evidence):\n        sys.exit(3)\n"
+    ),
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 import sys
 
@@ -12,6 +13,7 @@ from behaviors.mission import MissionError
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
+from behaviors.return_types import WrongReturn, checked
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.sweep.task import Task, evaluate
 
@@ -83,6 +85,8 @@ def _error(seed=100):
             "select() of mistaken:Mistaken ({file}:5) chose the target 'nobody'; this mission has",
         ),
         ("def skill(self, state, choice): return {}[state]", "({file}:5) has no skill for 'search'."),
+        ("def select(self, evidence): raise ValueError", "failed at {file}:5: ValueError. Correct it there"),
+        ("def select(self, evidence): raise OSError('No lamp.')", "{file}:5: OSError: No lamp. Correct it there"),
         ("def select(self, evidence): pass", "select() of mistaken:Mistaken ({file}:5) returned NoneType"),
         ("def skill(self, state, choice): pass", "skill() of mistaken:Mistaken ({file}:5) returned NoneType, not a Sk"),
         ("def evidence(self, basis): pass", "evidence() of mistaken:Mistaken ({file}:5) returned NoneType, not an Ev"),
@@ -107,6 +111,12 @@ def test_a_swept_mission_has_a_sentence_for_each(tmp_path, body, text):
     error = _error()
     assert text.format(file=tmp_path / "mistaken.py") in error
     assert error.endswith((WRONG_RESULT, EXCEPTION, "docs/profiles.md has the interface."))
+
+
+def test_a_sentence_is_whole_behind_the_pipe_of_a_worker():
+    with pytest.raises(WrongReturn) as caught:
+        checked(str, int, 1)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 EVIDENCE = """\

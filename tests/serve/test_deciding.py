@@ -113,14 +113,21 @@ def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(se
     assert "internal error in choose" in caplog.text
 
 
-def test_an_exception_in_your_own_profile_is_one_line(serve, monkeypatch, caplog):
-    monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
+@pytest.mark.parametrize(
+    ("gather", "words"),
+    [
+        (lambda *_: [].pop(), "IndexError: pop from empty list. Correct it there"),
+        (lambda *_: sys.exit(3), "SystemExit: 3. A profile must not end the program"),
+    ],
+)
+def test_an_exception_in_your_own_profile_is_one_line(gather, words, serve, monkeypatch, caplog):
+    monkeypatch.setattr(AdaptiveProfile, "evidence", gather)
     monkeypatch.setattr(registry, "external_profiles", {"odd:Odd": __name__.partition(".")[0]})
     served = serve("figure7", profile="adaptive")
     assert served.client().ask("choose") == -7
     (error,) = [record.data["error"] for record in served.records if record.data.get("value") == -7]
     assert error.startswith(f"profile 'odd:Odd' failed at {__file__}:")
-    assert ": IndexError: pop from empty list. Correct it there" in error
+    assert words in error
     assert "internal error" not in caplog.text
 
 

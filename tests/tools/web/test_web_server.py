@@ -439,12 +439,15 @@ def test_a_run_that_cannot_be_recorded_is_reported_and_the_page_goes_on(tmp_path
 
 
 @pytest.mark.slow
-def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(tmp_path, monkeypatch):
-    broken = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n    %s\n"
-    broken %= "def skill(self, *_): return {}['lamp']"
-    (tmp_path / "odd_on_page.py").write_text(broken, encoding="utf-8")
+@pytest.mark.parametrize(
+    ("does", "error"), [("return {}['lamp']", "KeyError: 'lamp'"), ("raise SystemExit(3)", "SystemExit: 3")]
+)
+def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(does, error, tmp_path, monkeypatch):
+    broken = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Odd(AdaptiveProfile):\n"
+    (tmp_path / "odd_on_page.py").write_text(f"{broken}    def skill(self, *_): {does}\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "odd_on_page", raising=False)
     monkeypatch.setattr(registry, "external_profiles", {})
     text = QUICK.replace("[target.lena]", 'profile = "odd_on_page:Odd"\n[target.lena]')
     (tmp_path / "quick.toml").write_text(text, encoding="utf-8")
@@ -452,7 +455,7 @@ def test_an_exception_in_your_own_profile_is_reported_and_the_page_goes_on(tmp_p
         for _ in range(2):
             page.send_json({"type": "start_mission", "mission": "quick.toml"})
             told = _until(page, lambda each: each["type"] in ("problem", "refused"))
-            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: KeyError: 'lamp'" in told["text"]
+            assert f"failed at {tmp_path / 'odd_on_page.py'}:3: {error}" in told["text"]
 
 
 @pytest.mark.slow
