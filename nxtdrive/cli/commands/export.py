@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -161,7 +162,7 @@ def _files(past: PastRun, given: Mapping[str, str]) -> dict[str, Path]:
     folder = past.path.parent
     for kind in BINARY:
         if given.get(kind) == STANDARD_OUTPUT and sys.stdout and sys.stdout.isatty():
-            command = f"nxtdrive export {folder} --{kind} - > FILE"
+            command = f"nxtdrive export {shlex.quote(str(folder))} --{kind} - > FILE"
             raise ConfigError("a terminal cannot show this format.", remedy=f"Redirect it: `{command}`.")
     files = {kind: folder / FILES[kind] if file == IN_FOLDER else Path(file) for kind, file in given.items()}
     if len({os.path.realpath(path) for path in files.values()}) < len(files):

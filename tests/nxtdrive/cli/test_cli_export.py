@@ -62,11 +62,12 @@ def test_standard_output_takes_one_format(run, capsys):
 
 @pytest.mark.parametrize("option", ["--mcap", "--webm"])
 def test_a_terminal_gets_no_binary_data(run, monkeypatch, capsys, option):
+    run = run.rename(run.with_name("my run"))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     assert main(["export", str(run), option, "-"]) == USAGE
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert f"`nxtdrive export {run} {option} - > FILE`" in captured.err
+    assert f"`nxtdrive export '{run}' {option} - > FILE`" in captured.err
 
 
 def test_a_terminal_gets_a_text_escaped(run, monkeypatch, capsys):
