@@ -84,7 +84,7 @@ def similar_file(path: Path) -> Path | None:
     suffix = path.suffix.lower()
     try:
         files = sorted(each for each in path.parent.iterdir() if each.is_file())
-    except OSError:
+    except (OSError, ValueError):  # there is no such folder, or none can have that name
         return None
     same_kind = {each.stem: each for each in files if each.suffix.lower() == suffix}
     same_stem = {each.suffix: each for each in files if each.stem == path.stem}

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from behaviors.detector_names import detector_names
 from input_files.mistakes import excerpt, hint, key_path, nearest
 from input_files.pydantic_words import words
+from input_files.toml_file import toml_key
 
 UNITS = {"_mm": "millimetres", "_s": "seconds", "_deg": "degrees", "_mm_s": "millimetres per second"}
 """What the endings of keys mean."""
@@ -57,7 +58,7 @@ def mistakes(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
             here = _known_keys(path[:-1], model, detector)
             message = f"belongs in the table {homes}" if homes else f"unknown key; {_advice(str(path[-1]), here)}"
             if path == ["targets"] and isinstance(problem["input"], dict):
-                message = f"the table of a target is [target.{next(iter(problem['input']), 'NAME')}]"
+                message = f"the table of a target is [target.{toml_key(next(iter(problem['input']), 'NAME'))}]"
             if detector is not None and path[-1] in _known_keys(path[:-1], model):
                 message = f"{detector} targets have no such key; known here: {', '.join(sorted(here))}"
         elif problem["type"] in ("union_tag_not_found", "union_tag_invalid") and isinstance(problem["input"], dict):
@@ -107,7 +108,7 @@ def _homes(key: str, model: type[BaseModel]) -> str:
 
 def _advice(key: str, keys: Iterable[str]) -> str:
     """Name the nearest key that exists, or all of them."""
-    if key in ELSEWHERE:
+    if key in ELSEWHERE and ("detector" in keys or key != "width_mm"):  # a robot has a width, too
         return ELSEWHERE[key]
     known = sorted(keys)
     stem = key.rsplit("_", 1)[0]

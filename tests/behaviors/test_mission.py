@@ -188,12 +188,14 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
         (GOOD.replace("[mission]", "[mission]\nname = 3"), "mission.name: must be text in quotes"),
         (GOOD.replace("[target.box]", "[target.box]\nheight_mm = inf"), "target.box.height_mm: must be"),
         (GOOD.replace("[target.", "[targets."), "targets: the table of a target is [target.box]"),
+        (GOOD.replace("[target.box]", '[targets."my box"]'), 'targets: the table of a target is [target."my box"]'),
         (GOOD.replace("[target.box]", "[target]"), "target.detector: belongs in the table [target.NAME]"),
         (GOOD.replace("[target.box]", "[[target]]"), "target: it must be a table with a name, [target.NAME], not ["),
         (
             GOOD.replace("[target.box]", "[target.box]\nwidth_mm = 100"),
             "target.box.width_mm: unknown key; leave it out: the height is enough",
         ),
+        (GOOD + "[robot]\nwidth_mm = 100\n", "robot.width_mm: unknown key; known here: "),
         (
             GOOD + "[camera]\nsource = 0\n",
             "camera.source: unknown key; name it with --camera, as in --camera 0",
@@ -207,6 +209,11 @@ def test_a_picture_that_is_not_a_name_is_one_mistake(tmp_path):
 )
 def test_one_mistake_one_sentence(tmp_path, text, expected):
     assert expected in _complaint(tmp_path, text)
+
+
+def test_a_picture_with_an_impossible_name_is_one_mistake(tmp_path):
+    target = '[mission]\ntargets = ["a"]\n[target.a]\ndetector = "picture"\npictures = ["\\u0000/cat.jpg"]\n'
+    assert "there is no picture '\\x00/cat.jpg'; put it beside" in _complaint(tmp_path, target)
 
 
 @pytest.mark.parametrize("written", ["my-kat.jpg", "My-Cat.JPG"])
