@@ -62,7 +62,7 @@ class DecisionCosts(BaseModel):
     candidates: list[CandidateCost]
 
     @property
-    def alternative(self) -> bool:
+    def has_alternative(self) -> bool:
         """Whether anything else could be chosen; without an alternative the regret says nothing of the choice."""
         return len(self.candidates) > 1
 
@@ -70,7 +70,7 @@ class DecisionCosts(BaseModel):
         """Say what the choice and the best candidate cost, and the regret."""
         chosen, best = (next(each for each in self.candidates if getattr(each, mark)) for mark in ("chosen", "best"))
         costs = f"the choice costs {chosen.cost_s[0]:.1f} s to a target on average"
-        if not self.alternative:
+        if not self.has_alternative:
             return f"{costs}; there was no alternative"
         if best is not chosen:
             costs += f"; to {best.does}, {best.cost_s[0]:.1f} s"

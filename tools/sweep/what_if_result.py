@@ -118,7 +118,7 @@ def mean_figures(results: Sequence[ExaminedMission]) -> dict[str, list[float]]:
 
     What had no alternative counts for neither.
     """
-    regrets_s = [[each.regret_s for each in result.decisions if each.alternative] for result in results]
+    regrets_s = [[each.regret_s for each in result.decisions if each.has_alternative] for result in results]
     if not any(regrets_s):
         return {}
     figures = zip(("regret_s", "nearly_best"), over_missions(regrets_s), strict=True)

@@ -72,7 +72,7 @@ def _with_costs(values: dict[str, Any], what_if: DecisionCosts) -> dict[str, Any
 
 
 def _cost(candidate: CandidateCost, what_if: DecisionCosts) -> dict[str, Any]:
-    return {"cost_s": candidate.cost_s, "best": candidate.best and what_if.alternative}
+    return {"cost_s": candidate.cost_s, "best": candidate.best and what_if.has_alternative}
 
 
 def asked(evidence: Evidence, candidates: Iterable[OperatorChoice]) -> dict[str, Any]:

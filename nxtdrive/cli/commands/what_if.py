@@ -115,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
             results.append(result)
     figures = mean_figures(results)
     decisions = [each for result in results for each in result.decisions]
-    alone = sum(not each.alternative for each in decisions)
+    alone = sum(not each.has_alternative for each in decisions)
     if args.json:
         write_json({"runs": [each.plain() for each in results], "without_alternative": alone, **figures}, indent=2)
         return DONE
@@ -165,8 +165,8 @@ def _show(name: str, decision: DecisionCosts) -> None:
     columns = ("", "candidate", "mean seconds to the targets left [95 %]")
     table = make_table(*columns, title=title, title_justify="left")
     for candidate in decision.candidates:
-        mark = ("> " if candidate.chosen else "") + ("best" if candidate.best and decision.alternative else "")
+        mark = ("> " if candidate.chosen else "") + ("best" if candidate.best and decision.has_alternative else "")
         table.add_row(mark, Text(printable(candidate.does)), _with_interval(candidate.cost_s, 1))
     make_console().print(table)
     regret = f"regret {decision.regret_s:.1f} s ({decision.biased_regret_s:.1f} s with the bias)"
-    write_line(regret if decision.alternative else "there was no alternative")
+    write_line(regret if decision.has_alternative else "there was no alternative")
