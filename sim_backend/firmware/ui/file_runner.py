@@ -64,11 +64,12 @@ class FileRunner:
         return self._registers.runs_file and self._run is not Run.BEGUN
 
     @property
-    def count(self) -> int:
-        """The passes of the message about the end of a file, counted twice; without one `times.MELODY_PASSES`."""
+    def melody_ms(self) -> int:
+        """How long state 3 lasts that is written now: its count goes on from that of the message about a file's end."""
         if not self.shows_message:
-            return times.MELODY_PASSES
-        return 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
+            return 0
+        count = 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
+        return max(times.MELODY_PASSES - count, 0)
 
     def program_ended(self) -> None:
         """Show the end of a program from the next pass on."""

@@ -18,7 +18,7 @@ from sim_backend.firmware.radio import Radio
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.sensors.input import InputModule
 from sim_backend.firmware.sound import SoundModule
-from sim_backend.firmware.ui import states, times
+from sim_backend.firmware.ui import states
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
 from sim_backend.firmware.ui.boot import Boot
@@ -123,7 +123,7 @@ class UiModule:
 
     def _enter(self, state: int) -> None:
         registers = self.registers
-        ran, begun, count = registers.runs_file, self._files.has_begun, self._files.count
+        ran, begun, melody_ms = registers.runs_file, self._files.has_begun, self._files.melody_ms
         before, registers.state = registers.state, state
         if before == state:
             return
@@ -143,7 +143,7 @@ class UiModule:
         elif state in (UiState.START, *states.MENU_STATES) or (not ran and state in states.GONE_ON_FROM):
             self._go_on_from(state)
             if state == UiState.MELODY:
-                registers.next_step_ms += max(times.MELODY_PASSES - count, 0)
+                registers.next_step_ms += melody_ms
         elif state in states.RADIO_SHOWN:
             registers.leave_start()
             self._dialog.begin(state)
