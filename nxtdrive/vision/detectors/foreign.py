@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from behaviors.ports import Cut
 from firmware_protocol.errors import ConfigError, NXTError
 from input_files.pydantic_words import words
+from nxtdrive.signals import Terminated
 from nxtdrive.vision.detection import Described, Detection, Detector, Image, Quad
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
@@ -155,7 +156,7 @@ def _called(entry: EntryPoint, what: str, work: Callable[[], T]) -> T:
     """
     try:
         return work()
-    except NXTError:
+    except (NXTError, Terminated):
         raise
     except (Exception, SystemExit) as error:
         reason = f"{what}{_place(entry, error)}: {type(error).__name__}: {error}"

@@ -14,11 +14,13 @@ import nxtdrive
 from behaviors.mission import MissionError, load_mission
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
+from nxtdrive.signals import Terminated
 from nxtdrive.vision.detection import Detection
 from nxtdrive.vision.detectors import make_detector
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "lamp-detector"
 ODD = """
+from nxtdrive.signals import Terminated
 def fails(spec): raise KeyError("lamp")
 def nothing(spec): return None
 class Told:
@@ -32,6 +34,7 @@ class Writes:
     def detect(self, image): image[:] = 0
     def description(self): raise KeyError("lamp")
 def leaves(spec): raise SystemExit(3)
+def ends(spec): raise Terminated(143)
 """
 FRAME = np.full((24, 32, 3), 60, np.uint8)
 CORNERS = (1, 1), (9, 1), (9, 8), (1, 8)
@@ -49,7 +52,8 @@ def installed(monkeypatch, tmp_path):
     offered = (EXAMPLE / "pyproject.toml").read_text(encoding="utf-8").split('detectors"]\n')[1].split("\n")[0]
     points = ["[nxtdrive.detectors]", offered.replace('"', ""), "marker = odd:nothing"]
     points += [
-        f"{name} = odd:{name}" for name in ("fails", "nothing", "Told", "missing", "Answers", "Writes", "leaves")
+        f"{name} = odd:{name}"
+        for name in ("fails", "nothing", "Told", "missing", "Answers", "Writes", "leaves", "ends")
     ]
     (info / "entry_points.txt").write_text("\n".join(points) + "\n", encoding="utf-8")
     yield tmp_path
@@ -91,13 +95,13 @@ def test_a_mission_with_one_that_is_not_installed_names_those_that_are(tmp_path,
 
 def test_installed_ones_are_among_those_that_are_named(installed):
     with pytest.raises(
-        MissionError, match=r"use one of picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
+        MissionError, match=r"use one of picture.*onnx, Answers, Told, Writes, ends, fails, lamp, leaves, missing"
     ):
         load_mission(_mission(installed, 'detector = "sonar"\n'))
     with pytest.raises(MissionError, match=r"there is no detector 'lanp'; did you mean 'lamp'\?"):
         load_mission(_mission(installed, 'detector = "lanp"\n'))
     with pytest.raises(
-        ConfigError, match=r"Use one of: picture.*onnx, Answers, Told, Writes, fails, lamp, leaves, missing"
+        ConfigError, match=r"Use one of: picture.*onnx, Answers, Told, Writes, ends, fails, lamp, leaves, missing"
     ):
         make_detector({"detector": "lanp"})
 
@@ -109,9 +113,9 @@ def test_a_built_in_detector_keeps_its_name(installed):
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
-        ('detector = "fails"\n', "odd.py:2: KeyError: 'lamp'. -v shows the traceback"),
+        ('detector = "fails"\n', "odd.py:3: KeyError: 'lamp'. -v shows the traceback"),
         ('detector = "missing"\n', "cannot be made: AttributeError"),
-        ('detector = "leaves"\n', "odd.py:14: SystemExit: 3"),
+        ('detector = "leaves"\n', "odd.py:15: SystemExit: 3"),
         ('detector = "nothing"\n', "has no detect()"),
         ('detector = "lamp"\nleast_brightness = 300\n', "least_brightness = 300 cannot be"),
         ('detector = "lamp"\nleast = 3\n', "the lamp detector has no option least"),
@@ -122,6 +126,11 @@ def test_a_built_in_detector_keeps_its_name(installed):
 def test_a_mistake_is_a_sentence(installed, capsys, keys, text):
     assert main(["mission", "check", str(_mission(installed, keys))]) == USAGE
     assert text in capsys.readouterr().err
+
+
+def test_a_signal_that_comes_in_its_code_is_not_its_mistake(installed):
+    with pytest.raises(Terminated):
+        make_detector({"detector": "ends"})
 
 
 def test_its_files_lie_beside_the_mission(installed):
