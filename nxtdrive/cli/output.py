@@ -71,7 +71,7 @@ def write_content(content: bytes) -> None:
         print(printable_lines(content.decode(errors="replace")), end="")
         return
     sys.stdout.flush()
-    write_all(sys.stdout.buffer, content)
+    write_all(sys.stdout.buffer, content)  # it has no buffer under ``python -u``
 
 
 def complain(message: object, *, sender: str = "nxtdrive: ") -> None:

@@ -47,8 +47,9 @@ SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND]
 """The search for devices."""
 FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
 """The messages that it finds none, and that it was broken off before."""
-VERSION_LEFT = [*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, marks.STATUS, marks.MENU]
-"""The end of the page of the version."""
+VERSION_LEFT_AGAIN = (marks.STATUS, marks.MENU)
+VERSION_LEFT = (*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, *VERSION_LEFT_AGAIN)
+"""The end of the page of the version, from the second time on and the first time."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
 """The end of a data log that is deleted."""
 

@@ -55,7 +55,7 @@ class MenuMessage:
         """End it, and draw the page again, behind the version slowly the first time."""
         if self.has_version:
             self._states.begin(UiState.DRAWING)
-            self._states.draw_last(*drawing.VERSION_LEFT[-2 if self._was_left else 0 :])
+            self._states.draw_last(*(drawing.VERSION_LEFT_AGAIN if self._was_left else drawing.VERSION_LEFT))
             self._was_left = True
         else:
             self._states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
