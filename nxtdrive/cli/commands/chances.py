@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,8 +93,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _runs_in(path: Path) -> list[Path]:
     """Return the runs in a folder of runs; any other path stands for itself."""
+    from nxtdrive.recording.run_folder import JOURNAL
     from nxtdrive.recording.run_reader import journals_in
 
+    if os.path.lexists(path / JOURNAL):
+        return [path]
     return sorted(journal.parent for journal in journals_in(path)) or [path]
 
 

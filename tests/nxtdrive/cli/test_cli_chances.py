@@ -56,6 +56,13 @@ def test_a_folder_of_runs_stands_for_all_of_them(tmp_path, capsys):
     assert "holds no journal.jsonl" in capsys.readouterr().err
 
 
+def test_a_run_with_a_copy_in_its_folder_is_one_run(tmp_path):
+    folder, out = _run(tmp_path / "run-1", seen=True), tmp_path / "chances.json"
+    _run(tmp_path / "run-1" / "copy", seen=True)
+    assert main(["chances", str(folder), "--out", str(out)]) == DONE
+    assert [each["name"] for each in json.loads(out.read_text())["sources"]] == ["run-1"]
+
+
 def test_a_run_may_be_named_by_its_journal_or_be_the_current_folder(tmp_path, monkeypatch):
     folder, out = _run(tmp_path / "run-1", seen=True), tmp_path / "chances.json"
     monkeypatch.chdir(folder)
