@@ -130,9 +130,9 @@ def _described(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
     from behaviors.mission.usual_heights import cascade_label, usual_height_mm
     from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
 
-    if args.picture:
+    if args.picture is not None:
         return Path(args.picture[0]).stem, {"detector": "picture", "pictures": args.picture}
-    if args.haar:
+    if args.haar is not None:
         height_mm = usual_height_mm(cascade_label(args.haar))
         return "haar", {"detector": "haar", "cascade": args.haar, "height_mm": height_mm}
     if args.marker is not None:

@@ -257,6 +257,7 @@ def test_the_built_in_targets(tmp_path, capsys):
         (["SCENE", "--color", "red", "--mission", "my.toml"], "--target"),
         (["SCENE", "--picture", "missing.jpg"], "missing.jpg"),
         (["SCENE", "--haar", "nonsense"], "nonsense"),
+        (["SCENE", "--haar", ""], "there is no cascade ''"),
         (["SCENE", "--color", "red", "--out", "x.gif"], "webm"),
         (["SCENE", "--color", "red", "--out", "x.mp4"], "webm"),
     ],
