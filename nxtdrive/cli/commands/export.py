@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         "csv": partial(_write_csv, past),
         "webm": partial(_write_webm, past, pictures),
     }
-    aloud = write_line if STANDARD_OUTPUT not in given.values() else partial(complain, sender="")
+    say = write_line if STANDARD_OUTPUT not in given.values() else partial(complain, sender="")
     for kind, path in _files(past, given).items():
         if given[kind] == STANDARD_OUTPUT:
             with TemporaryDirectory() as folder:
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
                 write_content(scratch.read_bytes())
         else:
             details = writers[kind](path)
-            aloud(f"{path}: {', '.join(filter(None, [_size(path), details]))}")
+            say(f"{path}: {', '.join(filter(None, [_size(path), details]))}")
     return DONE
 
 
