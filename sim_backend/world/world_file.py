@@ -10,8 +10,9 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, Strict, field_validator, model_validator
+from pydantic import AfterValidator, Field, Strict, field_validator, model_validator
 
+from input_files.plain import at_home
 from sim_backend.world.event_tables import Event
 from sim_backend.world.sensor_tables import Magnet, Mount, Patch, Sound, Surroundings, Ultrasonic
 from sim_backend.world.toml_types import (
@@ -304,7 +305,7 @@ class Picture(Table):
         name: Name in missions, and in the texture library unless `file` is given.
         at_mm: Centre.
         facing_deg: Direction of the front; a viewer must stand there.
-        file: Image file beside the world file.
+        file: Image file; a relative path is from the world file's folder, ``~`` is the user's.
         size_mm: Width and height; A4 by default.
         centre_height_mm: Height of the centre above the floor.
         present: Whether it is present at the start.
@@ -313,7 +314,7 @@ class Picture(Table):
     name: Name
     at_mm: Point
     facing_deg: Direction
-    file: Annotated[Path, Strict(False)] | None = None
+    file: Annotated[Path, Strict(False), AfterValidator(at_home)] | None = None
     size_mm: Size = (210.0, 297.0)
     centre_height_mm: Length = 200.0
     present: bool = True

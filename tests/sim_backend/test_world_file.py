@@ -348,6 +348,17 @@ def test_picture_files_are_beside_the_world_file(tmp_path):
     assert load_world(tmp_path / "cats.toml").pictures[0].file == tmp_path / "cat.png"
 
 
+def test_picture_files_may_be_in_the_users_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
+    (tmp_path / "home").mkdir()
+    (tmp_path / "home" / "cat.png").write_bytes(b"")
+    (tmp_path / "cats.toml").write_text(
+        GOOD + "[[pictures]]\nname = 'cat'\nfile = '~/cat.png'\nat_mm = [900, 900]\nfacing_deg = 0"
+    )
+    assert load_world(tmp_path / "cats.toml").pictures[0].file == tmp_path / "home" / "cat.png"
+
+
 ROOM = """
 [floor]
 size_mm = [3000, 2000]
