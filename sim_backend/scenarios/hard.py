@@ -150,7 +150,7 @@ def _moving(random: Random) -> RoomBuilder:
 
 
 def _crowd(random: Random) -> RoomBuilder:
-    """Get through between four to six people who walk about."""
+    """Get past four to six people who walk about."""
     builder = furnished(random, 3000.0, 4000.0)
     for i in range(random.randint(4, 6)):
         ends = builder.place_at_wall(400.0)[0], builder.place_at_wall(400.0)[0]
@@ -178,7 +178,7 @@ def _kidnap(random: Random) -> RoomBuilder:
 
 
 def _wheel_slip(random: Random) -> RoomBuilder:
-    """Keep the map right while a wheel slips for minutes."""
+    """Keep the map correct while a wheel slips for minutes."""
     return _among_boxes(random, "wheel_slips")
 
 

@@ -249,7 +249,7 @@ def _pytest_in(example, *options, **environment):
     return subprocess.run(
         [sys.executable, "-m", "pytest", *arguments],
         cwd=ROOT / "examples" / example,
-        env={**os.environ, **environment},
+        env={**os.environ, "PYTEST_ADDOPTS": "", **environment},  # the examples' own options count
         capture_output=True,
         text=True,
         check=False,
