@@ -192,7 +192,7 @@ def _run(args: argparse.Namespace, arguments: Sequence[str]) -> int:
     if trace and code == DONE:
         from nxtdrive.transports.trace_file import incomplete
 
-        return INCOMPLETE if Path(trace) in incomplete else DONE
+        return INCOMPLETE if trace in incomplete else DONE
     return code
 
 
@@ -218,7 +218,7 @@ def _sentence(error: Exception, args: argparse.Namespace) -> str:
     return str(error)
 
 
-def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
+def _recorded(address: str, trace: Path, arguments: Sequence[str]) -> str:
     """Return the address that opens `address` and records its traffic, and the command, to the file `trace`."""
     import shlex
 
@@ -230,7 +230,7 @@ def _recorded(address: str, trace: str, arguments: Sequence[str]) -> str:
             next(left, None)
         elif not word.startswith(("--nxt=", "--trace=")):
             command.append(word)
-    return recording_address(Path(trace), address, shlex.join(command))
+    return recording_address(trace, address, shlex.join(command))
 
 
 def _log(*, verbose: bool) -> None:

@@ -168,7 +168,9 @@ def add_brick_arguments(parser: argparse.ArgumentParser, default: str = DEFAULT_
         "serial://COM5, tcp://host:port, nxt-server://host:port, replay://FILE.nxttrace; `nxtdrive list` finds some "
         f"(default: $NXT, else {default})",
     )
-    parser.add_argument("--trace", metavar="FILE", help="record the traffic with the brick, see `nxtdrive trace`")
+    parser.add_argument(
+        "--trace", metavar="FILE", type=output_file, help="record the traffic with the brick, see `nxtdrive trace`"
+    )
 
 
 def mission_brick(args: argparse.Namespace) -> Address:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED
-from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, writing
+from nxtdrive.cli.options import add_brick_arguments, add_json_argument, number, output_file, writing
 from nxtdrive.cli.output import complain, make_console, make_table, print_line, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--robot",
         metavar="FILE",
-        type=Path,
+        type=output_file,
         help="the robot file to write; if it exists, its other values are kept (default: $NXT_ROBOT, else robot.toml)",
     )
     parser.add_argument(

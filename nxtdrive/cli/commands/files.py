@@ -16,7 +16,15 @@ from firmware_protocol.status import Status
 from firmware_protocol.wording import number_of
 from input_files.plain import MEGABYTE, InputFileError, read_bytes
 from nxtdrive.cli.main import DONE, NOT_ACHIEVED, USAGE, exit_code
-from nxtdrive.cli.options import add_action, add_brick_arguments, add_json_argument, note_simulated, on_brick, writing
+from nxtdrive.cli.options import (
+    add_action,
+    add_brick_arguments,
+    add_json_argument,
+    note_simulated,
+    on_brick,
+    output_file,
+    writing,
+)
 from nxtdrive.cli.output import complain, make_console, write_json, write_line
 from nxtdrive.cli.prompt import agrees, can_ask
 
@@ -50,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     ls.add_argument("pattern", metavar="PATTERN", nargs="?", default="*", help="e.g. '*.rxe' (default: all)")
     get = add_action(actions, "get", "download a file", on_brick(_get))
     get.add_argument("name", metavar="NAME", help="on the brick")
-    get.add_argument("--to", metavar="PATH", type=Path, help="file or folder (default: the same name, here)")
+    get.add_argument("--to", metavar="PATH", type=output_file, help="file or folder (default: the same name, here)")
     put = add_action(actions, "put", "upload files", on_brick(_put))
     put.add_argument("paths", metavar="PATH", nargs="+", type=Path, help="on this computer")
     put.add_argument("--as", dest="name", metavar="NAME", help="name on the brick (single file only)")

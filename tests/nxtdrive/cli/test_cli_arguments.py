@@ -58,6 +58,9 @@ def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
         ("sim", "record", "script.jsonl", "--out"),
         ("monitor", "--csv"),
         ("sensor", "watch", "1", "--csv"),
+        ("info", "--trace"),
+        ("calibrate", "--robot"),
+        ("files", "get", "a.rxe", "--to"),
     ],
     ids=lambda command: command[0],
 )
