@@ -295,7 +295,7 @@ def row(name: str, rays: Sequence[Ray]) -> str:
 
 
 def alike(rays: Sequence[Ray]) -> Iterable[str]:
-    """Yield the pairs of floor and obstacle that some rays overlook, worst first, and what it amounts to."""
+    """Yield the pairs of floor and obstacle that some rays overlook, worst first, and figures of those alike."""
     pairs: Mapping[tuple[str, str], list[bool]] = defaultdict(list)
     for ray in rays:
         pairs[ray.floor, ray.obstacle].append(ray.seen_px is None or ray.error_px < -NEAR_PX)

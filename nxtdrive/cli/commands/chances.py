@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
         else:
             more, made = _read_run(path), {}
         found += more
-        sources.append({"name": source["name"], "choices": len(more), "sha256": source["sha256"], **made})
+        sources.append({**source, "choices": len(more), **made})
     if not found and not earlier:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name some that had failures.")
     if found:
