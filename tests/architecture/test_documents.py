@@ -143,6 +143,14 @@ def test_continuous_integration_runs_the_test_command_of_the_readme():
     assert "<!-- test command -->" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
 
 
+def test_the_readme_counts_targets_as_the_evaluation_does():
+    counted = re.findall(r"\b\d+ of \d+\b", (ROOT / "README.md").read_text(encoding="utf-8"))
+    measured = (ROOT / "docs" / "evaluation.md").read_text(encoding="utf-8")
+    assert counted
+    for count in counted:
+        assert f"reached {count}" in measured, count
+
+
 def test_the_built_in_missions_pictures_exist():
     from behaviors.mission import BUILT_IN, load_mission
 
