@@ -9,6 +9,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NoReturn
 
+ROOM = "sim://WORLD.toml"
+ELSEWHERE = {
+    ROOM: ("--world", "--room", "--sim", "--simulated"),
+    "usb://": ("--usb", "--brick", "--address", "--device", "--port"),
+}
+"""Addresses for ``--nxt``, and options of other programs with that purpose."""
+
 
 class Help(argparse.HelpFormatter):
     """Fills paragraphs to the terminal's width; those with indented lines, such as examples, stay as they are."""
@@ -62,8 +69,23 @@ class Parser(argparse.ArgumentParser):
         wrong = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
         # without the dashes, which make short words similar
         meant = [option for option in options if _suggestion(wrong.lstrip("-"), [option.lstrip("-")])]
-        hint = f". Give {wrong} after `{self.prog}`" if wrong in options else _suggestion(wrong, meant)
-        self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        hint = f". Give {wrong} after `{self.prog}`" if wrong in options else self._elsewhere(wrong, unknown)
+        self.error(f"unrecognized arguments: {' '.join(unknown)}{hint or _suggestion(wrong, meant)}")
+
+    def _elsewhere(self, wrong: str, unknown: Sequence[str]) -> str:
+        """Suggest how else to give what was given by an option that is not there, or without one."""
+        for name in (str(action.metavar) for action in self._get_positional_actions()):
+            if wrong == f"--{name.partition('.')[0].lower()}":
+                return f". {name} is given without an option: `{self.prog} {name}`"
+        file = next((word for word in unknown if word.endswith(".toml")), "")
+        if file and not wrong and "--mission" in self._option_string_actions:
+            return f". Did you mean `--mission {file}`?"
+        address = next((address for address, others in ELSEWHERE.items() if wrong in others), "")
+        if file and not wrong:
+            address = ROOM
+        if address and "--nxt" in self._option_string_actions:
+            return f". Did you mean `--nxt {address.replace('WORLD.toml', file or 'WORLD.toml')}`?"
+        return ""
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401 - argparse's
         if action.choices is not None and value not in action.choices:

@@ -42,6 +42,24 @@ def test_a_profiles_file_is_no_profile(capsys):
     assert "is a file; name the class, in the file's folder: patient:CLASS" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("command", "meant"),
+    [
+        (["run", "--mission", "my.toml"], "MISSION.toml is given without an option: `nxtdrive run MISSION.toml`"),
+        (["run", "my.toml", "--world", "room.toml"], "Did you mean `--nxt sim://room.toml`?"),
+        (["run", "my.toml", "room.toml"], "Did you mean `--nxt sim://room.toml`?"),
+        (["monitor", "--sim"], "Did you mean `--nxt sim://WORLD.toml`?"),
+        (["info", "--port", "usb"], "Did you mean `--nxt usb://`?"),
+        (["web", "my.toml"], "Did you mean `--mission my.toml`?"),
+        (["run", "--camra", "0"], "Did you mean '--camera'?"),
+    ],
+)
+def test_what_is_given_in_another_way_is_said(command, meant, capsys):
+    with pytest.raises(SystemExit):
+        main(command)
+    assert meant in capsys.readouterr().err
+
+
 def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
     with pytest.raises(SystemExit):
         main(["my-mission.toml"])
