@@ -13,6 +13,7 @@ from behaviors.mission.usual_heights import usual_height_mm
 HEIGHT_MM = 10.0, 3000.0
 """Smallest and largest height of a target."""
 Height = Annotated[float, Field(ge=HEIGHT_MM[0], le=HEIGHT_MM[1])]
+MarkerFamily = Literal["aruco_4x4_50", "apriltag_36h11"]
 OnnxLayout = Literal["yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet"]
 OnnxRuntime = Literal["onnxruntime", "opencv"]
 OnnxColors = Literal["bgr", "rgb"]
@@ -62,7 +63,7 @@ class MarkerTarget(_Target):
     """
 
     detector: Literal["marker"]
-    family: Literal["aruco_4x4_50", "apriltag_36h11"] = "aruco_4x4_50"
+    family: MarkerFamily = "aruco_4x4_50"
     id: int = Field(ge=0)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.options import add_robot_argument, marker_id, number, target_height_mm
+from nxtdrive.cli.options import add_robot_argument, number, target_height_mm
 
 if TYPE_CHECKING:
     from nxtdrive.vision.detection import TargetDetector
@@ -20,17 +20,23 @@ NETWORK_KEYS = ("label", "labels", "layout", "runtime", "size", "colors", "norma
 def add_target_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the kinds of targets and their options."""
     from behaviors.mission.robot import ColorName
+    from behaviors.mission.targets import MarkerFamily
 
     target = parser.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
     target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
     target.add_argument(
-        "--marker", metavar="ID", type=marker_id, help="an ArUco marker of the dictionary 4x4_50: 0 to 49"
+        "--marker", metavar="ID", type=number("id", int, 0, math.inf), help="the number of a printed marker"
     )
     target.add_argument("--qr", metavar="TEXT", help="a QR code with this text")
     target.add_argument("--color", metavar="C", help=", ".join(get_args(ColorName)))
     target.add_argument("--onnx", metavar="FILE", help="a neural network, with --label")
+    parser.add_argument(
+        "--family",
+        choices=get_args(MarkerFamily),
+        help="kind of the --marker (default: aruco_4x4_50, which has the numbers 0 to 49; apriltag_36h11 has 0 to 586)",
+    )
     _add_network_arguments(parser)
     parser.add_argument(
         "--mission", metavar="FILE", type=Path, help="where --target and the simulated room are described"
@@ -90,6 +96,8 @@ def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, float 
         if getattr(args, key) is not None and args.onnx is None:
             option = f"--{key.replace('_', '-')}"
             raise ConfigError(f"{option} needs --onnx.", remedy="Name the file of the neural network.")
+    if args.family is not None and args.marker is None:
+        raise ConfigError("--family needs --marker.", remedy="Give the marker's number.")
     if args.target is not None:
         spec, hfov_deg = _of_mission(args)
         name = args.target
@@ -136,7 +144,8 @@ def _described(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
         height_mm = usual_height_mm(cascade_label(args.haar))
         return "haar", {"detector": "haar", "cascade": args.haar, "height_mm": height_mm}
     if args.marker is not None:
-        return f"marker {args.marker}", {"detector": "marker", "id": args.marker, "height_mm": MARKER_HEIGHT_MM}
+        spec = {"detector": "marker", "id": args.marker, "height_mm": MARKER_HEIGHT_MM}
+        return f"marker {args.marker}", spec | ({"family": args.family} if args.family else {})
     if args.qr is not None:
         return f"QR {args.qr}", {"detector": "qr", "text": args.qr, "height_mm": QR_HEIGHT_MM}
     if args.onnx is not None:

@@ -159,6 +159,22 @@ def test_a_sheet_with_another_marker_is_said_to_have_it(tmp_path, monkeypatch, c
     assert "read instead: marker 7" in capsys.readouterr().out
 
 
+def test_an_april_tag_is_looked_for_by_its_family(tmp_path, capsys):
+    tag = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36H11), 300, 200)
+    sheet, out = tmp_path / "tag.png", str(tmp_path / "seen.png")
+    cv2.imwrite(str(sheet), cv2.copyMakeBorder(tag, 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=255))
+    wanted = ["detect", "try", str(sheet), "--out", out, "--marker", "300"]
+    assert main([*wanted, "--family", "apriltag_36h11"]) == DONE
+    assert "seen in 1 of 1 frame," in capsys.readouterr().out
+    assert main(wanted) == USAGE
+    assert "aruco_4x4_50 has no marker 300" in capsys.readouterr().err
+
+
+def test_a_family_needs_a_marker(picture, capsys):
+    assert main(["detect", "try", str(picture), "--color", "red", "--family", "apriltag_36h11"]) == USAGE
+    assert "--family needs --marker" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("option", "value"),
     [
