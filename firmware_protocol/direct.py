@@ -76,7 +76,7 @@ class PlayTone(Command[Ack]):
 
 @direct(0x04)
 class SetOutputState(Command[Ack]):
-    """Command one motor, or all of them with port ALL. Only the port is checked by the firmware."""
+    """Command one motor, or all of them with port ALL. The firmware checks only the port."""
 
     port: OutputPortField
     power: Percent  # -100..100; the motor chip saturates beyond
@@ -89,7 +89,7 @@ class SetOutputState(Command[Ack]):
 
 @direct(0x05)
 class SetInputMode(Command[Ack]):
-    """Say what is plugged in and how to scale it; values are invalid for 20 to 400 ms after a change of type."""
+    """Set a sensor's type and the scale of its values; they are invalid for 20 to 400 ms after a change of type."""
 
     port: InputPortField
     type: SensorTypeField
@@ -114,7 +114,7 @@ class OutputState(Reply):
 
 @direct(0x06)
 class GetOutputState(Command[OutputState]):
-    """Read one motor. Ports other than A, B, C are refused with OUT_OF_RANGE and zeros."""
+    """Read one motor. For ports other than A, B, C the reply is OUT_OF_RANGE and zeros."""
 
     port: OutputPortField
 
@@ -136,7 +136,7 @@ class InputValues(Reply):
 
 @direct(0x07)
 class GetInputValues(Command[InputValues]):
-    """Read one input port. Ports beyond 3 are refused with OUT_OF_RANGE and zeros."""
+    """Read one input port. For ports beyond 3 the reply is OUT_OF_RANGE and zeros."""
 
     port: InputPortField
 
@@ -218,7 +218,7 @@ class LSStatus(Reply):
 
 @direct(0x0E)
 class LSGetStatus(Command[LSStatus]):
-    """Ask for the state of a port's I2C bus: OK idle, PENDING busy, BUS_ERROR until the next `LSWrite`."""
+    """Read the state of a port's I2C bus: OK idle, PENDING busy, BUS_ERROR until the next `LSWrite`."""
 
     port: InputPortField
 
@@ -240,20 +240,20 @@ class LSWrite(Command[Ack]):
 
 @counted_reply("count")
 class LSData(Reply):
-    """What an I2C transaction brought: of `data`, `count` bytes count; see `received`."""
+    """The bytes that an I2C transaction received: the first `count` of `data`; see `received`."""
 
     count: U8
     data: Annotated[bytes, Block(LS_LIMIT)]
 
     @property
     def received(self) -> bytes:
-        """The bytes that count."""
+        """The received bytes, without the padding."""
         return self.data[: self.count]
 
 
 @direct(0x10, success=(Status.OK, Status.PENDING))
 class LSRead(Command[LSData]):
-    """Fetch what was received. While a transaction is running, too: what PENDING hands over is gone (section 7)."""
+    """Fetch received bytes, also during a transaction; bytes returned with PENDING are removed, too (section 7)."""
 
     port: InputPortField
 
@@ -267,7 +267,7 @@ class CurrentProgram(Reply):
 
 @direct(0x11)
 class GetCurrentProgramName(Command[CurrentProgram]):
-    """Ask which program runs; NO_ACTIVE_PROGRAM if none."""
+    """Read the name of the running program; NO_ACTIVE_PROGRAM if none runs."""
 
 
 @counted_reply("size")
@@ -286,10 +286,10 @@ class MailboxMessage(Reply):
 
 @direct(0x13)
 class MessageRead(Command[MailboxMessage]):
-    """Fetch a message the running program has sent."""
+    """Fetch a message that the running program has sent."""
 
     remote_box: U8  # on the brick, 0..19
-    local_box: U8  # where the reader will put it; only echoed
+    local_box: U8  # where the reader stores the message; only echoed
     remove: Bool  # false leaves the message in its box
 
 
@@ -317,7 +317,7 @@ class DatalogSetTimes(Command[Ack]):
 
 @reply
 class BluetoothCount(Reply):
-    """`count`: Entries of the table asked for."""
+    """`count`: Entries of the table."""
 
     count: U8
 
@@ -332,7 +332,7 @@ class BluetoothName(Reply):
 
 @direct(0x1B, since="1.28")
 class GetBluetoothContactCount(Command[BluetoothCount]):
-    """Ask for the size of the table of known devices: 30."""
+    """Read the size of the table of known devices: 30."""
 
 
 @direct(0x1C, since="1.28")
@@ -344,7 +344,7 @@ class GetBluetoothContactName(Command[BluetoothName]):
 
 @direct(0x1D, since="1.28")
 class GetBluetoothConnectionCount(Command[BluetoothCount]):
-    """Ask for the size of the table of connections: 4."""
+    """Read the size of the table of connections: 4."""
 
 
 @direct(0x1E, since="1.28")
@@ -356,14 +356,14 @@ class GetBluetoothConnectionName(Command[BluetoothName]):
 
 @direct(0x1F, success=(Status.OK, Status.IN_PROGRESS), since="1.28")
 class SetProperty(Command[Ack]):
-    """Change a setting until power-off; unknown ones are answered with UNKNOWN_OPCODE."""
+    """Change a setting until power-off; the reply for an unknown one is UNKNOWN_OPCODE."""
 
     property: PropertyField
     value: Annotated[bytes, Tail(4)]  # one byte; for SLEEP_TIME four
 
     @classmethod
     def volume(cls, level: int) -> Self:
-        """Set the loudness, 0..4; the firmware clamps what is above."""
+        """Set the loudness, 0..4; the firmware clamps larger values."""
         return cls(Property.VOLUME, level.to_bytes(1, "little"))
 
 

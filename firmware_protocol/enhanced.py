@@ -9,7 +9,7 @@ from firmware_protocol.wire import U8, U16, FileName, InterpreterStateField
 
 @reply
 class Interpreter(Reply):
-    """State of the interpreter, and where the clump is that is next."""
+    """State of the interpreter, and the place of the next clump."""
 
     state: InterpreterStateField
     clump: U8  # 255 while every clump sleeps, or without a program
@@ -18,7 +18,7 @@ class Interpreter(Reply):
 
 @direct(0x22, since="1.32")
 class SetInterpreterState(Command[Interpreter]):
-    """Pause, step or continue the program; ignored without one and in the states 0 and from 4 on.
+    """Pause, step or continue the program; ignored without a program and in state 0 and the states from 4 on.
 
     In state 0, 5 or above the program neither runs nor ends until the brick is switched off. It cannot be stopped
     while it is paused.
@@ -29,7 +29,7 @@ class SetInterpreterState(Command[Interpreter]):
 
 @direct(0x23, since="1.32")
 class GetInterpreterState(Command[Interpreter]):
-    """Ask what the interpreter does."""
+    """Read the interpreter's state."""
 
 
 @reply
@@ -77,7 +77,7 @@ class SetBreakpoints(Command[Breakpoints]):
 
 @direct(0x25, since="1.32")
 class GetBreakpoints(Command[Breakpoints]):
-    """Ask for the breakpoints of a clump."""
+    """Read the breakpoints of a clump."""
 
     clump: U8
 

@@ -79,7 +79,7 @@ class RunState(OpenEnum):
 
 
 class SensorType(OpenEnum):
-    """What SetInputMode says is plugged into an input port."""
+    """Type of the sensor on an input port, as set by SetInputMode."""
 
     NONE = 0
     SWITCH = 1

@@ -85,7 +85,7 @@ class LocalProtocolError(ProtocolError, ValueError):
 
 
 class RemoteProtocolError(ProtocolError):
-    """The peer sent something that is not the telegram it should be.
+    """The peer sent something else than the expected telegram.
 
     Attributes:
         telegram: The bytes as received.

@@ -1,4 +1,4 @@
-"""IO maps: the firmware's own variables, which IOMapRead and IOMapWrite open to the outside, declared as data.
+"""IO maps: the firmware's own variables, which IOMapRead and IOMapWrite access, declared as data.
 
 A field is found by the firmware's name for it; where a map repeats a group (three motors), an index chooses::
 
@@ -21,7 +21,7 @@ from firmware_protocol.wire import S8, S16, S32, U8, U16, U32, Block, RunStateFi
 
 
 class OutputFlag(IntFlag):
-    """Bits of Output's Flags: what the firmware is to take over in its next pass."""
+    """Bits of Output's Flags: the values that the firmware applies in its next pass."""
 
     MODE = 0x01
     SPEED = 0x02

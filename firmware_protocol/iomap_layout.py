@@ -118,7 +118,7 @@ class IOMap:
 
     Attributes:
         name: The module's, as `FindFirstModule` reports it.
-        module_id: What IOMapRead and IOMapWrite want.
+        module_id: Identifies the module in IOMapRead and IOMapWrite.
         size: Bytes, in firmware 1.29.
         size_1_05: Bytes in firmware 1.05.
         fields: Variables by the firmware's name.

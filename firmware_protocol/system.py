@@ -39,7 +39,7 @@ class FileHandle(Reply):
 
 @reply
 class FileOpened(Reply):
-    """An open file and its size in bytes: the only reliable word on how much there is to read."""
+    """An open file and its size in bytes: the only reliable source of how much can be read."""
 
     handle: U8
     size: ByteCount
@@ -47,7 +47,7 @@ class FileOpened(Reply):
 
 @system(0x80)
 class OpenRead(Command[FileOpened]):
-    """Open a file for reading. Never with an empty file: that closes another file's handle (section 1, fact 9)."""
+    """Open a file for reading. Never open an empty file: that closes another file's handle (section 1, fact 9)."""
 
     name: FileName
 
@@ -65,7 +65,7 @@ class FileData(Reply):
     """A piece of a file."""
 
     handle: U8  # echo
-    size: U16  # echo of the length asked for, *not* of what was delivered
+    size: U16  # echo of the requested length, *not* of the delivered one
     data: Annotated[bytes, Tail(FILE_READ_LIMIT)]  # past the end of the file zeros
 
 
@@ -159,7 +159,7 @@ class Versions(Reply):
 
 @system(0x88)
 class GetVersions(Command[Versions]):
-    """Ask for the versions of protocol and firmware."""
+    """Read the versions of protocol and firmware."""
 
 
 @system(0x89)
@@ -207,7 +207,7 @@ class ModuleFound(Reply):
     Attributes:
         handle: Always 0.
         name: Such as ``Output.mod``.
-        module_id: What IOMapRead and IOMapWrite want.
+        module_id: Identifies the module in IOMapRead and IOMapWrite.
         module_size: Always 0.
         io_map_size: Bytes of its IO map.
     """
@@ -235,14 +235,14 @@ class FindFirstModule(Command[ModuleFound]):
 
 @system(0x91)
 class FindNextModule(Command[ModuleFound]):
-    """Continue the listing of modules; the firmware ignores which search is meant, there is only one."""
+    """Continue the listing of modules; there is only one, so the firmware ignores `search`."""
 
     search: U8
 
 
 @system(0x92)
 class CloseModuleHandle(Command[ModuleHandle]):
-    """End the listing of modules; always OK, and which search is meant is ignored."""
+    """End the listing of modules; always OK, and the firmware ignores `search`."""
 
     search: U8
 
@@ -252,7 +252,7 @@ class IOMapData(Reply):
     """A piece of an IO map."""
 
     module_id: U32  # echo
-    size: U16  # of `data`: as asked for, but over USB at most 55, over Bluetooth 119
+    size: U16  # of `data`: as requested, but over USB at most 55, over Bluetooth 119
     data: Annotated[bytes, Tail(IO_MAP_READ_LIMIT)]
 
 
@@ -304,14 +304,14 @@ class BootAnswer(Reply):
 
 @system(0x97)
 class Boot(Command[BootAnswer]):
-    """Reboot into the loader for new firmware, over USB only; `text` must be `BOOT_TEXT`. The brick is then mute."""
+    """Reboot into the loader for new firmware, over USB only; `text` must be `BOOT_TEXT`. No command works after it."""
 
     text: Annotated[str, Text(19)]
 
 
 @system(0x98)
 class SetBrickName(Command[Ack]):
-    """Rename the brick; BLUETOOTH_BUSY while the radio is at work."""
+    """Rename the brick; BLUETOOTH_BUSY while a radio operation runs."""
 
     name: BrickName
 
@@ -325,12 +325,12 @@ class BluetoothAddress(Reply):
 
 @system(0x9A)
 class GetBluetoothAddress(Command[BluetoothAddress]):
-    """Ask for the address of the brick's radio."""
+    """Read the address of the brick's radio."""
 
 
 @reply
 class DeviceInfo(Reply):
-    """Who the brick is.
+    """Identity of the brick, and its free memory.
 
     Attributes:
         name: Its name, at most 15 characters.
@@ -347,7 +347,7 @@ class DeviceInfo(Reply):
 
 @system(0x9B)
 class GetDeviceInfo(Command[DeviceInfo]):
-    """Ask for name, address and free memory."""
+    """Read name, address and free memory."""
 
 
 @system(0xA0)
@@ -365,19 +365,19 @@ class PollReady(Reply):
 
 @system(0xA1)
 class PollLength(Command[PollReady]):
-    """Ask how much waits in buffer 0 (USB, always empty) or 1 (high speed, port 4)."""
+    """Read how many bytes wait in buffer 0 (USB, always empty) or 1 (high speed, port 4)."""
 
     buffer: U8
 
 
 @counted_reply("count")
 class PollData(Reply):
-    """What was in a poll buffer.
+    """Bytes from a poll buffer.
 
     Attributes:
         buffer: Echo.
         count: Bytes that count.
-        data: Those bytes, padded with zeros to the length asked for.
+        data: Those bytes, padded with zeros to the requested length.
     """
 
     buffer: U8
@@ -395,4 +395,4 @@ class Poll(Command[PollData]):
 
 @system(0xA4)
 class BluetoothFactoryReset(Command[Ack]):
-    """Forget all Bluetooth settings; over USB only."""
+    """Reset all Bluetooth settings; over USB only."""

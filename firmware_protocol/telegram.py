@@ -165,7 +165,7 @@ class Command(Declared, Generic[R]):
     def reply_head(cls, request: bytes) -> bytes:
         """Return what a good reply to the encoded `request` begins with: header, status OK and the fields it echoes.
 
-        The leading fields of a reply that bear the name of a field of the request repeat it.
+        The leading fields of a reply that have the name of a request's field repeat its value.
         """
         cls._compile()
         return cls.reply_head(request)

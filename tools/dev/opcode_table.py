@@ -21,9 +21,9 @@ INTRODUCTION = """\
 
 A request is its kind (`00` direct, `01` system, plus `80` if no reply is wanted), its opcode and its fields; a reply is
 `02`, the opcode, a status byte and its fields. Integers are little-endian: `u16` is unsigned with 16 bits, `s8` signed
-with 8. Text is Latin-1, padded with zeros. The leading fields of a reply that bear the name of a field of the request
-repeat it. Commands marked † came with
-firmware 1.28; those marked ‡ exist only in firmware 1.32, which is the community's."""
+with 8. Text is Latin-1, padded with zeros. The leading fields of a reply that have the name of a
+request's field repeat its value. Commands marked † came with firmware 1.28; those marked ‡ exist only in the
+community's firmware 1.32."""
 
 _MARKS = {"1.05": "", "1.28": " †", "1.32": " ‡"}
 
