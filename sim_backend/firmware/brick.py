@@ -125,7 +125,8 @@ class SimBrick:
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
-        channel = Channel(LongRead(self.loader, self.radio, BLUETOOTH.buffer))
+        long_read = LongRead(self.loader, self.radio, BLUETOOTH.buffer)
+        channel, self.radio.sends_reply = Channel(long_read), long_read.sending
         self.high_speed = HighSpeed(clock, channel, version)
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)

@@ -21,19 +21,18 @@ class LongRead:
     def __init__(self, loader: Loader, radio: Radio, size: int) -> None:
         self._loader, self._radio = loader, radio
         self._buffer = bytearray(size)
-        self._handle = 0
+        self._handle = self._unsent = 0
         self._status = int(Status.OK)
 
-    @property
     def sending(self) -> bool:
-        """Whether the reply is still being sent, or would be if its file were longer."""
-        return self._radio.unsent > 0
+        """Return whether the reply is still being sent, or would be if its file were longer."""
+        return self._unsent > 0
 
     def begin(self, handle: int, size: int) -> bytes:
         """Return the header and the first piece, which is whole even if the file is shorter; nothing if it is lost."""
         if self._radio.busy:
             return b""
-        self._handle, self._radio.unsent = handle, size - _FIRST
+        self._handle, self._unsent = handle, size - _FIRST
         self._status, data = self._loader.read(handle, _FIRST)
         header = bytes((Kind.REPLY, Read.opcode, self._status)) + FileData(handle, size, b"").pack()
         self._buffer[: _HEADER + len(data)] = header + data
@@ -41,8 +40,8 @@ class LongRead:
 
     def next_piece(self) -> bytes:
         """Return the next piece: after the end of the file nothing, without a readable file the buffer as it is."""
-        size = min(self._radio.unsent, len(self._buffer))
-        self._radio.unsent -= size
+        size = min(self._unsent, len(self._buffer))
+        self._unsent -= size
         if self._status == Status.END_OF_FILE:
             return b""
         self._status, data = self._loader.read(self._handle, size)

@@ -65,11 +65,12 @@ class Radio:
         shown_state: The state that the user interface has read: changes come after its step of a pass.
         on_plan: Called when an operation begins or continues; set by the brick.
         inbox: The receive buffer of the Comm map, which the answers enter; set by the brick.
-        unsent: Bytes of a long reply that the firmware still has to send, for which no operation begins.
+        sends_reply: Whether a long reply is being sent, in which no operation begins; set by the brick.
     """
 
     on_plan: Callable[[], None]
     inbox: memoryview
+    sends_reply: Callable[[], bool]
 
     def __init__(self, clock: Clock, name: bytes, address: bytes) -> None:
         self._clock = clock
@@ -83,7 +84,7 @@ class Radio:
         self._is_streaming = self._waited = self._redraws = False
         self._operation: _Operation | None = None
         self._is_lost = self._is_silent = False
-        self._ring_place, self.unsent = _PLACE_AFTER_BOOT, 0
+        self._ring_place = _PLACE_AFTER_BOOT
 
     @property
     def streaming(self) -> bool:
@@ -210,7 +211,7 @@ class Radio:
         return self._busy(self._clock.now_ms - 1)
 
     def _busy(self, at_ms: int) -> bool:
-        return at_ms < self._busy_until_ms or self.unsent > 0
+        return at_ms < self._busy_until_ms or self.sends_reply()
 
     def start_from(self, before: Radio) -> None:
         """Start as the radio of the same brick before a power cycle."""

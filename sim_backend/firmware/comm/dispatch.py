@@ -189,7 +189,7 @@ class BluetoothComm(Comm):
     @property
     def sending(self) -> bool:
         """Whether the reply to a long Read is still being sent, or would be if its file were longer."""
-        return self._channel.long_read.sending
+        return self._channel.long_read.sending()
 
     def next_piece(self) -> bytes:
         """Return the next piece of the reply to a long Read, which the firmware sends in a pass after a telegram."""

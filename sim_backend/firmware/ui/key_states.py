@@ -1,8 +1,9 @@
-"""The states that a key of the menus brings, and what they draw. Source: docs/firmware.md section 8.5."""
+"""The states that a key of the menus brings, and what they draw and do. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.screen_refresh import ScreenRefresh
@@ -11,9 +12,21 @@ from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
 
+Action = Callable[[], object]
 
-def wait() -> None:
-    """Do nothing at the end of a pass."""
+
+class Pass(NamedTuple):
+    """A pass of the user interface.
+
+    Attributes:
+        state: Its state; None is one that was written, or none of a key.
+        drawn: What it draws at its end.
+        action: What it does then, if anything.
+    """
+
+    state: UiState | None = None
+    drawn: Marks = NOTHING
+    action: Action | None = None
 
 
 class KeyStates:
@@ -25,70 +38,79 @@ class KeyStates:
 
     Attributes:
         shown: Whether the states of a key are shown.
-        left: The states that are left, each with what it draws at the end of its pass.
-        state: The present one, if any.
-        actions: What the ends of the first passes of state DRAWING do.
+        left: The passes that are left.
     """
 
     def __init__(self, registers: UiRegisters, screen: ScreenRefresh) -> None:
         self._registers, self._screen = registers, screen
         self.drop()
 
+    @property
+    def state(self) -> UiState | None:
+        """The present state, if any."""
+        return self._present.state
+
+    @property
+    def draws(self) -> bool:
+        """Whether the last pass draws."""
+        return any(self.left[-1].drawn)
+
     def drop(self) -> None:
         """Drop the states to come, and what they draw."""
-        self.shown, self.left = False, list[tuple[UiState, Marks]]()
-        self.state: UiState | None = None
-        self._drawn = NOTHING
-        self.actions: list[Callable[[], object]] = []
+        self.shown, self._present, self.left = False, Pass(), list[Pass]()
 
     def begin(self, *states: UiState, drawn: Marks = NOTHING) -> None:
         """Show states after the present one, which draws `drawn`."""
-        self.shown, self._drawn, self.left, self.actions = True, drawn, [], []
+        self.shown, self._present, self.left = True, Pass(drawn=drawn), []
         self.add(*states)
 
     def add(self, *states: UiState) -> None:
         """Show more states."""
-        self.left += [(state, NOTHING) for state in states]
+        self.left += map(Pass, states)
 
     def show(self, state: UiState) -> None:
         """Add the states of a key."""
         self.add(state, UiState.MENU, UiState.DRAWING)
 
-    def draw_last(self, *drawn: Marks, actions: Sequence[Callable[[], object]] = ()) -> None:
+    def act(self, action: Action) -> None:
+        """Do something at the end of the first pass of state DRAWING that is left."""
+        at = [each.state for each in self.left].index(UiState.DRAWING)
+        self.left[at] = self.left[at]._replace(action=action)
+
+    def draw_last(self, *drawn: Marks, actions: Mapping[int, Action] | None = None) -> None:
         """Show the last state, DRAWING, for a pass for each of the marks, which are made at the end of the pass.
 
         Args:
             drawn: The marks.
-            actions: What the ends of the first of these passes do.
+            actions: What the ends of some of these passes do, by the number of the pass, from 0 on.
         """
-        if actions:
-            before = sum(state == UiState.DRAWING for state, _ in self.left[:-1])
-            self.actions += [*[wait] * (before - len(self.actions)), *actions]
-        self.left[-1:] = [(self.left[-1][0], each) for each in drawn]
+        last = self.left.pop()
+        acts = {0: last.action, **(actions or {})}
+        self.left += [Pass(last.state, each, acts.get(at)) for at, each in enumerate(drawn)]
 
-    def insert(self, drawn: Marks, actions: Sequence[Callable[[], object]]) -> None:
-        """Put a pass for each of some actions in front of the next state, which is DRAWING and gets other marks."""
-        self.left[:1] = [*[(UiState.DRAWING, NOTHING)] * len(actions), (UiState.DRAWING, drawn)]
-        self.actions[:0] = actions
+    def insert(self, actions: Sequence[Action], drawn: Marks) -> None:
+        """Put a pass for each of some actions in front of the next one, which is DRAWING and gets other marks."""
+        self.left[:1] = [*(Pass(UiState.DRAWING, action=each) for each in actions), Pass(UiState.DRAWING, drawn)]
 
     def next(self) -> UiState | None:
-        """Return the next state; the drawing of the one before is shown. A message waits until others are done."""
-        if self._drawn in marks.REPORT and self._screen.drawing:
+        """Return the next state; the drawing of the one before is shown, which may wait until others are done."""
+        if self._present.drawn.waits and self._screen.drawing:
             return self.state
         self.finish()
         self.shown = bool(self.left)
-        self.state, self._drawn = self.left.pop(0) if self.left else (None, NOTHING)
+        self._present = self.left.pop(0) if self.left else Pass()
         return self.state
 
     def finish(self) -> None:
-        """Do what the pass of the current state does at its end: draw, and act.
+        """Do what the present pass does at its end: draw, and act.
 
         A page shows the status bar, and draws its icons that have changed.
         """
-        self._screen.mark(self._drawn)
-        if self._drawn not in (NOTHING, marks.ENTRY):
+        drawn, action = self._present.drawn, self._present.action
+        self._screen.mark(drawn)
+        if drawn not in (NOTHING, marks.ENTRY):
             self._registers.set(UiFlag.ENABLE_STATUS)
-        if self._drawn.update & marks.ICONS:
+        if drawn.update & marks.ICONS:
             self._registers.set(UiFlag.UPDATE)
-        if self.state == UiState.DRAWING and self.actions:
-            self.actions.pop(0)()
+        if action:
+            action()

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.data_log import SENSOR_PORTS, VALUES, DataLog
-from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
+from sim_backend.firmware.ui.key_states import Pass
 from sim_backend.firmware.ui.states import UiState
 
 Place = tuple[int, ...]
-_Steps = list[tuple[UiState, Marks]]
 
 DATA_LOG: Place = (2,)
 """Item of the main menu."""
@@ -78,18 +77,17 @@ class LogMenu:
         """Return whether enter does more in a place than to open a menu."""
         return place == DONE or (place[:1] == DATA_LOG and place[:2] != DONE and len(place) == _PORT_LEVEL)
 
-    def enter(self, place: Place) -> tuple[list[int], _Steps]:
+    def enter(self, place: Place) -> tuple[list[int], list[Pass]]:
         """Follow enter in such a place: return the place that it leads to, and the states from its drawing on."""
-        draws = UiState.MENU, NOTHING
-        enter = (UiState.DRAWING, NOTHING), (UiState.DRAWING, marks.MENU), (UiState.ENTER, NOTHING), draws
-        end = draws, (UiState.DRAWING, NOTHING)
+        end = Pass(UiState.MENU), Pass(UiState.DRAWING)
+        enter = end[-1], Pass(UiState.DRAWING, marks.MENU), Pass(UiState.ENTER), end[0]
         if place == DONE:
             if self.chosen:
-                return [*START], [*enter, (UiState.DRAWING, marks.READY), end[-1]]
+                return [*START], [*enter, Pass(UiState.DRAWING, marks.READY), end[-1]]
             return [*DATA_LOG], [*enter, end[-1], *end]
         port = place[2] + SENSOR_PORTS * (place[1] in _MOTORS)
         self.refuses = port in self.chosen
         if self.refuses:
-            return [*place], [(UiState.DRAWING, marks.REFUSES)]
+            return [*place], [Pass(UiState.DRAWING, marks.REFUSES)]
         self.chosen[port] = place[1]
-        return [*DONE], [*enter, (UiState.DRAWING, marks.TAKEN), (UiState.EXIT, NOTHING), *end]
+        return [*DONE], [*enter, Pass(UiState.DRAWING, marks.TAKEN), Pass(UiState.EXIT), *end]

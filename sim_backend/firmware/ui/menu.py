@@ -101,7 +101,7 @@ class Menu:
         self.runs = ""
         if places.is_list(tuple(self._place[:-1])):
             self._show_files()
-            if not any(self.states.left[-1][1]):
+            if not self.states.draws:
                 self.states.draw_last(self._page)
         else:
             self.states.draw_last(*drawing.FILE_PAGE)
@@ -152,7 +152,7 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self.runs or self.switches_off or self.view.chosen or self.logs.begins or any(self.states.left[-1][1])):
+        if not (self.runs or self.switches_off or self.view.chosen or self.logs.begins or self.states.draws):
             self.states.draw_last(self._page)
 
     @property
@@ -208,7 +208,7 @@ class Menu:
         if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
         if menu == places.VOLUME:
-            self.states.actions = [partial(self._settings.set_volume, self._place[-1])]
+            self.states.act(partial(self._settings.set_volume, self._place[-1]))
         if menu in (places.VOLUME, places.SLEEP):
             self.states.draw_last(marks.BAR, NOTHING)
         elif places.lists_connections(menu):
@@ -225,7 +225,7 @@ class Menu:
         if places.asks_to_delete(tuple(self._place[:-1])) and self._place[-1] == places.YES:
             self._place.pop()
         if tuple(self._place[:-1]) == places.VOLUME:
-            self.states.actions = [partial(self._settings.set_volume, self._volume)]
+            self.states.act(partial(self._settings.set_volume, self._volume))
             self.states.show(UiState.EXIT)
             self._place.pop()
         left = [*self._place]
@@ -236,7 +236,7 @@ class Menu:
             return
         menu = tuple(self._place[:-1])
         if self.program.is_step(self._place[:-1]):
-            self.states.actions = [partial(self.program.leave, left)]
+            self.states.act(partial(self.program.leave, left))
             self.states.draw_last(marks.STEP, marks.PAGE)
         elif self.program.is_step(self._place):
             self.states.draw_last(marks.STEP)
@@ -285,9 +285,9 @@ class Menu:
             self._volume = place[-1]
             self.states.show(UiState.EXIT)
             self._leave()
-            self.states.actions = [partial(self._settings.store_volume, place[-1])]
+            self.states.act(partial(self._settings.store_volume, place[-1]))
         elif menu == places.SLEEP:
-            self.states.actions = [partial(self._settings.store_sleep, self._place.pop())]
+            self.states.act(partial(self._settings.store_sleep, self._place.pop()))
             self.states.show(UiState.EXIT)
         elif menu == places.MY_FILES and not self._places.listed(place):
             self.files.find_none()
@@ -368,7 +368,7 @@ class Menu:
         elif places.lists_connections(place):
             self.states.draw_last(marks.MENU, drawing.CONNECTIONS[0])
         elif self.program.is_step([*place]) or self.program.is_run([*place]):
-            self.states.actions = [partial(self.program.enter, [*place])]
+            self.states.act(partial(self.program.enter, [*place]))
             self.states.draw_last(*self.program.drawn([*place]))
         elif place[0] in places.SLOW and not self._draw_slowly():
             self.states.draw_last(*drawing.OPENED.get(place, (NOTHING, NOTHING)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
@@ -9,7 +10,7 @@ from sim_backend.firmware.ui import data_log, log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.key_states import KeyStates, wait
+from sim_backend.firmware.ui.key_states import Action, KeyStates
 from sim_backend.firmware.ui.menu_places import Place, Places
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
@@ -69,26 +70,33 @@ class MenuFiles:
     def _draw(self, menu: Place, item: int, *last: Marks) -> None:
         """Draw a list around a file; passes for each of the files that there are by then come in between."""
         around = marks.listed(self._places.items(menu), item)
-        self._states.draw_last(NOTHING, NOTHING, around, *last, actions=[wait, partial(self._look, menu, item)])
+        self._states.draw_last(NOTHING, NOTHING, around, *last, actions={1: partial(self._look, menu, item)})
 
     def _look(self, menu: Place, item: int) -> None:
         """Begin to look through a list: count its files, one in each pass, and then find the chosen one."""
         files = self.choose(menu, item)
-        if not files:
-            return
-        self.shown = files
-        look, chosen = partial(self._look_once, "*" + places.extension(menu)), item % files
-        looks = [partial(look, first=not at, last=at == last) for last in (files, chosen) for at in range(last + 1)]
-        looks.pop(0)()
-        self._states.insert(marks.listed(files, chosen), looks)
+        if files:
+            self.shown, chosen, pattern = files, item % files, "*" + places.extension(menu)
+            first, *others = *self._search(pattern, files), *self._search(pattern, chosen)
+            first()
+            self._states.insert(others, marks.listed(files, chosen))
 
-    def _look_once(self, pattern: str, *, first: bool, last: bool) -> None:
-        if first:
-            status, handle, _ = self._loader.find_first(pattern)
-            self._handle = None if status else handle
-        elif self._handle is not None:
+    def _search(self, pattern: str, others: int) -> Sequence[Action]:
+        """Return what the passes of a search do: they find the first file and some others; the last one closes it."""
+        *looks, last = partial(self._find_first, pattern), *[self._find_next] * others
+        return [*looks, partial(self._end_search, last)]
+
+    def _find_first(self, pattern: str) -> None:
+        status, handle, _ = self._loader.find_first(pattern)
+        self._handle = None if status else handle
+
+    def _find_next(self) -> None:
+        if self._handle is not None:
             self._loader.find_next(self._handle)
-        if last and self._handle is not None:
+
+    def _end_search(self, look: Action) -> None:
+        look()
+        if self._handle is not None:
             self._loader.close(self._handle)
 
     def find_none(self) -> None:
@@ -104,11 +112,11 @@ class MenuFiles:
     def run_steps(self) -> None:
         """Run the program made on the brick, for which a file is missing; handle 0 is closed, whatever it is for."""
         closes = partial(self._loader.close, 0)
-        self._states.draw_last(*marks.NOT_RUN, actions=[*[wait] * (len(marks.NOT_RUN) - 1), closes])
+        self._states.draw_last(*marks.NOT_RUN, actions={len(marks.NOT_RUN) - 1: closes})
 
     def delete(self, menu: Place) -> bool:
         """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""
-        self._states.draw_last(*drawing.DELETED, actions=[partial(self._loader.delete, self.chosen)])
+        self._states.draw_last(*drawing.DELETED, actions={0: partial(self._loader.delete, self.chosen)})
         self._states.show(UiState.EXIT)
         return self._show(menu, self._places.items(menu) - 1)
 
@@ -116,10 +124,10 @@ class MenuFiles:
         """Store the data log under a number, or delete it."""
         states = self._states
         if item == log_menu.STORE:
-            states.draw_last(*drawing.STORED, actions=[self._stored.count_log, self._store_log])
+            states.draw_last(*drawing.STORED, actions={0: self._stored.count_log, 1: self._store_log})
             states.add(UiState.MENU, UiState.DRAWING)
         else:
-            states.draw_last(*drawing.LOG_DELETED, actions=[partial(self._loader.delete, data_log.FILE)])
+            states.draw_last(*drawing.LOG_DELETED, actions={0: partial(self._loader.delete, data_log.FILE)})
 
     def _store_log(self) -> None:
         self._loader.rename(data_log.FILE, f"OBD_{self._stored.logs}.log")
@@ -128,5 +136,5 @@ class MenuFiles:
         """Delete all files of a type, one in each pass."""
         names = self._places.erased(item)
         deletes = [partial(self._loader.delete, name) for name in names]
-        self._states.draw_last(*drawing.erased(len(names)), actions=[wait, wait, *deletes])
+        self._states.draw_last(*drawing.erased(len(names)), actions=dict(enumerate(deletes, 2)))
         self._states.show(UiState.EXIT)

@@ -12,7 +12,7 @@ from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
-from sim_backend.firmware.ui.key_states import KeyStates, wait
+from sim_backend.firmware.ui.key_states import KeyStates, Pass
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.registers import UiRegisters
@@ -48,15 +48,15 @@ class MenuRadio:
         """Follow enter in such a place; return the place that it leads to."""
         page, item, states = place[:-1], place[-1], self._states
         if page == places.VISIBILITY:
-            waits = [wait] * (_VISIBLE_MS - 2)
-            states.draw_last(*[NOTHING] * _VISIBLE_MS, actions=(*waits, partial(self._show, visible=not item)))
+            shows = partial(self._show, visible=not item)
+            states.draw_last(*[NOTHING] * _VISIBLE_MS, actions={_VISIBLE_MS - 2: shows})
         elif page == places.SWITCH:
             states.draw_last(*self._switch(on=not item or not self._radio.is_on))
             page = page[:-1]
         elif place == places.SEARCH:
             states.draw_last(*drawing.SEARCHED)
             states.add(UiState.DRAWING)
-            states.draw_last(*drawing.FOUND_NONE, actions=[self._read_key])
+            states.draw_last(*drawing.FOUND_NONE, actions={0: self._read_key})
             page = place
         elif place == places.CONTACTS:
             states.draw_last(marks.MENU)
@@ -74,7 +74,7 @@ class MenuRadio:
         key, self._registers.button = self._registers.button, 0
         if key == Key.EXIT:
             drawn = drawing.BROKEN_OFF[1:]
-            self._states.left[: len(drawing.FOUND_NONE) - 1] = [(UiState.DRAWING, each) for each in drawn]
+            self._states.left[: len(drawing.FOUND_NONE) - 1] = [Pass(UiState.DRAWING, each) for each in drawn]
 
     def _show(self, *, visible: bool) -> None:
         """Let the radio be visible to others, or not."""
@@ -84,5 +84,5 @@ class MenuRadio:
         """Switch the radio in the next pass, and return the message about that."""
         if on == self._radio.is_on:
             return drawing.SWITCHED
-        self._states.actions = [partial(self._radio.switch, on, lead_ms=1)]
+        self._states.act(partial(self._radio.switch, on, lead_ms=1))
         return drawing.SWITCHED_ON if on else drawing.SWITCHED_OFF

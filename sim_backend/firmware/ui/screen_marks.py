@@ -12,7 +12,8 @@ class Marks(NamedTuple):
     """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
 
     Lines of text to draw are centered, unless `again` says that they are drawn as they were. Lines of `uncenter` are no
-    longer centered, and neither are those that are dropped, unless `keeps_centered` is set.
+    longer centered, and neither are those that are dropped, unless `keeps_centered` is set. What `waits` is only drawn
+    when nothing else is left to erase or draw.
     """
 
     erase: int = 0
@@ -22,6 +23,7 @@ class Marks(NamedTuple):
     again: bool = False
     uncenter: int = 0
     keeps_centered: bool = False
+    waits: bool = False
 
     def framed(self, shows_status: int) -> Marks:
         """Return the same without the frame around the status bar, unless that is shown."""
@@ -73,7 +75,7 @@ CLOSING = Marks(0x10, 0xE0408, drop=_ALL, drop_erase=_ALL)
 """The end of that message."""
 WARNING = Marks(update=0x10_0000)
 """The warning of a low battery."""
-REPORT = Marks(0xE), Marks(update=0x10_0000), Marks(update=0x1000)
+REPORT = Marks(0xE, waits=True), Marks(update=0x10_0000, waits=True), Marks(update=0x1000, waits=True)
 """The parts of a message of the radio."""
 VERSION, VERSION_ENDS = Marks(update=0xFC), Marks(0x2000_0000)
 """The version, and its end."""
