@@ -113,7 +113,7 @@ class Comm:
         return None
 
     def _prepare(self, reply: bytes) -> None:
-        """Fill the send buffer for a system command without a reply: with all but kind and opcode."""
+        """Fill the send buffer for a system command without a reply: with everything but kind and opcode."""
         self.outbox[2 : len(reply)] = reply[2 : self._limits.buffer]
 
     def _handle(self, command: type[Command[Any]], telegram: bytes) -> HandlerResult:
@@ -129,7 +129,7 @@ class Comm:
             channel.follows_port = False
 
     def _short_write(self, length: int) -> bytes:
-        """Return a Write without a handle: the size of its data, its length less that of the header, has 16 bits.
+        """Return a Write without a handle: the size of its data (its length less that of the header) has 16 bits.
 
         The memory after the Comm map is assumed to be zero.
         """
@@ -196,7 +196,7 @@ class BluetoothComm(Comm):
         return self._channel.long_read.next_piece()
 
     def begin_framed(self, data: bytes) -> bytes:
-        """Do the same as `receive_framed`, but leave all but the first piece of a long Read's reply to `next_piece`.
+        """Do the same as `receive_framed`, but return only the first piece of a long Read's reply; see `next_piece`.
 
         Only a `Write` may be longer than the buffer (but not 256 bytes long); of other telegrams, each piece is one of
         its own. A long Read that reaches the end of its file announces more bytes than it delivers.

@@ -122,5 +122,5 @@ def _opened(opened: Opened) -> HandlerResult:
 def _found(status: Status, handle: int, file: File | None) -> HandlerResult:
     if file is None:
         return reply_with(system.FileFound(handle, "", 0), status)
-    # packed here, as data in the place of a header may be a name without an end
+    # packed here, as data in place of a header may be a name without an end
     return HandlerResult(payload=bytes([handle]) + pack_name(file.name) + file.size.to_bytes(4, "little"))

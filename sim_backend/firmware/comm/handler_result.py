@@ -23,7 +23,7 @@ class HandlerResult(NamedTuple):
         status: Third byte of the reply.
         payload: Bytes after the status.
         stale: Number of bytes after the payload that the handler leaves as earlier replies wrote them.
-        sent: What the handler has sent itself, wanted or not, in place of a reply; None if it has not.
+        sent: Bytes that the handler itself has sent in place of a reply, even if none was wanted; None if it sent none.
     """
 
     status: int = Status.OK

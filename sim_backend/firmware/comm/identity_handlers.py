@@ -77,7 +77,7 @@ class IdentityHandlers:
 
     @handles(direct.GetBluetoothConnectionName)
     def connection_name(self, command: direct.GetBluetoothConnectionName) -> HandlerResult:
-        """Return a connection of the Comm map's table; beyond it the name is what earlier replies left."""
+        """Return a connection of the Comm map's table; beyond the table the name has bytes of earlier replies."""
         if command.index >= _CONNECTIONS:
             return HandlerResult(payload=b"\0", stale=_NAME_SIZE)
         return self._bluetooth_name("ConnectionName", command.index)
