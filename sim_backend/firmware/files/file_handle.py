@@ -65,7 +65,8 @@ class WriteBuffer:
 class Handle:
     """One entry of the table.
 
-    What a use leaves stays: a program's handle is not given a place to read from, and reads on where another use ended.
+    A handle keeps the values of its former use: a program's handle gets no place to read from, so a read continues
+    where that use ended.
 
     Attributes:
         use: See `Use`.

@@ -1,7 +1,7 @@
 """Files as their headers in the flash describe them. Source: docs/firmware.md section 5, "File system".
 
 A header has the name, the address of the first byte, two sizes, the kind, and a table of the sectors after the first.
-The table continues in further sectors, each of which is the last entry of the one before.
+The table continues in further sectors; the last entry of each is the number of the next.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def fixed_header(name: str, start: int, size: int, kind: Kind) -> bytes:
 
 
 def links_sector(at: int) -> bool:
-    """Return whether the entry at an address, or at a place in a header, is that of the table's next sector."""
+    """Return whether the entry at an address, or at a place in a header, is the number of the table's next sector."""
     return (at + POINTER) % SECTOR == 0
 
 
@@ -130,7 +130,7 @@ class Cursor:
     def find(self, file: File, place: int) -> None:
         """Go to a byte of a file, as the firmware finds the end of the data.
 
-        A byte that is the first of a sector after the second is looked for one sector behind the right one.
+        If the byte is the first of a sector after the second, the firmware goes to the sector behind the right one.
         """
         self.begin(file)
         in_first = SECTOR - file.start % SECTOR

@@ -80,7 +80,7 @@ class Loader:
         return True
 
     def open_block(self, name: str) -> tuple[Status, int, File | None]:
-        """Open a file for its address, as a program is, but not one that is not one block, which is returned, too.
+        """Open a file for its address, as a program is. A file that is not one block is returned, but not opened.
 
         The handle gets no place to read from.
         """
@@ -127,7 +127,7 @@ class Loader:
         return Opened(Status.OK, number)
 
     def create_by_telegram(self, name: str, size: int, *, appendable: bool = False) -> Opened:
-        """Create a file as a telegram does, by whose name it is in one block; others than telegrams say that."""
+        """Create a file as a telegram does: its name decides whether it is one block."""
         block = any(part in name.lower()[self._version.ignores_leading_extension :] for part in _LINEAR)
         if appendable and block and self._version.strict_data_names:
             return Opened(Status.ILLEGAL_FILE_NAME, 0)
@@ -151,7 +151,7 @@ class Loader:
         return Opened(Status.OK, number, file.size - file.data_size)
 
     def _count_written(self, number: int, size: int) -> None:
-        """Count the bytes of a file that is opened to write as read; else that of the last read stays."""
+        """Count the bytes of a file that is opened for writing as read; in other versions the last count stays."""
         if self._version.counts_written:
             self._addressable[number].position = size
 
@@ -222,7 +222,7 @@ class Loader:
         if self._version.deletion_spares_found:
             self._shift(found.index + 1, -1)
         else:
-            for handle in self.handles:  # the index of the deletion's own changes on the way
+            for handle in self.handles:  # this changes the index of the deletion's own handle
                 if (handle is found or handle.use != Use.FREE) and handle.index >= found.index:
                     handle.index = (handle.index - 1) & 0xFF
         return Status.OK
@@ -305,7 +305,7 @@ class Loader:
 
     @property
     def _first_writer_status(self) -> int:
-        """What the file in the first write buffer adds to the status of a Write by a handle that does not write."""
+        """Bits from the file in the first write buffer, added to the status of a Write by a handle not for writing."""
         first = self._buffers[0]
         return Status.END_OF_FILE_EXPECTED if first.taken and first.overrun else Status.OK
 

@@ -24,7 +24,7 @@ def unpack_name(field: bytes) -> str:
 
 
 def fold(name: str) -> str:
-    """Return a name for comparisons: the firmware takes only the letters of ASCII in either case for the same."""
+    """Return a name for comparisons: the firmware ignores case only in ASCII letters."""
     return name.encode("latin-1").lower().decode("latin-1")
 
 
