@@ -93,7 +93,7 @@ def celsius(normalized: int) -> int:
 
 
 def fahrenheit(normalized: int) -> int:
-    """Return the temperature in tenths of a degree; below 0 °C the firmware's unsigned arithmetic gives garbage."""
+    """Return the temperature in tenths of a degree; below 0 °C the firmware's unsigned arithmetic is wrong."""
     return s16((celsius(normalized) * 180 & 0xFFFF_FFFF) // 100 + 320)
 
 
@@ -130,8 +130,8 @@ class RotationDisc:
     def turn(self, normalized: int) -> int:
         """Follow the disc to the band of this reading.
 
-        From the two outermost bands the next band is also passed on the way to the one after it. After a standstill
-        there, the step to it counts only when it has been read `_CONFIRMATION` times.
+        From the two outermost bands, the disc also moves through the next band on its way to the one after it. After a
+        standstill there, the step to it counts only when it has been read `_CONFIRMATION` times.
 
         Args:
             normalized: 0..1023.

@@ -101,7 +101,7 @@ class ColorPort:
         self.begin_reading()
 
     def begin_reading(self) -> None:
-        """Begin with the first step, whatever the state is."""
+        """Begin with the first step, in any state."""
         self._step = self._rest = 0
 
     def begin_pass(self) -> None:

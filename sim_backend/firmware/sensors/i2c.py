@@ -62,7 +62,7 @@ class I2CBus(Wires):
     def begin(self, message: Sequence[int], rx_size: int, *, restarts: bool = True) -> None:
         """Start to write `message`, address first, and then to read, with a second start before it or without.
 
-        A read that an earlier message did not come to follows one without a read.
+        A read that an earlier message did not reach follows a message without a read.
         """
         self.set_pin(0, self._clock_level)
         if self._sending is not None:  # that is cut short
@@ -98,7 +98,7 @@ class I2CBus(Wires):
         data = bytearray()
         acknowledged = self.clock and all(map(self._put, message))
         if acknowledged and rx_size:
-            if not message[0] & 1:  # otherwise the sensor sends already
+            if not message[0] & 1:  # otherwise the sensor is already sending
                 self._put_bit(True)
                 self.set_data(False)
                 acknowledged = self._put(message[0] | 1)
@@ -141,7 +141,7 @@ class I2CBus(Wires):
     def _step(self, steps: Steps) -> Steps | None:
         """Do the work of one interrupt; return the rest of the steps, None after the last one.
 
-        A transfer is given up when the clock line differs, and ends when the line is high; a read is suspended there.
+        A transfer is abandoned when the clock line differs, and ends when the line is high; a read is suspended there.
         """
         ended = next(steps, _END)
         if self._clock_differs:
@@ -169,7 +169,7 @@ class I2CBus(Wires):
             self._suspend()
 
     def refuse(self) -> None:
-        """Begin no message, as a line is low; where a transfer goes on after `stop`, the data pin becomes an input."""
+        """Begin no message, as a line is low; if a transfer continues after `stop`, the data pin becomes an input."""
         if self._goes_on:
             self.free_data()
 
@@ -236,7 +236,7 @@ class I2CBus(Wires):
     def _send(self, message: Sequence[int]) -> Steps:
         """Write the bytes; only the first one must be acknowledged.
 
-        The data line falls in vain where a read that went on without the clock pin has left this at low.
+        The data line falls without effect if a read that continued without the clock pin has left that pin at low.
         """
         self.pull_data()
         self.set_clock(True)
@@ -301,7 +301,7 @@ class I2CBus(Wires):
             yield from self._stop()
 
     def _resume(self, reading: Steps) -> Steps:
-        """Go on with a read where it was suspended."""
+        """Continue a read where it was suspended."""
         yield from _pause(_WRITE_PAUSE)
         self.set_data(True)
         yield from reading
@@ -317,7 +317,7 @@ class I2CBus(Wires):
         self.set_data(True)
 
     def _read(self) -> Steps:
-        """Read the bytes that are wanted; all but the last are acknowledged."""
+        """Read the requested bytes; all but the last are acknowledged."""
         self.pull_data()
         yield from self._read_pause(_TURN_PAUSE)
         self._await_bits()

@@ -20,10 +20,10 @@ class I2CDevice(Protocol):
         """Receive the bytes after the address."""
 
     def read(self, size: int) -> bytes:
-        """Return `size` bytes, or fewer but at least one: the others are read when their turn comes."""
+        """Return `size` bytes, or fewer but at least one; the others are read later."""
 
     def give_back(self, count: int) -> None:
-        """Take back the last `count` bytes of the last read, which were not sent since it was cut short."""
+        """Restore the last `count` bytes of the last read, which were not sent because it was cut short."""
 
 
 class _Phase(Enum):
@@ -113,7 +113,7 @@ class SensorEnd:
         self.pulls_data = sends and not self._byte_sent >> BYTE_BITS - 1 - self._bits & 1
 
     def _acknowledge(self) -> bool:
-        """Judge the byte that is complete."""
+        """Handle the byte that is complete."""
         if self._phase is _SENDING:
             return False
         if self._phase is _ADDRESSED:

@@ -107,7 +107,7 @@ class Wires:
             self._seen_data = self.data
 
     def hold(self, *, clock: bool | None = None, data: bool | None = None) -> None:
-        """Hold lines low from outside, or no longer; the sensor does not count that as a pulse."""
+        """Hold lines low from outside, or release them; the sensor does not count that as a pulse."""
         self._clock_held = self._clock_held if clock is None else clock
         self._data_held = self._data_held if data is None else data
         self._seen_clock, self._seen_data = self.clock, self.data

@@ -172,9 +172,9 @@ class InputPort:
         return bool(reads and self.type in COLOR_TYPES and self.color.device is None)
 
     def await_color_sensor(self, passes: int, *, invalidates: bool) -> None:
-        """Advance by `passes` without a colour sensor, whose calibration a type of one goes on to await.
+        """Advance by `passes` without a colour sensor, while the port's type still waits for the sensor's calibration.
 
-        A pass looks for it while the values settle, and if they are valid, which the map can bring about, too.
+        A pass checks for the sensor while the values settle, and if they are valid, which a write to the map can cause.
 
         Args:
             passes: Since the last time.
@@ -198,14 +198,14 @@ class InputPort:
             if fails and not absent:
                 self.settling = SETTLING_COLOR
         if self.type == COLOR_EXIT:
-            self.type = SensorType.NONE if absent else COLOR_EXIT  # which starts the exit again: it never ends
+            self.type = SensorType.NONE if absent else COLOR_EXIT  # the exit starts again: it never ends
         elif absent:
             color.state = OFF
         elif color.state == OFF:
             color.begin_calibration()
 
     def _step(self) -> bool:
-        """Do a step of reading a calibration, which begins with a clock; return whether it fails."""
+        """Do a step of reading a calibration, which begins with a clock; return whether the reading fails."""
         level, failed = self.color.step()
         if level is not None:
             self.pins.set_pin(0, level)

@@ -66,7 +66,7 @@ class LowSpeedModule:
         self.due_ms = self._clock.now_ms + 1
 
     def reset(self) -> None:
-        """Drop all transactions: each counts as done in the next pass; a bit of an idle port stays."""
+        """Drop all transactions: each counts as done in the next pass; the bit of an idle port stays."""
         for index, channel in enumerate(self.channels):
             if channel.state != ChannelState.IDLE:
                 self.active |= 1 << index
@@ -84,7 +84,7 @@ class LowSpeedModule:
             self._passes += 1
             interrupts = int(self._passes * STEPS_PER_MS) - int((self._passes - 1) * STEPS_PER_MS)
             buses = [channel.bus for channel in self.channels if channel.bus.busy]
-            for _ in range(interrupts):  # ports take turns, as one may send what another one has read
+            for _ in range(interrupts):  # the ports run in turn, as one may send a bit that another one has read
                 for bus in buses:
                     bus.interrupt()
         else:
@@ -127,7 +127,7 @@ class LowSpeedModule:
         if not message:
             data = AfterSendBuffer(self.channels, lambda: self.active, index)
         elif len(message) <= BUFFER:
-            data = memoryview(channel.sending)[: len(message)]  # what is copied later replaces what is not sent yet
+            data = memoryview(channel.sending)[: len(message)]  # later copies replace bytes not sent yet
         channel.begin(data, restarts=restarts)
 
     def _transfer(self, index: int, channel: Channel) -> None:
@@ -145,11 +145,11 @@ class LowSpeedModule:
                 return Status.BUS_ERROR
             case ChannelState.INIT | ChannelState.LOAD | ChannelState.COMMUNICATING | ChannelState.DONE:
                 return Status.PENDING
-            case _:  # the firmware leaves the former bytes of its reply
+            case _:  # the firmware leaves the former bytes in its reply
                 return Status.OK
 
     def fetch(self, port: int, count: int) -> bytes:
-        """Take so many of the bytes that wait on a port, 0..3, at most 16."""
+        """Take at most 16 of the bytes that wait on a port, 0..3."""
         return self.channels[port].fetch(count, after_receive_ring(self.channels, self.active, port))
 
     def _read_on(self, index: int, count: int) -> bytes:

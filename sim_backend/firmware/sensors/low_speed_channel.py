@@ -76,7 +76,7 @@ class Channel:
         Args:
             version: The firmware version.
             store: Stores a byte at a place of the map behind the receive ring, counted from the ring's beginning.
-            read_on: Takes so many bytes out of the memory after the bus's receive buffer.
+            read_on: Takes a number of bytes out of the memory after the bus's receive buffer.
         """
         self.bus = I2CBus(version)
         self._store_behind, self._read_on = store, read_on
@@ -104,7 +104,7 @@ class Channel:
         self.state = ChannelState.INIT
 
     def reset(self) -> None:
-        """Drop the transaction, which is done then, and the bytes waiting; the bus continues."""
+        """Drop the transaction, which then counts as done, and the bytes waiting; the bus continues."""
         if self.state != ChannelState.IDLE:
             self.state = ChannelState.DONE
         self.tx_size = self.tx_out = self.rx_size = self.rx_in = self.rx_out = 0
@@ -115,9 +115,9 @@ class Channel:
         self.bus.stop()
 
     def fetch(self, count: int, memory: bytes) -> bytes:
-        """Take so many of the bytes waiting, at most 16, out of the map from the receive ring on.
+        """Take at most 16 of the bytes waiting out of the map, from the receive ring on.
 
-        Behind the ring, where the map may have put the pointer, it goes on without a wrap.
+        If the map has put the pointer behind the ring, it continues there without a wrap.
         """
         place, data = self.rx_out, bytearray()
         for _ in range(min(count, BUFFER)):
@@ -165,7 +165,7 @@ class Channel:
         self.state, self.error = ChannelState.ERROR, error
 
     def communicate(self) -> None:
-        """Follow the transfer: retry it, turn to reading, or finish."""
+        """Continue the transfer: retry it, begin to read, or finish."""
         if self.mode == ChannelMode.TRANSMITTING:
             self._follow_write()
         if self.mode == ChannelMode.RECEIVING:
