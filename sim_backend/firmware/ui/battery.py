@@ -13,7 +13,7 @@ _LOW_SAMPLES = 6
 _LEVELS_MV = (6100, 6500, 7000, 7500)
 _LEVELS_RECHARGEABLE_MV = (7100, 7200, 7300, 7500)
 _HYSTERESIS_MV, _HYSTERESIS_RECHARGEABLE_MV = 100, 50
-"""A single bar more is shown only above its level and the hysteresis."""
+"""One more bar is shown only above its level and the hysteresis."""
 
 
 class Battery:
@@ -33,7 +33,7 @@ class Battery:
         self.sample()
 
     def restart(self, started_ms: int) -> None:
-        """Forget the samples and take the first new one a period after `started_ms`."""
+        """Drop the samples and take the first new one a period after `started_ms`."""
         self._started_ms, self._empty_samples, self.bars = started_ms, 0, 0
 
     def since_sample_ms(self, now_ms: int) -> int:
@@ -61,7 +61,7 @@ class Battery:
 
     @property
     def shown_bars(self) -> int:
-        """Bars of the icon: that of an empty battery has one bar after every other sample, from the first one on."""
+        """Bars of the icon: that of an empty battery has one bar after every second sample, from the first one on."""
         return self.bars + self._empty_samples % 2
 
     @property

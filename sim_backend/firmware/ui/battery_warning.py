@@ -65,7 +65,7 @@ class BatteryWarning:
         self._screen.pop_up()
 
     def takes_key(self) -> bool:
-        """Return whether a key closes it: it reads them when nothing of the screen is left to draw."""
+        """Return whether a key closes it: it reads keys when nothing of the screen is left to draw."""
         return self.shown and not self._screen.drawing and bool(self._keys.read())
 
     def end(self) -> bool:

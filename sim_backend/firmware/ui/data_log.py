@@ -77,7 +77,7 @@ class DataLog:
         loader: Stores the file.
         inputs: The sensors.
         outputs: The motors.
-        programs: Has the time, and its setting by a telegram.
+        programs: Gives the brick's time, and the time that a telegram has set.
         screen: Shows the values.
 
     Attributes:

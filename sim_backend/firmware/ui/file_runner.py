@@ -65,7 +65,7 @@ class FileRunner:
 
     @property
     def melody_ms(self) -> int:
-        """How long state 3 lasts that is written now: its count goes on from that of the message about a file's end."""
+        """How long a state 3 written now lasts: it continues the count of the message about a file's end."""
         if not self.shows_message:
             return 0
         count = 2 * (self._clock.now_ms - self._message_ends_ms + times.MESSAGE_MS)
@@ -77,7 +77,7 @@ class FileRunner:
             self._run, self._registers.next_step_ms = Run.ENDED, self._clock.now_ms + 1
 
     def check_program(self) -> None:
-        """See in this module's next turn whether the program still runs: its status may have been written."""
+        """Check in this module's next turn whether the program still runs: its status may have been written."""
         if self._registers.runs_file and self._run is Run.PROGRAM:
             self._registers.next_step_ms = self._clock.now_ms
 
@@ -110,7 +110,7 @@ class FileRunner:
         self.choose(pack_name(self._menu.runs))
 
     def begin_page(self) -> None:
-        """Begin to draw the page of the file, which gets no further than its name, and neither does the file."""
+        """Begin to draw the page of the file; neither the page, beyond the name, nor the file continues."""
         self._run, self._parts = Run.PAGE, [marks.PAGE]
         self._registers.from_menu, self._registers.next_step_ms = True, self._clock.now_ms
 
@@ -142,7 +142,7 @@ class FileRunner:
             case Run.SOUND if self._keys.read() == Key.EXIT:
                 self._sound.break_off()
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
-            case Run.SOUND if self._sound.playing:  # a key that has just clicked plays, too
+            case Run.SOUND if self._sound.playing:  # a click that has just begun plays, too
                 registers.next_step_ms = now_ms + 1
                 self._show_running(now_ms)
             case Run.STEPS:
@@ -166,7 +166,7 @@ class FileRunner:
                 self._begin_message(now_ms)
 
     def follow_status(self, now_ms: int) -> None:
-        """Let passes without the status bar not count as time of the file's picture."""
+        """Exclude passes without the status bar from the time of the file's picture."""
         if not self._registers.flags & UiFlag.ENABLE_STATUS:
             self._hidden_ms = now_ms if self._hidden_ms is None else self._hidden_ms
         elif self._hidden_ms is not None:
@@ -176,7 +176,7 @@ class FileRunner:
                 self._registers.next_step_ms = now_ms
 
     def delay(self, passed_ms: int) -> None:
-        """Let an interruption not count as time of the file: for its pictures, and the message about its end."""
+        """Exclude an interruption from the file's time: for its pictures, and the message about its end."""
         self._opened_ms += passed_ms
         self._message_ends_ms += passed_ms
         if self._hidden_ms is not None:

@@ -1,4 +1,4 @@
-"""The states that a key of the menus brings, and what they draw and do. Source: docs/firmware.md section 8.5."""
+"""The states that follow a key of the menus, and what they draw and do. Source: docs/firmware.md section 8.5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The menus of the user interface as far as telegrams see them: the effects of keys.
+"""The menus of the user interface as far as telegrams can observe them: the effects of keys.
 
 Pictures and texts are LEGO's and are not drawn. Below the second level only the depth is followed, but for programs,
 the choice of values for the data log, and the pages of radio, volume and sleep. Source: docs/firmware.md section 8.5.
@@ -173,7 +173,7 @@ class Menu:
         self.drop()
 
     def _drop_question(self) -> None:
-        """Drop the question whether to switch off in the pass after exit: it is only asked in the next one."""
+        """Drop the question whether to switch off, in the pass after exit: it only appears in the next pass."""
         if self.states.shown and self.states.state == UiState.EXIT:
             self._confirms = None
 

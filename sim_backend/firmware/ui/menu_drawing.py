@@ -42,11 +42,11 @@ STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, be
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))
-"""The messages that the radio is switched as it was, off, for which the status bar takes seven passes more, and on."""
+"""The messages that the radio keeps its state, is switched off (the status bar takes seven more passes), and on."""
 SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND]
 """The search for devices."""
 FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
-"""The messages that it finds none, and that it was broken off before."""
+"""The messages that the search finds none, and that it was aborted."""
 VERSION_LEFT_AGAIN = (marks.STATUS, marks.MENU)
 VERSION_LEFT = (*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, *VERSION_LEFT_AGAIN)
 """The end of the page of the version, from the second time on and the first time."""

@@ -68,7 +68,7 @@ class MenuFiles:
         return files > 0
 
     def _draw(self, menu: Place, item: int, *last: Marks) -> None:
-        """Draw a list around a file; passes for each of the files that there are by then come in between."""
+        """Draw a list around a file; passes for each of the files that exist by then come in between."""
         around = marks.listed(self._places.items(menu), item)
         self._states.draw_last(NOTHING, NOTHING, around, *last, actions={1: partial(self._look, menu, item)})
 
@@ -105,12 +105,12 @@ class MenuFiles:
         self._states.show(UiState.EXIT)
 
     def send(self) -> None:
-        """Send the chosen file, for which no other brick is in reach."""
+        """Send the chosen file; no other brick is in reach."""
         self._states.draw_last(*drawing.SENT)
         self._states.show(UiState.EXIT)
 
     def run_steps(self) -> None:
-        """Run the program made on the brick, for which a file is missing; handle 0 is closed, whatever it is for."""
+        """Run the program made on the brick, for which a file is missing; handle 0 is closed, whatever its file."""
         closes = partial(self._loader.close, 0)
         self._states.draw_last(*marks.NOT_RUN, actions={len(marks.NOT_RUN) - 1: closes})
 

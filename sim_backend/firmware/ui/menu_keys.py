@@ -69,7 +69,7 @@ class MenuKeys:
         self.show()
 
     def _follow_log(self, key: int) -> None:
-        """Draw a value of the data log that runs, or end it, in the next pass; what is due in this one comes first."""
+        """Draw a value of the running data log, or end the log, in the next pass; work due in this pass comes first."""
         registers, log, now_ms = self._registers, self._menu.logs.log, self._clock.now_ms
         if key not in (Key.LEFT, Key.RIGHT, Key.EXIT):
             return

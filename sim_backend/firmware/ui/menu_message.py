@@ -21,7 +21,7 @@ class MenuMessage:
     """The message that any key closes, if one is shown.
 
     Args:
-        logs: Knows whether a port was refused.
+        logs: Tells whether a port was refused.
         states: Shows the end of the message.
 
     Attributes:

@@ -27,7 +27,7 @@ class MenuRadio:
     """Changes the radio, with the states of a key that show it.
 
     Args:
-        registers: Has the map's key, which can break a search off.
+        registers: Holds the map's key, which can abort a search.
         radio: The radio.
         states: Shows it.
     """
@@ -70,14 +70,14 @@ class MenuRadio:
         return [*page]
 
     def _read_key(self) -> None:
-        """Take the map's key, of which exit breaks the search off."""
+        """Take the map's key; exit aborts the search."""
         key, self._registers.button = self._registers.button, 0
         if key == Key.EXIT:
             drawn = drawing.BROKEN_OFF[1:]
             self._states.left[: len(drawing.FOUND_NONE) - 1] = [Pass(UiState.DRAWING, each) for each in drawn]
 
     def _show(self, *, visible: bool) -> None:
-        """Let the radio be visible to others, or not."""
+        """Make the radio visible to others, or not."""
         self._radio.state = self._radio.state & ~int(RadioState.VISIBLE) | visible
 
     def _switch(self, *, on: bool) -> list[marks.Marks]:

@@ -17,7 +17,7 @@ from sim_backend.firmware.ui.states import UiState
 class OffStates:
     """Switches the brick on or off again from a state that was written.
 
-    States 2, 3 and 14 go on with the count of passes that began when the power was switched off.
+    States 2, 3 and 14 continue the count of passes that began when the power was switched off.
     """
 
     def __init__(

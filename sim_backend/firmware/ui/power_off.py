@@ -15,7 +15,7 @@ from sim_backend.firmware.ui.states import Programs, UiState
 class PowerOff:
     """Switches off, the display before the power, when the sleep timer has expired or on request.
 
-    The brick of the recordings stays on after the command to its power supply, and takes keys again later.
+    The bench's brick stays on after the command to its power supply, and takes keys again later.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class PowerOff:
 
     @property
     def count(self) -> int:
-        """Passes since the power was switched off, up to those in which keys do not count; before, all have passed."""
+        """Passes since the power was switched off, at most `times.DEAF_MS`; `times.MESSAGE_PASSES` before that."""
         if self._down_ms == NEVER:
             return times.MESSAGE_PASSES
         return min(max(self._clock.now_ms - self._down_ms + 1, 0), times.DEAF_MS)

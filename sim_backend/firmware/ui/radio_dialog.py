@@ -1,4 +1,4 @@
-"""What the radio requests of the user interface: a question, or a message. Source: docs/firmware.md section 8."""
+"""Requests of the radio to the user interface: a question, or a message. Source: docs/firmware.md section 8."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the parts of the user interface share. Source: docs/firmware.md sections 5.2 (Ui map) and 8."""
+"""Values that the parts of the user interface share. Source: docs/firmware.md sections 5.2 (Ui map) and 8."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ REPORT = Marks(0xE, waits=True), Marks(update=0x10_0000, waits=True), Marks(upda
 VERSION, VERSION_ENDS = Marks(update=0xFC), Marks(0x2000_0000)
 """The version, and its end."""
 FOUND = Marks(update=0x400)
-"""What a search of the radio has found."""
+"""The result of a search of the radio."""
 LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
 """The first picture of a start, and the others."""
 EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)

@@ -21,7 +21,7 @@ _LOUDEST, _LONGEST = 4, 5
 class StoredSettings:
     """The settings as they were loaded at the start, or stored by the menus since then.
 
-    They are not those of the Ui map, which telegrams can change.
+    They differ from those of the Ui map, which telegrams can change.
 
     Attributes:
         volume: The volume.

@@ -1,4 +1,4 @@
-"""The user interface module: it takes keys and requests, and gives each part of the user interface its turn in a pass.
+"""The user interface module: it takes keys and requests, and runs each part of the user interface in a pass.
 
 Source: docs/firmware.md section 1, 5.2 (Ui map) and section 8.
 """
@@ -47,7 +47,7 @@ _EXIT_MASK, _ENTER_MASK = 1 << EXIT, 1 << ENTER
 
 
 class UiModule:
-    """Menus, files, radio, battery and power as the user of a brick meets them.
+    """Menus, files, radio, battery and power, as the user of a brick sees them.
 
     Attributes:
         due_ms: See `Module`.
@@ -198,7 +198,7 @@ class UiModule:
         self.wake_later()
 
     def check_program(self) -> None:
-        """See in this module's next turn whether a program still runs."""
+        """Check in this module's next turn whether a program still runs."""
         self._files.check_program()
         self.wake()
 
