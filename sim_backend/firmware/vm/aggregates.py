@@ -38,7 +38,7 @@ COMPARISONS: tuple[Callable[[Any, Any], bool], ...] = (
     lambda _, __: False,
     lambda _, __: False,
 )
-"""The comparison of each number in an instruction's flags; the last two never hold."""
+"""The comparison of each number in an instruction's flags; the last two are never true."""
 HOLD_FOR_EQUALS = (2, 3, 4)
 """The comparisons that hold for equal values."""
 
@@ -225,7 +225,7 @@ def _compare(data: Data, relation: int, left: Place, right: Place) -> bool | Non
 
 
 def _whole(data: Data, place: Place) -> tuple[int, int]:
-    """Return a scalar and its type as a comparison as a whole takes them: a float for an integer with a sign."""
+    """Return a scalar and its type as a comparison as a whole uses them: a float as an integer with a sign."""
     kind, value = data.kind(place.entry), data.integer(place.entry, place.offset)
     return (s32(value), Type.SLONG) if kind == Type.FLOAT else (value, kind)
 

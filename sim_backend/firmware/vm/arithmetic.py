@@ -50,7 +50,7 @@ def _comparison(machine: Machine, relation: int, left: int, right: int) -> str:
 
 
 def whole_comparison(machine: Machine, relation: int, left: int, right: int) -> str:
-    """Return the same for a jump, which takes floats for integers with a sign."""
+    """Return the same for a jump, which converts floats to integers with a sign."""
     operands, kinds = machine.operands, (machine.data.kind(left), machine.data.kind(right))
     if Type.FLOAT not in kinds:
         return _comparison(machine, relation, left, right)

@@ -1,7 +1,7 @@
 """Compile instructions that follow each other into one function, which Python executes faster than one by one.
 
 A block is the tree of all paths from its first instruction on: jumps and branches continue inside it, and a path that
-comes back to the first instruction makes the function loop. Each path has a known number of instructions, so turns
+returns to the first instruction makes the function loop. Each path has a known number of instructions, so turns
 are exact. A path ends where only the instruction itself determines the next one, where it meets itself, or after
 `LONGEST` instructions.
 

@@ -29,7 +29,7 @@ Finder = Callable[[], tuple[int, int]]
 
 
 class ByteArray(NamedTuple):
-    """A variable that is taken for an array of bytes.
+    """A variable that is used as an array of bytes.
 
     Attributes:
         memory: The pool.

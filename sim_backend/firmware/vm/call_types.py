@@ -1,4 +1,4 @@
-"""Types of the arguments of system calls in the firmware, whatever the program declares.
+"""Types as which the firmware reads the arguments of system calls, whatever the program declares.
 
 A letter for each argument, as in `struct`; a dot stands for an array or cluster. Source: docs/firmware.md section 8.4.
 """

@@ -35,14 +35,14 @@ class Call:
     """
 
     def __init__(self, machine: Machine, members: Sequence[int], types: str) -> None:
-        """Take the members of a cluster for the arguments, of the types of `CALL_TYPES`."""
+        """Use the members of a cluster as the arguments, of the types of `CALL_TYPES`."""
         self.machine, self.devices = machine, machine.devices
         self.members = [*members, *[NONE] * (MOST_ARGUMENTS - len(members))]
         self._data = machine.data
         self._types = [LETTERS.get(letter) for letter in types]
 
     def _type(self, position: int) -> Type | None:
-        """Return the type that the firmware takes a number for; None for the declared one."""
+        """Return the type as which the firmware reads a number; None for the declared type."""
         is_variable = self.members[position] < min(NONE, self._data.first_field)
         return self._types[position] if is_variable and position < len(self._types) else None
 
@@ -147,7 +147,7 @@ class Call:
         memory.spend(max(memory.work_left, 0))
 
     def spend_pixels(self, count: int) -> None:
-        """Count the work of drawing pixels, also those outside of the screen.
+        """Count the work of drawing pixels, including those outside of the screen.
 
         Raises:
             OutOfMemory: It is more than an instruction may cause.

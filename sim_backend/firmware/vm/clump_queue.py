@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 NO_CLUMP = 0xFF
-"""Stands for no clump."""
+"""The number that means no clump."""
 
 _CLUMPS = 0x100
 """Number of possible clumps; a longer queue is a circle, in which the firmware hangs."""
@@ -70,7 +70,7 @@ class ClumpQueue:
         self.ends[1] = number
 
     def remove(self, number: int) -> None:
-        """Take a clump out."""
+        """Remove a clump."""
         at = self._link_at(number)
         following = self._pool[at]
         if number == self.first:

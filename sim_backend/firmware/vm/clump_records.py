@@ -112,7 +112,7 @@ class ClumpRecords:
         _BREAKPOINT.pack_into(self._pool, self._point_at(clump, number), enabled, offset)
 
     def breakpoints(self, clump: int) -> list[int]:
-        """Return of each breakpoint of a clump whether it is enabled, and its offset."""
+        """Return for each breakpoint of a clump whether it is enabled, and its offset."""
         points = range(_BREAKPOINTS)
         return [n for point in points for n in _BREAKPOINT.unpack_from(self._pool, self._point_at(clump, point))]
 

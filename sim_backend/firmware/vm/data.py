@@ -1,6 +1,6 @@
 """A program's variables by their numbers in the variable table, and the fields of ports, which have numbers too.
 
-An array is walked by the number of its element's entry and the offset of an element, a cluster by its members' entries.
+An element is found by the number of its entry and its offset in the array, a member of a cluster by its own entry.
 
 Source: LEGO's executable file specification; conversions are in docs/firmware.md section 8.2.
 """
@@ -87,7 +87,7 @@ class Data:
         self._inner: dict[int, list[int]] = {}
 
     def entry(self, argument: int) -> Variable:
-        """Return the entry of the variable table, or the bytes that the firmware takes for it."""
+        """Return the entry of the variable table, or the bytes that the firmware reads as one."""
         if argument < len(self.variables):
             return self.variables[argument]
         return _ERASED if argument < min(self._flash_entries, self.first_field) else _ZERO
@@ -274,7 +274,7 @@ class Data:
     def span(self, argument: int) -> tuple[int, int]:
         """Return the place in the pool of the first element of an array, and its length.
 
-        A variable that is taken for an array, but is not an array, is in its own place.
+        A variable that is used as an array, but is not one, is in its own place.
         """
         return self.finder(argument)()
 
@@ -285,7 +285,7 @@ class Data:
         return self._finders[argument]
 
     def resizer(self, argument: int) -> Resizer:
-        """Return what sets the length of an array variable of bytes and returns its place."""
+        """Return a function that sets the length of an array variable of bytes and returns its place."""
         return Resizer(self._bytes(argument))
 
     def writer(self, argument: int) -> Callable[[bytes | bytearray], None]:

@@ -72,7 +72,7 @@ _LIVE = ("actual_speed", "count", "overloaded", "block", "rotation")
 """Read-only fields of the motor's control."""
 
 ACTING = ("flags", "run_state")
-"""Fields of an output that the next pass looks at; the others wait for a flag."""
+"""Fields of an output that the next pass applies; the others wait for a flag."""
 
 
 @dataclass(frozen=True)

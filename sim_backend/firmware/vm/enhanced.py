@@ -17,7 +17,7 @@ from sim_backend.firmware.vm.rxe import Type
 _SORT = 6
 _ARRAY_ARGUMENTS = 5
 _CASES = (bytes.upper, bytes.lower)
-"""The operations of arrays after `_SORT`, which change letters of ASCII."""
+"""The operations of arrays after `_SORT`, which change ASCII letters."""
 _U32 = 0xFFFF_FFFF
 
 
@@ -158,7 +158,7 @@ def _write_in_case(data: Data, operation: int, target: int, part: _Part) -> None
 
 
 def _address(machine: Machine, instruction: Instruction) -> Translation:
-    """Return the address of a variable, or of an array's elements, in the pool; absolute ones of no real brick."""
+    """Return the address of a variable, or of an array's elements, in the pool; absolute ones match no real brick."""
     data, memory, (target, variable, relative) = machine.data, machine.memory, instruction.arguments
 
     def run() -> None:

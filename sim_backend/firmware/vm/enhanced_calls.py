@@ -18,7 +18,7 @@ _NO_POSITION = 0x9C
 
 _START, _CURRENT, _END = range(3)
 _RESIZE = 4
-"""Origin from which on the firmware takes another command of its loader."""
+"""Origins from this number on select another command of the loader."""
 _MODULUS, _FACTOR = 2**31 - 1, 48271
 """Of the random numbers."""
 
@@ -123,7 +123,7 @@ def _last_response(call: Call) -> None:
 
 
 def _random(call: Call) -> None:
-    """Draw a random number, or set where they begin: number, whether to set; 0 takes the time, -1 the last one set."""
+    """Draw a random number, or set the seed: number, whether to set; 0 takes the time, -1 the last seed."""
     machine = call.machine
     if call.number(1):
         seed = call.signed(0)

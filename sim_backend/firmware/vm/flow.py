@@ -213,7 +213,7 @@ def _call(machine: Machine, instruction: Instruction) -> Next:
 
 
 def _return(machine: Machine, instruction: Instruction) -> Next:
-    """Let the caller continue; without a variable, the one in the first byte of the variables."""
+    """Continue the caller; without a variable, the clump in the first byte of the variables."""
     place = _caller_place(machine, instruction.arguments[0])
 
     def run() -> int:

@@ -106,7 +106,7 @@ class Machine:
         self.spins = frozenset(at for at in range(len(code)) if code[at : at + 2] == _JUMP_TO_ITSELF)
 
     def change_code(self, content: bytes) -> None:
-        """Continue with what is in the place of the program's file now."""
+        """Continue with the code that is now in the place of the program's file."""
         self.program = self.program.with_content(content)
         self._set_code(self.program.code)
         for task in self.tasks:
@@ -338,7 +338,7 @@ class Machine:
             self.note_call(task.number, NO_CLUMP)
 
     def sleep(self, duration_ms: int, following: int) -> int:
-        """Let the first clump of the queue sleep; one that sleeps no time only goes to the end."""
+        """Put the first clump of the queue to sleep; with no time to sleep it only goes to the end."""
         number = self.queue.first
         self.suspend(following)
         if duration_ms and self._exists(number):

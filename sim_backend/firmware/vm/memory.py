@@ -23,8 +23,8 @@ NOT_AN_OFFSET = NO_ARRAY = 0xFFFF
 
 _ERASED = 0xFF
 _WORK, _MOST_WORK, BYTES_PER_ACCESS = 10_000, 300_000, 64
-"""Parts of arrays and clusters that a pass has time for, far more than a brick's processor has; parts after which an
-instruction of a damaged program, whose arrays contain themselves, is given up; copied bytes that count as one."""
+"""Parts of arrays and clusters for which a pass has time, far more than a brick's processor has; parts after which an
+instruction of a damaged program, whose arrays contain themselves, is aborted; copied bytes that count as one."""
 _FILL = bytes.fromhex("efbeadde")
 _ALIGNMENT = 4
 _OFFSET = 0xFFFF

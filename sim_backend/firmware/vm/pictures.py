@@ -129,7 +129,7 @@ class _Picture:
             display.text(*at, str(self._value(words[3])).encode(), anywhere=self._enhanced)
 
     def _value(self, word: int) -> int:
-        """Return a number, or a parameter, perhaps mapped; 1.32 takes one that does not exist for a number."""
+        """Return a number, or a parameter, perhaps mapped; in 1.32 a parameter that does not exist is a number."""
         index = word & (_ENHANCED_INDEX_MASK if self._enhanced else _INDEX_MASK)
         if not word & _PARAMETER or index >= len(self._parameters):
             return s16(word)

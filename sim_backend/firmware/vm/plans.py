@@ -1,4 +1,4 @@
-"""Instructions for arrays, repeated without looking for the arrays while these are where they were.
+"""Instructions for arrays, repeated without another search for the arrays until these move.
 
 An instruction is executed step by step until it has changed no descriptor, and then returns how to do it again; its
 share of the time of a pass is the same each time. Whether the descriptors are still the same is read from the pool,

@@ -14,7 +14,7 @@ class Layout(NamedTuple):
         growth: Number of descriptors added at once.
         doubly_linked: Whether the descriptors are linked in both directions, and half as many free ones are added when
             a program is loaded.
-        types: The type that it takes each number of a type for.
+        types: The type as which it reads each number of a type.
         called: Which pool byte of a clump is the number of the clump that it has called; 0 if there is none.
     """
 

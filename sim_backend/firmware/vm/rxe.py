@@ -181,7 +181,7 @@ class Program:
         clumps: All clumps.
         code: Words of code.
         content: The file.
-        erased: What the firmware takes erased flash memory behind the file for.
+        erased: How the firmware reads erased flash memory behind the file.
         address: Where its content begins in the processor's memory.
     """
 
@@ -237,7 +237,7 @@ class Program:
         yield self.header.static_size, self.values[at:]
 
     def _entries(self) -> Iterator[Variable]:
-        """Return the variables that have a place of their own, which elements of arrays have not.
+        """Return the variables that have a place of their own; elements of arrays have none.
 
         The first entry counts even if the table is empty, the members of a cluster also past the end of the table.
         """
@@ -258,7 +258,7 @@ def parse(content: bytes, types: bytes = bytes(range(256)), address: int = _FLAS
 
     Args:
         content: The file.
-        types: The type that the firmware takes each number of a type for.
+        types: The type as which the firmware reads each number of a type.
         address: Where its content begins in the processor's memory.
 
     Raises:

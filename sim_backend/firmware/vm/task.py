@@ -29,7 +29,7 @@ class Task:
         wake_ms: Pass in which a sleeping one continues, `AWAKE` after that, `NEVER` if it never slept.
         turn: Largest number of instructions of its turn.
         compares: Whether it compares arrays or clusters, as its record shows; not in 1.05.
-        misses: Whether its conditional jumps that are not made lead astray, see `Dialect.misses_jumps`.
+        misses: Whether its conditional jumps that are not made lead to a wrong place, see `Dialect.misses_jumps`.
         blocks: Compiled code by its first word.
     """
 

@@ -171,7 +171,7 @@ def _part_of_text(machine: Machine, instruction: Instruction) -> Translation:
 
 
 def _text_to_bytes(data: Data, arguments: tuple[int, ...]) -> None:
-    """Copy a text without its closing zero; nothing if it does not even have that."""
+    """Copy a text without its closing zero; nothing if it has no bytes at all."""
     target, source = arguments
     content = data.bytes_of(source)
     if content:
