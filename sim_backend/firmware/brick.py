@@ -48,7 +48,7 @@ BOOT_MS = 6000
 _MOTOR_PORTS = ("A", "B", "C")
 _SENSOR_PORTS = range(1, 5)
 _LONG_MS = 10_000
-"""Intervals without events that are longer than this are worth skipping samples of the battery."""
+"""Samples of the battery are skipped only in intervals without events that are longer than this."""
 
 
 class SimBrick:
@@ -276,7 +276,7 @@ class SimBrick:
         clock, output, inputs, sleepers = self._clock, self.output, self.input, self._sleepers
         button, low_speed, sound, screen, command, ui = sleepers
         now, end = clock.now_ms, clock.now_ms + passes
-        while now < end:  # the modules by name: a loop over them would take longer than all that they do
+        while now < end:  # the modules by name: a loop over them would take longer than their work
             others_ms, command_ms = min(button.due_ms, low_speed.due_ms, sound.due_ms, screen.due_ms), command.due_ms
             if end - now > _LONG_MS and ui.due_ms < others_ms and ui.due_ms < command_ms:
                 self.ui.skip_samples(min(end, others_ms, command_ms))
@@ -285,7 +285,7 @@ class SimBrick:
             now += 1
             if output.due_ms <= now:
                 alone_ms = min(end + 1, wake_ms, inputs.due_ms)
-                if now < alone_ms:  # nothing but the motors: most passes of a robot that drives
+                if now < alone_ms:  # only the motors have work: most passes of a robot that drives
                     output.run_ahead(now, alone_ms - 1)
                     now = alone_ms
                     if now > end:
@@ -368,7 +368,7 @@ class SimBrick:
         self.ui.registers.has_cable = False
 
     def plug_usb(self) -> None:
-        """Plug the USB cable in again, as a telegram over it does, too."""
+        """Plug the USB cable in again; a telegram over USB does the same."""
         self.ui.registers.has_cable = True
 
     def set_battery(self, raw: int) -> None:

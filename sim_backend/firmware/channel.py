@@ -11,7 +11,7 @@ class Channel:
 
     Attributes:
         limits: Limits of that link.
-        follows_port: Whether the high speed port has had its turn at this time, as it has before a command over USB;
+        follows_port: Whether the high speed port has already run in this pass, as before a command over USB;
             a program runs when the clock shows the next pass.
         inbox: Its receive buffer, with the bytes that follow it in the Comm map.
         outbox: Its send buffer, with the last reply.

@@ -54,7 +54,7 @@ class CommandModule:
 
     Attributes:
         due_ms: See `Module`.
-        calculates: Whether `run_ahead` is worth a try.
+        calculates: Whether `run_ahead` may be able to run passes.
         status: See `firmware_protocol.iomap.ProgramStatus`.
         activate: 1 to start the program `file_name` in the next pass.
         deactivate: 1 to stop the program; without a program it stays set and stops the next one.
@@ -324,7 +324,7 @@ class CommandModule:
         self.due_ms = now_ms + 1
 
     def _read_code(self) -> None:
-        """Give a program that runs the code that is in the flash now: the firmware reads it from there."""
+        """Give a running program the code that is in the flash now: the firmware reads it from there."""
         if self._machine:
             program = self._machine.program
             content = self._loader.flash.memory.read(program.address, len(program.content))
@@ -365,7 +365,7 @@ class CommandModule:
         return False
 
     def _catch_up(self, machine: Machine, *, runs_on: bool) -> None:
-        """Let the Tick count the pass that it left out, once clumps have run for a whole one."""
+        """Let the Tick count the pass that it left out, once clumps have run for a whole pass."""
         if runs_on and self._dialect.abort_stops_tick:
             self._tick_lag = 0
         machine.lag = self._tick_lag

@@ -68,7 +68,7 @@ class DisplayModule:
         self.memory[_START : _START + _SIZE] = bytes(_SIZE)
 
     def begin(self, *, clear: bool, spend: Callable[[int], object]) -> None:
-        """Prepare for drawing: the first time the firmware's own screen makes room for the program's."""
+        """Prepare for drawing; the first time, the program takes the screen."""
         self.spend, self._shape = spend, None
         if clear or not self._drawn:
             self.clear()
@@ -166,7 +166,7 @@ class DisplayModule:
         self.line(x, y, right, y)
         self.line(x, top, right, top)
         for side in (x, right):
-            if self._shape is not None:  # what fills a shape looks for its sides also beyond the screen
+            if self._shape is not None:  # a shape is filled between its sides, which may be beyond the screen
                 self._shape |= {(side, row): 1 for row in range(max(min(y, top), 0), min(max(y, top), _LAST_ROW) + 1)}
             else:
                 self.line(side, y, side, top)
@@ -228,7 +228,7 @@ class DisplayModule:
 def _cut(line: tuple[int, int, int, int]) -> tuple[int, int, int, int] | None:
     """Return the part of a line on the screen, or None: its ends are cut off at top or bottom, then at the sides.
 
-    Rows are bytes that count from the top: what a truncated slope leaves above the screen is far below it.
+    Rows are bytes that count from the top, so an end that a truncated slope leaves above the screen is far below it.
     """
     x, y, end_x, end_y = line
     across, up = end_x - x, end_y - y

@@ -155,7 +155,7 @@ class HighSpeed:
     def _take(self, until_ms: int) -> None:
         """Take bytes from the line in the passes since then: in each, up to the end of a receiver's buffer.
 
-        Beyond the bytes that the receiver stores, it gives these again.
+        Beyond the bytes that the receiver stores, the ring gets the stored ones again.
         A place behind the ring is followed by its first one.
         """
         first_ms = max(self._line_ms, self._opened_ms + _OPENING_MS)
@@ -173,7 +173,7 @@ class HighSpeed:
         self._line_ms = max(self._line_ms, until_ms + 1)
 
     def _settle(self, until_ms: int) -> None:
-        """Execute requests in the passes since then: initialising takes one, and asks for receiving in the next."""
+        """Execute requests in the passes since then: initialising takes one, and requests receiving in the next."""
         while self._next_ms < until_ms and (self._flags & _UPDATE or self._remains):
             if self._state == HighSpeedState.INITIALISE:
                 self._clear()

@@ -11,7 +11,7 @@ class IoControl:
     """Commands to the processor that controls the power supply.
 
     Attributes:
-        stays_on: Whether the brick is still on after it was switched off: what is written to the map is sent at once.
+        stays_on: Whether the brick is still on after it was switched off; then a word in the map is sent at once.
     """
 
     def __init__(self) -> None:

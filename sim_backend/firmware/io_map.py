@@ -1,6 +1,6 @@
 """Live IO map of a module: declared variables on top of plain bytes.
 
-A variable shows the bits of its value that fit its type, as in the firmware, where it has no others.
+A variable shows the bits of its value that fit its type; in the firmware it has no others.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class LiveMap:
             self.settle()
 
     def settle(self) -> None:
-        """Let the module see that the map was written."""
+        """Tell the module that the map was written."""
         if self._on_write is not None:
             self._on_write()
 

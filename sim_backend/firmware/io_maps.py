@@ -93,7 +93,7 @@ def input_map(module: InputModule) -> LiveMap:
 
 
 def low_speed_map(module: LowSpeedModule) -> LiveMap:
-    """Make the map of I2C; telegrams start transactions, or writing a buffer, a state and then the bit of the port."""
+    """Make the map of I2C. Transactions start by telegrams, or by writing a buffer, a state and then the port's bit."""
     live = LiveMap(iomap.LOW_SPEED, on_write=module.wake)
     for i, channel in enumerate(module.channels):
         live.bind(
@@ -136,7 +136,7 @@ def ui_map(module: UiModule, radio: Radio) -> LiveMap:
     """Make the map of the user interface; the pointer at the start of the map is not simulated."""
     live = LiveMap(iomap.UI, on_write=module.wake)
     live.bind(module.registers, LMSfilename="program_name", Flags="flags")
-    live.bind(module, State="map_state")  # after those: a written state uses them
+    live.bind(module, State="map_state")  # after the others: a written state uses them
     live.bind(
         module.registers,
         Button="button",

@@ -14,7 +14,7 @@ _MARK = 3
 
 
 class ModuleSearch:
-    """The one listing of modules, for telegrams and programs. At power-on it is one of all modules, and not open."""
+    """The only listing of modules, for telegrams and programs. At power-on it lists all modules, and is not open."""
 
     def __init__(self, maps: Sequence[LiveMap], loader: Loader, free_flash_at: int) -> None:
         """Make the module.
@@ -29,7 +29,7 @@ class ModuleSearch:
         self._found: Iterator[LiveMap] = iter(maps)
 
     def first(self, pattern: str) -> LiveMap | Status:
-        """Open a listing and return its first module, or why there is none; then it stays open, too.
+        """Open a listing and return its first module, or why there is none; even then the listing stays open.
 
         The firmware copies what it looks for to a field of 20 bytes, however long it is, and over the number of the
         module to begin with, the mark, and the free flash after it. With ``*.*`` it copies the pattern as it is, and

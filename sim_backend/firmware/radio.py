@@ -1,6 +1,6 @@
 """The Bluetooth radio as telegrams see it: name, address, power, and how long it is busy.
 
-Source: docs/firmware.md section 10. The durations are those of the recordings' radio.
+Source: docs/firmware.md section 10. The durations are those of the bench's radio.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RING = 128
 """Size of the ring buffer of what the radio sends."""
 
 _PLACE_AFTER_BOOT, _PLACE_WITH_RADIO_OFF = 62, 51
-"""Where its next byte is stored after a boot, by its answers to the firmware."""
+"""Place of the radio's next byte after a boot, which its answers to the firmware determine."""
 
 _TIME_OUT_MS = 494
 """Additional time for which the firmware waits for an answer that does not arrive."""
@@ -300,7 +300,7 @@ class Radio:
         self._changes = sorted([*self._changes, Change(at_ms, Part.MESSAGE, message)], key=itemgetter(0))
 
     def postpone(self, passes: int) -> None:
-        """Delay the effects of an operation: the radio stands still for the next passes."""
+        """Delay the effects of an operation: the radio does not run for the next passes."""
         self._settle()
         self._busy_until_ms += passes
         self._changes = [change._replace(at_ms=change.at_ms + passes) for change in self._changes]
@@ -334,7 +334,7 @@ class Radio:
         return [*started, Change(at_ms + 8, Part.LINK_STATE, _STARTED), Change(at_ms + 9, Part.LINK_STATE, _VISIBLE)]
 
     def _unanswered(self, operation: _Operation) -> bool:
-        """Return whether the radio has not carried out the first step, which it does not do in stream mode."""
+        """Return whether the radio has not carried out the first step; it does not in stream mode."""
         return self._clock.now_ms < operation.began_ms + operation.changes[0].at_ms
 
     def _hold(self) -> None:

@@ -1,4 +1,4 @@
-"""How the display processes its masks and refreshes the screen, as far as its map shows it.
+"""How the display processes its masks and refreshes the screen, as far as its map shows.
 
 Source: docs/firmware.md section 8.5.
 """
@@ -82,7 +82,7 @@ class ScreenRefresh:
         self.mark(_DRAWING)
 
     def drop_drawings(self) -> None:
-        """Draw nothing of what was left to draw: a program clears the screen."""
+        """Drop what was left to draw: a program clears the screen."""
         self.update_mask = 0
 
     def show_normal(self) -> None:

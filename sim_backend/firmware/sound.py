@@ -23,13 +23,13 @@ _SLOWEST, _FASTEST = 2000, 16_000
 """Range of sample rates."""
 
 _BUFFER = 64
-"""Bytes of a file that are read at once; a rest of fewer is not played."""
+"""Bytes of a file that are read at once; a smaller rest is not played."""
 
 _BUFFERS = 3
 """Buffers of the ring between the file and the loudspeaker. It counts modulo this number, so a third one empties it."""
 
 _AHEAD_MS = 1.2
-"""Time by which the loudspeaker ends a file before the end of a pass: its start and end are within passes."""
+"""Time from the loudspeaker's end of a file to the end of that pass: files start and end within passes."""
 
 CLICK, ATTENTION, STARTUP = b"! Click.rso\0", b"! Attention.rso\0", b"! Startup.rso\0"
 """Sounds of the user interface."""
@@ -98,7 +98,7 @@ class SoundModule:
         self._places: list[float] = []
         self._queued_sample_ms = 0.0
         self._buffers, self._read, self._played = [b""] * _BUFFERS, 0, 0
-        self._is_melody = True  # pieces are samples only after the header of a file has said so
+        self._is_melody = True  # pieces are samples only after the header of a file has declared them so
         self._plays_buffer = self._begins_again = False
         self._notes: list[tuple[int, int]] = []
 
@@ -222,7 +222,7 @@ class SoundModule:
         self.flags, self.state, self._sounds = self.flags | SoundFlag.RUNNING, int(state), True
 
     def _start_file(self, handle: int, size: int, begins_ms: int) -> None:
-        """Play an open file from a pass on, after buffers of one that was replaced, as far as the ring counts them."""
+        """Play an open file from a pass on, after the buffers of a replaced file, as far as the ring counts them."""
         before, melody = SoundState(self.state), self._is_melody
         self._silence()
         self._handle = handle
@@ -245,7 +245,7 @@ class SoundModule:
     def _go_on(self, before: SoundState, now_ms: int, *, closes: bool) -> None:
         """Continue with the sound before a file that is not a sound file: a tone has ended, the ring is played.
 
-        A file with a whole header is closed, but the next sound or stop closes whatever has its number by then. Another
+        A file with a whole header is closed, but the next sound or stop closes its number once more. Another
         one stays open until then, or until the ring is empty.
         """
         if closes and self._handle is not None:
@@ -261,7 +261,7 @@ class SoundModule:
             self._silence()
 
     def _continue(self, now_ms: int) -> None:
-        """Continue a tone or a file: play the next note or buffer, and read another one, or end."""
+        """Continue a tone or a file: play the next note or buffer, and read another buffer, or end."""
         if self.state == SoundState.TONE:
             if self.mode & SoundMode.LOOP:
                 self._start_tone(now_ms)
@@ -291,7 +291,7 @@ class SoundModule:
         self._played = (self._played + 1) % _BUFFERS
 
     def _runs_dry(self, now_ms: int) -> bool:
-        """Return whether the last sample but one of the only buffer in the queue plays, when none can be added."""
+        """Return whether the last sample but one of the only buffer in the queue plays; then none can be added."""
         alone = bool(self._queue) and all(end_ms <= now_ms for end_ms in self._queue[:-1])
         return alone and 0.0 <= now_ms - self._places[-1] < self._sample_ms
 
@@ -334,7 +334,7 @@ class SoundModule:
     def _play_note(self, now_ms: int) -> None:
         """Play the next note of a melody; its buffer stays in the ring until its last note has ended.
 
-        A buffer without a whole note is passed over. A loop that begins again plays its first note in the next pass.
+        A buffer without a whole note is skipped. A loop that begins again plays its first note in the next pass.
         """
         while not self._notes:
             if self._plays_buffer:

@@ -32,14 +32,14 @@ class Version:
         reads_digital_raw: Whether the converter's value is also shown for types of digital sensors.
         settles_by_pins: Whether a new type needs time to settle only if it sets the pins of the input differently.
         frees_first_pin: Whether the first digital pin of a custom sensor can become an input; else it stays an output.
-        ends_write_early: Whether the I2C bus takes the end of the bytes written for the end of the write although a
+        ends_write_early: Whether the I2C bus treats the end of the bytes written as the end of the write although a
             read follows; otherwise it waits for the acknowledge of the read address.
         waits_for_clock: Whether an I2C transfer waits while a device holds the clock line low.
         suspends_reads: Whether a message suspends an I2C read that was cut short at once; otherwise when it is sent.
         resends_messages: Whether an I2C message without acknowledge is sent again; otherwise the bytes after it are.
         counts_full_ring: Whether an idle port counts the 16 bytes of a full receive ring; otherwise it counts none.
         write_options: Whether LSWrite takes ports modulo 4, with options in higher bits; otherwise it refuses others.
-        ends_high_speed: Whether the state of the high speed port becomes 6 when a request was executed.
+        ends_high_speed: Whether the state of the high speed port becomes 6 after a request was executed.
         high_speed_modulus: Modulus of the place from which bytes of the high speed port are fetched, in a ring of
             128.
         end_restores_screen: Whether the pass after the end of a program switches the display and its refresh on.
@@ -206,7 +206,7 @@ _V1_05 = replace(
 
 _PORT_GROUPS = {3: (0, 1), 4: (0, 2), 5: (1, 2), 6: (0, 1, 2)}
 _BELOW_ALL = 0xF9
-"""Distance of the same groups as SetOutputState has them a second time, up to 255 for all."""
+"""Added to a group's number, it gives another number of the same group in SetOutputState, 255 for all motors."""
 
 _V1_32 = replace(
     _V1_29,

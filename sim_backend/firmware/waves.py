@@ -32,7 +32,7 @@ class Waves:
             frequency_hz: 0 is a rest.
             duration_ms: As commanded.
             now_ms: The present pass.
-            rest_ms: How long something else is on the loudspeaker yet.
+            rest_ms: How long another sound is still on the loudspeaker.
 
         Returns:
             The pass in which the last wave is handed over.
