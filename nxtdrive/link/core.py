@@ -1,7 +1,7 @@
 """The state machine of a link, without I/O, threads or a clock.
 
-It schedules the work of a link and tracks losses; it never sends, waits or reads a clock. Times are arguments, on the
-link's clock. So one core serves both real links, where a thread does the scheduled work, and simulated ones, where
+It schedules the work of a link and tracks losses; it never sends, waits or reads a clock. Callers pass the time on
+the link's clock. So one core serves both real links, where a thread does the scheduled work, and simulated ones, where
 the program does it whenever it waits.
 
 ::

@@ -10,7 +10,7 @@ CABLE_ANSWER_S = 1.0
 RADIO_ANSWER_S = 2.0
 """Default timeout over Bluetooth, which loses nothing but stalls. Source: the RWTH toolbox (docs/connecting.md)."""
 TIMEOUT_RANGE_S = (0.001, 3600.0)
-"""Longer ones mean to wait forever, which no transport can."""
+"""Longer timeouts are refused: they mean to wait forever, which no transport can."""
 
 LATENCY_EVERY_S = 0.05
 """Time between two measured round trips; measuring all of them would slow every request down."""

@@ -221,7 +221,7 @@ class Link:
             self._check_due = min(self._check_due, due)
 
     def announce(self) -> None:
-        """Have the schedule checked before the next request, and in the link's thread."""
+        """Make the next request and the link's thread check the schedule."""
         self._check_due = -math.inf
         if self._thread:
             self._thread.announce()
@@ -297,10 +297,10 @@ class Link:
                 self._thread.join()
             self.motions.end_all()
             with suppress(LinkTimeout):
-                self._lock.exclusive(self.transport.close, timeout_s=CLOSING_S)  # not amid a request, unless that lasts
+                self._lock.exclusive(self.transport.close, timeout_s=CLOSING_S)  # not during a request
         finally:
             self.transport.close()
-        self.motions.end_all()  # another thread may have begun one since, and wait for its end
+        self.motions.end_all()  # another thread may have begun a motion since, and wait for its end
 
     @property
     def acts_for_program(self) -> bool:

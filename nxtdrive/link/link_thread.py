@@ -53,7 +53,7 @@ class LinkThread:
         return threading.get_ident() == self._ident
 
     def announce(self) -> None:
-        """Have the thread look at the schedule, which has changed; starts it if necessary."""
+        """Wake the thread to check the schedule, which has changed; start it if necessary."""
         self._news.set()
         if self._thread is None and self._core.state is not LinkState.CLOSED:
             with self._starting:

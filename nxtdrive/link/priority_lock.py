@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 PREEMPTING = (SetOutputState, IOMapWrite, ResetMotorPosition, UpdateResetCount)
 """Commands that drive motors; they go before other waiting commands."""
 SLICE_S = 0.1
-"""A waiting thread looks this often whether it is next, as a thread that was interrupted may not have called it."""
+"""A waiting thread checks this often whether it is next, as an interrupted thread may not have called it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -69,7 +69,7 @@ class PriorityLock:
     def exclusive(
         self, work: Callable[[*Args], Result], *args: *Args, preempting: bool = True, timeout_s: float | None = None
     ) -> Result:
-        """Call `work` with the lock held, after all waiting threads, or with `preempting` before those that are not.
+        """Call `work` with the lock held, after all waiting threads, or with `preempting` before those without it.
 
         Raises:
             LinkTimeout: Other threads held it for `timeout_s`; None: no limit.

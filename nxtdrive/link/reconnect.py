@@ -45,7 +45,7 @@ class LosableLink(Protocol):
         ...
 
     def pause(self, duration_s: float) -> None:
-        """Let some time pass, at most `duration_s`."""
+        """Wait, at most `duration_s`."""
         ...
 
     def announce(self) -> None:
@@ -191,7 +191,7 @@ class Reconnector:
         core, link = self._core, self._link
         self._attempting = threading.get_ident()
         try:
-            self._lock.exclusive(link.transport.close)  # not amid a request; opening it takes long, and needs no lock
+            self._lock.exclusive(link.transport.close)  # not during a request; opening needs no lock
             transport = reopen_transport(link.transport, timeout_s=link.timeout_s)
             try:
                 self._lock.exclusive(self._use, transport)

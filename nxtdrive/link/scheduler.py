@@ -90,7 +90,7 @@ class Motion(Generic[R]):
         if self._error is not None:
             if isinstance(self._error, LinkLost):
                 self._link.acknowledge()
-            raise self._error.with_traceback(self._traceback)  # as it ended; each `join` would add to it
+            raise self._error.with_traceback(self._traceback)  # the traceback as it ended; each `join` would add to it
         return self._outcome  # type: ignore[return-value]  # without an error there is an outcome
 
     def cancel(self) -> None:

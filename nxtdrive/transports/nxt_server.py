@@ -76,7 +76,7 @@ class NxtServerTransport(WallClock):
         """Send one telegram, after the reply to the one before or its timeout."""
         self._check_open()
         self._await(lambda: not self._due, SEND_TIMEOUT_S)
-        self._piece = b""  # a rest that comes later still is no part of the next reply
+        self._piece = b""  # a rest that arrives even later is not part of the next reply
         self._connection.write(bytes((telegram[0] & ~NO_REPLY,)) + telegram[1:])
         self._due = True
         self._unwanted = bytes((Kind.REPLY, telegram[1])) if telegram[0] & NO_REPLY else b""
@@ -87,7 +87,7 @@ class NxtServerTransport(WallClock):
         self._await(lambda: bool(self._arrived), timeout_s)
         if self._arrived:
             return self._arrived.popleft()
-        # a reply of which nothing has come is overdue: the next telegram does not wait for it
+        # the next telegram does not wait for an overdue reply of which no part has arrived
         self._due = bool(self._piece)
         return None
 

@@ -23,7 +23,7 @@ from nxtdrive.transports.base import closed
 from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, read_trace
 
 EARLY_S = 0.001
-"""Tolerance for replies recorded after the deadline: times are recorded when the call has returned."""
+"""Tolerance for replies recorded after the deadline: times are recorded after the call has returned."""
 STEP_S = 0.001
 """Tolerance for the end of a pause: the simulator rounds to whole milliseconds."""
 
@@ -117,7 +117,7 @@ class ReplayTransport:
         if entry is None or entry.kind is not Kind.REOPENED:
             raise LinkLost("the link was not opened again at this point of the recording.")
         self._take(entry)
-        again = copy(self)  # the driver takes the same object for the same link
+        again = copy(self)  # for the driver, the same object is the same link
         again._open = True
         return again
 

@@ -70,7 +70,7 @@ class SerialTransport(StreamTransport):
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:
-            # it may have taken a part of this one, whose rest would be taken from the next
+            # part of this telegram may have been sent; the next one would be read as its rest
             with contextlib.suppress(Exception):  # of a port that is gone, POSIX raises termios.error, no OSError
                 self._port.reset_output_buffer()  # closing waits until it is sent
             self.close()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 USB_LATENCY_MS = 2.0
 """Round trip over USB as measured by the Player project (playerstage.sourceforge.net, driver nxt)."""
 MAX_LATENCY_MS = 10_000
-"""Longest round trip that can be set: a slower link answers nothing before its requests time out."""
+"""Longest round trip that can be set: on a slower link every request times out before its reply."""
 
 LAG_S = 1.0
 """A real-time simulation that lags more than this, e.g. after waiting for the user, does not catch up."""

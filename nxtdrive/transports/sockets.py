@@ -38,11 +38,11 @@ class Connection:
         return data
 
     def write(self, data: bytes) -> None:
-        """Write all of `data` within `SEND_TIMEOUT_S`; of data that is taken in part the rest would join what follows.
+        """Write all of `data` within `SEND_TIMEOUT_S`; after a partial write, the next data would be read as its rest.
 
         Raises:
-            LinkTimeout: Nothing of it was taken.
-            LinkLost: Only a part was taken, and the connection is closed; or it was lost before.
+            LinkTimeout: None of it was sent.
+            LinkLost: Only a part was sent, and the connection is closed; or it was lost before.
         """
         left, deadline = memoryview(data), _CLOCK.now() + SEND_TIMEOUT_S
         try:
@@ -68,7 +68,7 @@ class Connection:
 
 
 def _is_silence(error: OSError) -> bool:
-    """Whether our own wait has ended; a connection that the system has given up raises a TimeoutError with a number."""
+    """Whether our own wait has ended; a TimeoutError of a connection that the system has dropped has a number."""
     return isinstance(error, BlockingIOError) or (isinstance(error, TimeoutError) and error.errno is None)
 
 

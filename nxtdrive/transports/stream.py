@@ -70,7 +70,7 @@ class StreamTransport(WallClock):
         return self._frames.incomplete > 0
 
     def _drop_overdue(self) -> None:
-        """Drop an incomplete telegram: its missing rest would be taken from the next one."""
+        """Drop an incomplete telegram: otherwise the next one would be read as its rest."""
         if self._frames.incomplete and self.now() - self._heard_at >= OVERDUE_S:
             self._frames.reset()
 
