@@ -333,7 +333,7 @@ class CommandModule:
                 self.wake()
 
     def records_with(self, clump: int) -> ClumpRecords | None:
-        """Return the records of the program's clumps, if there is such a clump; they have its breakpoints."""
+        """Return the records of the program's clumps, which hold breakpoints, if the clump exists."""
         return self._records if self._machine and clump < len(self._machine.tasks) else None
 
     def _show_clumps(self) -> None:

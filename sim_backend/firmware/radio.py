@@ -207,7 +207,7 @@ class Radio:
 
     @property
     def seems_busy(self) -> bool:
-        """The same for the user interface, whose turn in a pass is before the radio's."""
+        """The same for the user interface, which runs before the radio in a pass."""
         return self._busy(self._clock.now_ms - 1)
 
     def _busy(self, at_ms: int) -> bool:

@@ -82,7 +82,7 @@ class FileRunner:
             self._registers.next_step_ms = self._clock.now_ms
 
     def choose(self, name: bytes, *, opened: bool = True) -> None:
-        """Set the file to run when its turn comes; its page follows only if it is `opened` by the user interface."""
+        """Set the next file to run; its page follows only if the user interface has `opened` it."""
         self._file, self._run, self._has_page, self._begun_ms = name, Run.TONE, opened, self._clock.now_ms
 
     def begin(self) -> None:

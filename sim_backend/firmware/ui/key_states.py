@@ -33,7 +33,7 @@ class KeyStates:
     """The present state and those to come, one for each pass.
 
     Args:
-        registers: Has the flags.
+        registers: Holds the flags.
         screen: Draws.
 
     Attributes:

@@ -34,9 +34,9 @@ class Menu:
     """The place in the menus.
 
     Args:
-        registers: Has the volume that is in use, and the flags.
+        registers: Holds the volume that is in use, and the flags.
         settings: Settings that the menus change.
-        loader: Has the files.
+        loader: Holds the files.
         screen: Draws the menus.
         view: The value of a sensor or motor that is shown.
         logs: The data log.

@@ -18,10 +18,10 @@ from sim_backend.firmware.ui.stored_settings import StoredSettings
 
 
 class MenuFiles:
-    """Looks for files and changes them, and shows that by the states of a key.
+    """Looks up and changes files, and shows that by the states of a key.
 
     Args:
-        loader: Has the files.
+        loader: Holds the files.
         stored: Counts the data logs.
         places: Lists the files.
         states: Shows it.

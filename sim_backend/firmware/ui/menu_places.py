@@ -53,7 +53,7 @@ def is_page(menu: Place) -> bool:
 
 
 def extension(files: Place) -> str:
-    """Return the end of the names in a list of files."""
+    """Return the extension of the names in a list of files."""
     return _TRIED if files == TRY_ME else EXTENSIONS[files[-1]]
 
 

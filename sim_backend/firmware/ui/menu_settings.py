@@ -11,8 +11,8 @@ class MenuSettings:
     """Volume and sleep time-out.
 
     Args:
-        registers: Has the volume.
-        sleep_timer: Has the sleep time-out.
+        registers: Holds the volume.
+        sleep_timer: Holds the sleep time-out.
         stored: Both as they are kept without power.
     """
 

@@ -87,7 +87,7 @@ class ProgramSteps:
             loader.close(handle)
 
     def open(self, name: str) -> bytes:
-        """Copy a program to run as if it had been made here, and return its icons; none if it is no such program."""
+        """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program."""
         loader = self._loader
         status, handle, _ = loader.open_read(name)
         if status:

@@ -32,7 +32,7 @@ class StoredSettings:
         """Make settings that are not loaded yet.
 
         Args:
-            loader: Has the file.
+            loader: Holds the file.
             preset: Its content at the first boot.
         """
         self._loader, self._preset = loader, preset

@@ -25,7 +25,7 @@ PICTURE_MS = 100
 """How long it shows each of the others."""
 
 PICTURE_LEAD_MS = 2
-"""Time from the end of the last refresh with one picture until the next one is there."""
+"""Time from the end of the last refresh with one picture until the next picture appears."""
 
 EMPTY_MS = 2000
 """How long the start shows an empty battery."""
