@@ -103,8 +103,7 @@ class SimBrick:
         self.input = InputModule(clock, version)
         self.low_speed = LowSpeedModule(clock, self.input.ports, version)
         # without a flash it is as after the first boot
-        flash = flash or Flash(version.flash_start, version.sectors, version.directory_size)
-        self.loader = Loader(flash, version)
+        self.loader = Loader(flash or Flash(version.flash_start, version.sectors, version.directory_size), version)
         self.sound = SoundModule(clock, self.loader)
         self._screen = screen = ScreenRefresh(clock)
         self.io_control = IoControl()
