@@ -5,9 +5,9 @@ from __future__ import annotations
 from firmware_protocol.framing import USB_TELEGRAM_LIMIT
 from nxtdrive.transports.base import Transport
 
-CABLE_ANSWER_S = 1.0
+USB_REPLY_TIMEOUT_S = 1.0
 """Default timeout over USB, where a reply usually takes 2 ms."""
-RADIO_ANSWER_S = 2.0
+BLUETOOTH_REPLY_TIMEOUT_S = 2.0
 """Default timeout over Bluetooth, which loses nothing but stalls. Source: the RWTH toolbox (docs/connecting.md)."""
 TIMEOUT_RANGE_S = (0.001, 3600.0)
 """Longer timeouts are refused: they mean to wait forever, which no transport can."""
@@ -18,6 +18,6 @@ LATENCIES = 15
 """Number of measurements in the median."""
 
 
-def answer_s(transport: Transport) -> float:
+def default_timeout_s(transport: Transport) -> float:
     """Return the default timeout of a reply; longer telegrams than USB has mean Bluetooth."""
-    return CABLE_ANSWER_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else RADIO_ANSWER_S
+    return USB_REPLY_TIMEOUT_S if transport.max_telegram <= USB_TELEGRAM_LIMIT else BLUETOOTH_REPLY_TIMEOUT_S

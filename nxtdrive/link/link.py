@@ -19,7 +19,7 @@ from firmware_protocol.enums import OutputPort
 from firmware_protocol.errors import LinkLost, LinkTimeout, NXTError
 from firmware_protocol.telegram import Command, Reply
 from nxtdrive.link.core import LinkCore, LinkState
-from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, TIMEOUT_RANGE_S, answer_s
+from nxtdrive.link.latency import LATENCIES, LATENCY_EVERY_S, TIMEOUT_RANGE_S, default_timeout_s
 from nxtdrive.link.link_thread import LinkThread
 from nxtdrive.link.priority_lock import PREEMPTING, PriorityLock
 from nxtdrive.link.reconnect import PROBE_S, RECONNECT_TIMEOUT_S, Reconnector, interrupted
@@ -67,7 +67,7 @@ class Link:
         reconnecting: bool = False,
         threads: Threads = THREADS,
     ) -> None:
-        self.timeout_s = answer_s(transport) if timeout_s is None else timeout_s
+        self.timeout_s = default_timeout_s(transport) if timeout_s is None else timeout_s
         self.reconnect_timeout_s = RECONNECT_TIMEOUT_S
         self.driven_ports: set[OutputPort] = set()
         self.before_request: Callable[[], None] | None = None
