@@ -112,7 +112,7 @@ but 100 for `dark` and `glare`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class PictureView:
     """A picture as it appears in a frame.
 
     Attributes:
@@ -212,19 +212,19 @@ class GeometricSensor:
 
     def sights(
         self, panels: Sequence[Panel], viewpoint: Viewpoint, name: str, turn_rate_deg_s: float = 0.0
-    ) -> list[Sight]:
+    ) -> list[PictureView]:
         """Return how every picture with that texture looks from the front, nearest first; arguments as in `observe`."""
         found = [self._sight(panel, panels, viewpoint, turn_rate_deg_s) for panel in panels if panel.texture == name]
         return sorted((sight for sight in found if sight is not None), key=lambda sight: sight.distance_mm)
 
-    def hit_rate(self, sight: Sight) -> float:
+    def hit_rate(self, view: PictureView) -> float:
         """Return the probability that a picture with this appearance is detected in one frame, 0..1."""
-        work_px = sight.height_px * WORK_WIDTH_PX / self.pinhole.width
-        return self._law.hit_rate(work_px, sight.slant_deg, sight.hidden, sight.smear)
+        work_px = view.height_px * WORK_WIDTH_PX / self.pinhole.width
+        return self._law.hit_rate(work_px, view.slant_deg, view.hidden, view.smear)
 
     def _sight(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
-    ) -> Sight | None:
+    ) -> PictureView | None:
         """Return the appearance of the front of a picture; None from behind, too near or completely hidden."""
         if not panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm):
             return None
@@ -246,7 +246,7 @@ class GeometricSensor:
         upper, lower = ((focal * u / w, focal * v / w) for u, v, w in ends)
         height_px = math.dist(upper, lower)
         turn = math.radians(min(80.0, abs(turn_rate_deg_s) * self._shutter_s))
-        return Sight(
+        return PictureView(
             panel,
             bearing_deg=math.degrees(math.atan2(right, depth)),
             distance_mm=distance,
@@ -267,14 +267,16 @@ class GeometricSensor:
         within = (np.abs(right) * focal < half_width * depth) & (np.abs(down) * focal < half_height * depth)
         return np.asarray(within, np.bool_)
 
-    def _report(self, sight: Sight, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float) -> Quad | None:
+    def _report(
+        self, view: PictureView, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float
+    ) -> Quad | None:
         """Return the picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
         stretch = math.exp(self.generator.gauss(0.0, self._law.distance_sd))
         turn_deg = self.generator.gauss(0.0, self._law.bearing_sd_deg)
-        if sight.distance_mm * stretch > farthest_mm:
+        if view.distance_mm * stretch > farthest_mm:
             return None
         seen_from = replace(viewpoint, heading_deg=viewpoint.heading_deg - turn_deg)
-        corners = _corners(sight.panel, 1.0 / stretch)
+        corners = _corners(view.panel, 1.0 / stretch)
         first, second, third, fourth = (self._pixel(corner, seen_from, turn_rate_deg_s) for corner in corners)
         return first, second, third, fourth
 

@@ -94,7 +94,7 @@ def _frame_limit(size: tuple[int, int]) -> int:
     return size[0] * size[1] * 2
 
 
-class Webcam(UsbDevice):
+class UvcWebcam(UsbDevice):
     """The webcam on USB."""
 
     def __init__(self, size: tuple[int, int], fps: float) -> None:
@@ -186,7 +186,7 @@ class UvcDoor(LoopDoor):
         super().__init__("webcam", host, port)
         self.address = f"{UsbIpClient.scheme}://{bracketed(host)}:{self.port}"
         self.command = attach_command(host, self.port)
-        self._device = Webcam(size, fps)
+        self._device = UvcWebcam(size, fps)
         self._asking: dict[_Cable, None] = {}
         self._cable: _Cable | None = None
         self._thread.start()

@@ -7,7 +7,6 @@ from random import Random
 
 from sim_backend.firmware import io_maps
 from sim_backend.firmware.button import Button, ButtonModule
-from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.dispatch import BluetoothComm, UsbComm
 from sim_backend.firmware.comm.file_handlers import FileHandlers
 from sim_backend.firmware.comm.handler_result import Handlers, handlers_of
@@ -18,6 +17,7 @@ from sim_backend.firmware.comm.output_handlers import OutputHandlers
 from sim_backend.firmware.comm.program_handlers import ProgramHandlers
 from sim_backend.firmware.comm.property_handlers import PropertyHandlers
 from sim_backend.firmware.command import CommandModule
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.display import DisplayModule
 from sim_backend.firmware.files.flash import Flash
 from sim_backend.firmware.files.loader import Loader
@@ -125,16 +125,16 @@ class SimBrick:
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
         long_read = LongRead(self.loader, self.radio, BLUETOOTH.buffer)
-        channel, self.radio.sends_reply = Channel(long_read), long_read.sending
-        self.high_speed = HighSpeed(clock, channel, version)
+        link, self.radio.sends_reply = CommandLink(long_read), long_read.sending
+        self.high_speed = HighSpeed(clock, link, version)
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)
         comm_map = self._maps[0]
-        handlers = self._handlers(version, channel, comm_map)
+        handlers = self._handlers(version, link, comm_map)
         self.radio.inbox = comm_map.bytes_from("BtInBuf")
         self.radio.show_boot()
-        self.comm = UsbComm(handlers, channel, version, comm_map.bytes_from("UsbInBuf"))
-        self.bluetooth = BluetoothComm(handlers, channel, version, self.radio.inbox)
+        self.comm = UsbComm(handlers, link, version, comm_map.bytes_from("UsbInBuf"))
+        self.bluetooth = BluetoothComm(handlers, link, version, self.radio.inbox)
 
     def _make_ui(self, version: Version, buttons: Sequence[Button]) -> UiModule:
         return UiModule(
@@ -151,16 +151,16 @@ class SimBrick:
             io_control=self.io_control,
         )
 
-    def _handlers(self, version: Version, channel: Channel, comm_map: LiveMap) -> Handlers:
+    def _handlers(self, version: Version, link: CommandLink, comm_map: LiveMap) -> Handlers:
         return handlers_of(
             OutputHandlers(self.output),
             InputHandlers(self.input, self.low_speed),
             PropertyHandlers(self.ui, self.sound, self.radio, self.loader, self.command),
             ProgramHandlers(self.command, self.loader, self.ui),
-            FileHandlers(self.loader, channel),
-            ModuleHandlers(self._maps, self._module_search, self.loader, channel),
+            FileHandlers(self.loader, link),
+            ModuleHandlers(self._maps, self._module_search, self.loader, link),
             IdentityHandlers(
-                version, self.radio, self.loader, self.high_speed, self.io_control, self._screen, channel, comm_map
+                version, self.radio, self.loader, self.high_speed, self.io_control, self._screen, link, comm_map
             ),
         )
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from sim_backend.firmware.channel import Channel
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.versions import Version
 
@@ -47,15 +47,15 @@ class HighSpeed:
         to_send: Number of bytes in the buffer for bytes to send.
     """
 
-    def __init__(self, clock: Clock, channel: Channel, version: Version) -> None:
+    def __init__(self, clock: Clock, link: CommandLink, version: Version) -> None:
         """Make the port.
 
         Args:
             clock: The brick's time.
-            channel: The link of the current command.
+            link: The link of the current command.
             version: The firmware version.
         """
-        self._clock, self._channel = clock, channel
+        self._clock, self._link = clock, link
         self._ends_done, self._fetch_modulus = version.ends_high_speed, version.high_speed_modulus
         self._flags = self._state = 0
         self._next_ms = clock.now_ms
@@ -68,7 +68,7 @@ class HighSpeed:
     @property
     def _now_ms(self) -> int:
         """The last pass of the port: in each, it comes after a telegram over Bluetooth and before one over USB."""
-        return self._clock.now_ms - (not self._channel.follows_port)
+        return self._clock.now_ms - (not self._link.follows_port)
 
     @property
     def flags(self) -> int:

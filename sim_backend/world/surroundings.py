@@ -17,7 +17,7 @@ _NEAREST_MM = 100.0
 _ONE_METRE_MM = 1000.0
 
 
-class Surroundings:
+class LocalConditions:
     """Conditions of a world at each place.
 
     Args:

@@ -24,7 +24,7 @@ from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
 from sim_backend.world.sensing import LinesOfSight, UltrasonicBeam
 from sim_backend.world.sensor_tables import Echo
-from sim_backend.world.surroundings import Surroundings
+from sim_backend.world.surroundings import LocalConditions
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Person, Picture, Wall, WorldFile
 
@@ -85,7 +85,7 @@ class World:
         soft = (obj for table, obj in zip(tables, standing, strict=True) if table.absorbs)
         self._absorbing = {shape for obj in soft for shape in obj.shapes}
         self.ultrasonic = self.beam(file.ultrasonic, (file.ultrasonic.forward_mm, 0.0), 0.0, "ultrasonic")
-        self.surroundings = Surroundings(file)
+        self.surroundings = LocalConditions(file)
         # the purpose is part of the seed: under another name, every room with events would go on in another way
         self.scheduler = EventScheduler(file.events, self._random("story"))
         self._wall_panels = tuple(panel for wall in walls for panel in wall.panels())

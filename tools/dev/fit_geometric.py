@@ -24,7 +24,7 @@ from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor, Sight
+from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor, PictureView
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
@@ -57,7 +57,7 @@ class Setup:
 class Trial:
     """The true geometry and the detector's errors: bearing in degrees, and log of the distance ratio."""
 
-    sight: Sight
+    sight: PictureView
     setup: Setup
     errors: tuple[float, float] | None
 
@@ -92,7 +92,7 @@ class BenchSetup:
         image = self._camera.frame(panels, LENS, setup.turn_rate_deg_s, setup.brightness)
         return Trial(sights[0], setup, self._errors(name, image, sights[0]))
 
-    def _errors(self, name: str, image: np.ndarray, sight: Sight) -> tuple[float, float] | None:
+    def _errors(self, name: str, image: np.ndarray, sight: PictureView) -> tuple[float, float] | None:
         target = self._targets[name]
         for one in target.detector.detect(image):
             bearing_deg, distance_mm = self._pinhole.locate(one, target.height_mm)
@@ -162,7 +162,7 @@ def fit_law(trials: int) -> DetectorLaw:
     dim = sweep(bench, trials, lambda: Setup(near(), brightness=2 ** rng.uniform(-6.0, 0.0)))
     glaring = sweep(bench, trials, lambda: Setup(near(), brightness=2 ** rng.uniform(0.0, 3.0)))
 
-    def curve(done: list[Trial], quantity: Callable[[Sight], float], sign: int) -> Falloff:
+    def curve(done: list[Trial], quantity: Callable[[PictureView], float], sign: int) -> Falloff:
         return fit([quantity(trial.sight) for trial in done], [trial.errors is not None for trial in done], sign)
 
     def light(done: list[Trial], sign: int) -> Falloff:

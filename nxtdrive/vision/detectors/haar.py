@@ -31,7 +31,7 @@ FACES = "haarcascade_frontalface_"
 """The names of OpenCV's cascades for faces from the front begin with this."""
 
 
-class Confirmation(NamedTuple):
+class ConfirmingCascade(NamedTuple):
     """How a cascade confirms the hits of another one.
 
     Attributes:
@@ -46,9 +46,9 @@ class Confirmation(NamedTuple):
 
 
 CONFIRMED_BY = {
-    DEFAULT_CASCADE: Confirmation(1.05, 8),
-    "haarcascade_frontalface_default": Confirmation(1.05, 8),
-    "haarcascade_frontalface_alt_tree": Confirmation(1.02, 1, (0.0, 6.0, -6.0)),
+    DEFAULT_CASCADE: ConfirmingCascade(1.05, 8),
+    "haarcascade_frontalface_default": ConfirmingCascade(1.05, 8),
+    "haarcascade_frontalface_alt_tree": ConfirmingCascade(1.02, 1, (0.0, 6.0, -6.0)),
 }
 """All others of these must confirm its hits: cascades that were trained apart rarely take the same pattern for a face.
 The last one rarely does at all, but misses rolled faces. Source: docs/vision.md 1.4."""
@@ -128,7 +128,7 @@ class HaarDetector:
         )
 
 
-def _finds(cascade: cv2.CascadeClassifier, gray: cv2.typing.MatLike, how: Confirmation) -> bool:
+def _finds(cascade: cv2.CascadeClassifier, gray: cv2.typing.MatLike, how: ConfirmingCascade) -> bool:
     return len(cascade.detectMultiScale(gray, scaleFactor=how.scale_factor, minNeighbors=how.neighbours)) > 0
 
 

@@ -15,8 +15,8 @@ from firmware_protocol.framing import LENGTH_LIMIT, LENGTH_SIZE
 from firmware_protocol.status import Status
 from firmware_protocol.system import Read, Write
 from firmware_protocol.telegram import COMMANDS, NO_REPLY, REPLY_HEADER, Ack, Command, Kind
-from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import HandlerResult, Handlers
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.limits import BLUETOOTH, USB, Limits
 from sim_backend.firmware.versions import Version
 
@@ -48,7 +48,7 @@ class Comm:
     def __init__(
         self,
         handlers: Handlers,
-        channel: Channel,
+        link: CommandLink,
         limits: Limits,
         version: Version,
         buffers: memoryview,
@@ -57,13 +57,13 @@ class Comm:
 
         Args:
             handlers: Handler of each command.
-            channel: The link of the current command, for the handlers.
+            link: The link of the current command, for the handlers.
             limits: Sizes of this link.
             version: The firmware version.
             buffers: The module's map from the receive buffer on. Both buffers are never cleared.
         """
         self._handlers = handlers
-        self._channel, self._limits = channel, limits
+        self._link, self._limits = link, limits
         self._commands = {
             (int(kind), opcode): command
             for (kind, opcode), command in COMMANDS.items()
@@ -120,13 +120,13 @@ class Comm:
         data = bytes(self.inbox)
         if command is Write:  # only Write uses the telegram's length; other commands read stale bytes beyond its end
             data = telegram if len(telegram) >= _WRITE_SIZE else self._short_write(len(telegram))
-        channel = self._channel
-        channel.limits, channel.inbox, channel.outbox = self._limits, self._buffers, self.outbox
-        channel.follows_port = not self._limits.streams
+        link = self._link
+        link.limits, link.inbox, link.outbox = self._limits, self._buffers, self.outbox
+        link.follows_port = not self._limits.streams
         try:
             return self._handlers[command](command.decode(data))
         finally:
-            channel.follows_port = False
+            link.follows_port = False
 
     def _short_write(self, length: int) -> bytes:
         """Return a Write without a handle: the size of its data (its length less that of the header) has 16 bits.
@@ -151,8 +151,8 @@ class Comm:
 class UsbComm(Comm):
     """The USB link, which first sends the bytes of its send buffer that wait according to its map."""
 
-    def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
-        super().__init__(handlers, channel, USB, version, buffers)
+    def __init__(self, handlers: Handlers, link: CommandLink, version: Version, buffers: memoryview) -> None:
+        super().__init__(handlers, link, USB, version, buffers)
         self._waiting_at = self._outbox_at + USB.buffer + _WAITING
 
     def receive(self, telegram: bytes) -> bytes | None:
@@ -172,8 +172,8 @@ class BluetoothComm(Comm):
     second byte, so that a telegram of one byte has the opcode 0.
     """
 
-    def __init__(self, handlers: Handlers, channel: Channel, version: Version, buffers: memoryview) -> None:
-        super().__init__(handlers, channel, BLUETOOTH, version, buffers)
+    def __init__(self, handlers: Handlers, link: CommandLink, version: Version, buffers: memoryview) -> None:
+        super().__init__(handlers, link, BLUETOOTH, version, buffers)
         self._head, self._written = b"", 0
 
     def receive_framed(self, data: bytes) -> bytes:
@@ -189,11 +189,11 @@ class BluetoothComm(Comm):
     @property
     def sending(self) -> bool:
         """Whether the reply to a long Read is still being sent, or would be if its file were longer."""
-        return self._channel.long_read.sending()
+        return self._link.long_read.sending()
 
     def next_piece(self) -> bytes:
         """Return the next piece of the reply to a long Read, which the firmware sends in a pass after a telegram."""
-        return self._channel.long_read.next_piece()
+        return self._link.long_read.next_piece()
 
     def begin_framed(self, data: bytes) -> bytes:
         """Do the same as `receive_framed`, but return only the first piece of a long Read's reply; see `next_piece`.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from firmware_protocol import enhanced, system
 from firmware_protocol.status import Status
-from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, reply_with
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.files.file_header import File
 from sim_backend.firmware.files.loader import Loader, Opened
 from sim_backend.firmware.files.names import pack_name
@@ -14,12 +14,12 @@ from sim_backend.firmware.files.names import pack_name
 class FileHandlers:
     """Creating, reading, listing and deleting files."""
 
-    def __init__(self, loader: Loader, channel: Channel) -> None:
-        self._loader, self._channel = loader, channel
+    def __init__(self, loader: Loader, link: CommandLink) -> None:
+        self._loader, self._link = loader, link
 
     @property
     def _over_usb(self) -> bool:
-        return not self._channel.limits.streams
+        return not self._link.limits.streams
 
     def _noted(self, opened: Opened) -> Opened:
         """Record a handle that was opened over USB: pulling the cable closes it, whatever it belongs to by then."""
@@ -57,9 +57,9 @@ class FileHandlers:
     @handles(system.Read)
     def read(self, command: system.Read) -> HandlerResult:
         """Read on; the reply has the requested length, padded with zeros."""
-        limits = self._channel.limits
+        limits = self._link.limits
         if limits.streams and command.size > limits.read:
-            return HandlerResult(sent=self._channel.long_read.begin(command.handle, command.size))
+            return HandlerResult(sent=self._link.long_read.begin(command.handle, command.size))
         size = min(command.size, limits.read)
         status, data = self._loader.read(command.handle, size)
         if status == Status.ILLEGAL_HANDLE:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from firmware_protocol import direct, system
 from firmware_protocol.iomap import COMM
 from firmware_protocol.status import Status
-from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import DONE, HandlerResult, handles, refuse_with_zeros, reply_with
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.high_speed import HighSpeed
 from sim_backend.firmware.io_control import BOOT, IoControl
@@ -39,12 +39,12 @@ class IdentityHandlers:
         high_speed: HighSpeed,
         io_control: IoControl,
         screen: ScreenRefresh,
-        channel: Channel,
+        link: CommandLink,
         comm_map: LiveMap,
     ) -> None:
         self._versions = system.Versions(*_PROTOCOL, version.minor, version.major)
         self._radio, self._loader = radio, loader
-        self._high_speed, self._channel = high_speed, channel
+        self._high_speed, self._link = high_speed, link
         self._io_control, self._screen = io_control, screen
         self._comm_map = comm_map
 
@@ -107,7 +107,7 @@ class IdentityHandlers:
     @handles(system.BluetoothFactoryReset)
     def factory_reset(self, _: system.BluetoothFactoryReset) -> HandlerResult:
         """Reset the radio, unless it is busy or the request came over it."""
-        if self._radio.busy or self._channel.limits.streams:
+        if self._radio.busy or self._link.limits.streams:
             return HandlerResult(Status.UNDEFINED_ERROR)
         self._radio.reset()
         return DONE
@@ -120,7 +120,7 @@ class IdentityHandlers:
     @handles(system.Poll)
     def poll(self, command: system.Poll) -> HandlerResult:
         """Fetch the bytes waiting, padded to the requested length."""
-        if command.size > self._channel.limits.poll:
+        if command.size > self._link.limits.poll:
             return reply_with(system.PollData(command.buffer, 0, b""), Status.UNDEFINED_ERROR)
         data = self._high_speed.fetch(command.size) if command.buffer else b""
         return reply_with(system.PollData(command.buffer, len(data), data.ljust(command.size, b"\0")))
@@ -128,7 +128,7 @@ class IdentityHandlers:
     @handles(system.Boot)
     def boot(self, command: system.Boot) -> HandlerResult:
         """Enter the boot loader if the text is correct and came over USB."""
-        if not command.text.startswith(system.BOOT_TEXT) or self._channel.limits.streams:
+        if not command.text.startswith(system.BOOT_TEXT) or self._link.limits.streams:
             return refuse_with_zeros(system.Boot, Status.UNDEFINED_ERROR)
         self._screen.shut_down()
         self._io_control.power_word = BOOT

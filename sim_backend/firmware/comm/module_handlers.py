@@ -9,8 +9,8 @@ from firmware_protocol import system
 from firmware_protocol.iomap import COMM
 from firmware_protocol.iomap_layout import IOMap
 from firmware_protocol.status import Status
-from sim_backend.firmware.channel import Channel
 from sim_backend.firmware.comm.handler_result import HandlerResult, handles, refuse_with_zeros, reply_with
+from sim_backend.firmware.command_link import CommandLink
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import unpack_name
 from sim_backend.firmware.io_map import LiveMap
@@ -40,14 +40,14 @@ _REPLY_DATA = {streams: COMM.field(name).offset + 9 for streams, name in ((False
 class ModuleHandlers:
     """Listing of modules, and access to their variables."""
 
-    def __init__(self, maps: Sequence[LiveMap], search: ModuleSearch, loader: Loader, channel: Channel) -> None:
-        self._search, self._loader, self._channel = search, loader, channel
+    def __init__(self, maps: Sequence[LiveMap], search: ModuleSearch, loader: Loader, link: CommandLink) -> None:
+        self._search, self._loader, self._link = search, loader, link
         self._by_id = {live.layout.module_id: live for live in maps}
 
     @handles(system.FindFirstModule)
     def find_first(self, _: system.FindFirstModule) -> HandlerResult:
         """Start the listing; there can be only one. The pattern ends with the first zero of the receive buffer."""
-        return self._reply(self._search.first(unpack_name(bytes(self._channel.inbox[_PATTERN:]))))
+        return self._reply(self._search.first(unpack_name(bytes(self._link.inbox[_PATTERN:]))))
 
     @handles(system.FindNextModule)
     def find_next(self, _: system.FindNextModule) -> HandlerResult:
@@ -68,7 +68,7 @@ class ModuleHandlers:
     @handles(system.IOMapRead)
     def read(self, command: system.IOMapRead) -> HandlerResult:
         """Read variables; the length is capped before the range is checked."""
-        size = min(command.size, self._channel.limits.io_map_read)
+        size = min(command.size, self._link.limits.io_map_read)
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapData(command.module_id, 0, bytes(size)), status)
@@ -77,9 +77,9 @@ class ModuleHandlers:
     def _copy(self, live: LiveMap, command: system.IOMapRead, size: int) -> bytes:
         """Copy variables into the send buffer, byte by byte: a copy of that buffer itself repeats the written bytes."""
         offset = command.offset
-        self._channel.outbox[_ID_AND_OFFSET] = struct.pack("<IH", command.module_id, offset)
+        self._link.outbox[_ID_AND_OFFSET] = struct.pack("<IH", command.module_id, offset)
         data = live.read(offset, size)
-        written = _REPLY_DATA[self._channel.limits.streams] - offset
+        written = _REPLY_DATA[self._link.limits.streams] - offset
         if live.layout is COMM and 0 < written < size:
             data = (data[:written] * (size // written + 1))[:size]
         return data
@@ -87,17 +87,17 @@ class ModuleHandlers:
     @handles(system.IOMapWrite)
     def write(self, command: system.IOMapWrite) -> HandlerResult:
         """Write variables; the size is not compared with that of the telegram, and is lost from the receive buffer."""
-        inbox, size = self._channel.inbox, command.size
+        inbox, size = self._link.inbox, command.size
         inbox[_WRITE_SIZE] = inbox[_WRITE_OFFSET]
         live, status = self._locate(command.module_id, command.offset, size)
         if live is None:
             return reply_with(system.IOMapWritten(command.module_id, 0), status)
-        outbox = self._channel.outbox
+        outbox = self._link.outbox
         outbox[_ID] = struct.pack("<I", command.module_id)
         step = 1 if live.layout is COMM else max(size, 1)  # byte by byte, as its buffers may overlap
         for at in range(0, size, step):
             live.store(command.offset + at, bytes(inbox[_WRITE_DATA + at :][:step]).ljust(step, b"\0"))
-        if size and not (live.layout is COMM and self._channel.limits.streams):
+        if size and not (live.layout is COMM and self._link.limits.streams):
             live.settle()  # the second byte of the Bluetooth buffer is cleared after the telegram in it, not before
         module_id = int.from_bytes(outbox[_ID], "little")  # the written bytes may have overwritten it
         return reply_with(system.IOMapWritten(module_id, size))

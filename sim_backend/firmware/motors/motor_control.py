@@ -39,14 +39,14 @@ CREEP = 10
 """Lowest speed at the start or end of a ramp, percent."""
 
 
-class Option(IntFlag):
+class MotorOption(IntFlag):
     """Options of firmware 1.32."""
 
     HOLD_AT_LIMIT = 0x10
     RAMP_DOWN_TO_LIMIT = 0x20
 
 
-_HOLDS_AT_LIMIT, RAMPS_TO_LIMIT = int(Option.HOLD_AT_LIMIT), int(Option.RAMP_DOWN_TO_LIMIT)
+_HOLDS_AT_LIMIT, RAMPS_TO_LIMIT = int(MotorOption.HOLD_AT_LIMIT), int(MotorOption.RAMP_DOWN_TO_LIMIT)
 """Plain integers: a flag's operators would take as long as the rest of a pass."""
 
 
@@ -76,7 +76,7 @@ class MotorControl:
         speed_left, acceleration_left: Parts of a degree, in hundredths, that periods other than 100 ms left over.
         period_ms: Passes that must elapse before the next regulation.
         saturates: Whether the parts of a regulator are limited, not only their sum.
-        options: See `Option`.
+        options: See `MotorOption`.
         brake: Whether the windings are shorted in the PWM's off-phase.
         overloaded: Whether the regulator requested more than 100 %.
         forever: Whether no tacho limit is active.

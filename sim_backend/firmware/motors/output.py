@@ -71,7 +71,7 @@ class Output:
         run_state: As commanded until the next pass, then live.
         regulation: As commanded.
         turn: As commanded, percent.
-        options: `motor_control.Option` bits; active with `OutputFlag.MODE`.
+        options: `motor_control.MotorOption` bits; active with `OutputFlag.MODE`.
         max_speed, max_acceleration: Of the regulation to a position, degrees in 100 ms; active with `OutputFlag.PID`.
         tacho_limit: As commanded, degrees.
     """

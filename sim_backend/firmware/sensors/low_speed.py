@@ -31,7 +31,7 @@ _FIRST = 1
 _LOW_SPEED = (SensorType.LOW_SPEED, SensorType.LOW_SPEED_9V)
 
 
-class Option(IntFlag):
+class WriteOption(IntFlag):
     """Options of LSWrite in firmware 1.32, as bits of the port."""
 
     NO_RESTART = 4
@@ -166,7 +166,7 @@ class LowSpeedModule:
             port: 0..3.
             data: At most 16 bytes, the address first.
             rx_size: Number of bytes to read.
-            options: Bits of `Option`; others are ignored.
+            options: Bits of `WriteOption`; others are ignored.
         """
         channel = self.channels[port]
         idle = channel.state == ChannelState.IDLE and self._configured(port)
@@ -174,8 +174,8 @@ class LowSpeedModule:
             return False
         channel.start(data, rx_size)
         if self._has_options:
-            self.at_once = _with_bit(self.at_once, port, bool(options & Option.AT_ONCE))
-            self.no_restart = _with_bit(self.no_restart, port, bool(options & Option.NO_RESTART))
+            self.at_once = _with_bit(self.at_once, port, bool(options & WriteOption.AT_ONCE))
+            self.no_restart = _with_bit(self.no_restart, port, bool(options & WriteOption.NO_RESTART))
         self.active |= 1 << port
         self.wake()
         return True

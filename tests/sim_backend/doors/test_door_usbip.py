@@ -18,7 +18,7 @@ from firmware_protocol.system import GetVersions
 from sim_backend.doors.usb_device import Stall
 from sim_backend.doors.usbip import NxtDevice, UsbIpDoor, attach_command
 from sim_backend.doors.usbip_session import UsbIpSession
-from sim_backend.doors.uvc import UvcDoor, Webcam
+from sim_backend.doors.uvc import UvcDoor, UvcWebcam
 
 SERIAL_NUMBER = "001653010203"
 GET_BATTERY = GetBatteryLevel().encode()
@@ -283,7 +283,7 @@ PROBE = struct.Struct("<HBBI5HII")
 
 @pytest.fixture
 def webcam():
-    return Webcam((320, 240), 15.0)
+    return UvcWebcam((320, 240), 15.0)
 
 
 def test_the_format_is_negotiated(webcam):

@@ -6,7 +6,7 @@ from sim_backend.firmware.limits import USB
 from sim_backend.firmware.long_read import LongRead
 
 
-class Channel:
+class CommandLink:
     """The link that the current command came over.
 
     Attributes:
