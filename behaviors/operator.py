@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 from behaviors.evidence import Evidence
 from behaviors.journal import plain
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice, RecoveryPolicy
-from behaviors.return_types import checked
+from behaviors.return_types import WrongReturn, checked, checked_list, place
 
 OPERATOR_CHOSE = "the operator chose it"
 ALTERNATIVE = "possible, though the profile does not propose it"
@@ -84,12 +86,26 @@ Ask = Callable[[Question], Choice]
 def candidates(policy: RecoveryPolicy, evidence: Evidence) -> tuple[OperatorChoice, ...]:
     """Return the candidates of a policy; giving the target up is among them only if the policy weighs that."""
     if isinstance(policy, WeighingPolicy):
-        weighed = checked(policy.candidates, Sequence, evidence)  # type: ignore[type-abstract]
+        weighed = checked_list(policy.candidates, Candidate, evidence)
+        for each in weighed:
+            if wrong := _wrong(each):
+                raise WrongReturn(f"{place(policy.candidates)} returned a candidate with {wrong}")
         return tuple(OperatorChoice(each.choice, each) for each in weighed)
     if isinstance(policy, ListingPolicy):
-        listed = checked(policy.recoveries, Sequence)  # type: ignore[type-abstract]
-        return tuple(OperatorChoice(choice) for choice in listed)
+        return tuple(OperatorChoice(choice) for choice in checked_list(policy.recoveries, Choice))
     return ()
+
+
+def _wrong(candidate: Candidate) -> str:
+    """Return what is wrong with a candidate, which may come from a profile of another package, or an empty string."""
+    choice, seconds, chance = candidate.choice, candidate.seconds, candidate.chance
+    if not isinstance(choice, Choice):
+        return f"{type(choice).__name__}, not a Choice"
+    if not isinstance(seconds, Real) or math.isnan(seconds):
+        return f"seconds of {seconds!r}, not a number"
+    if not isinstance(chance, Real) or not 0 <= chance <= 1:
+        return f"a chance of {chance!r}, not one from 0 to 1"
+    return ""
 
 
 def question(policy: RecoveryPolicy, evidence: Evidence) -> Question:

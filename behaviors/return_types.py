@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from behaviors.mission import MissionError
@@ -37,6 +37,19 @@ def checked(method: Callable[..., object], kind: type[Result], *arguments: objec
         methods = [name for name in vars(kind) if not name.startswith("_")]
         wrong += f": it lacks {' and '.join(f'{name}()' for name in methods if not hasattr(result, name))}"
     raise WrongReturn(wrong)
+
+
+def checked_list(method: Callable[..., object], kind: type[Result], *arguments: object) -> Sequence[Result]:
+    """Call a method that returns a list, and return it; as for `checked`, but `kind` is that of its elements.
+
+    Raises:
+        WrongReturn: It returned something else, or an element is something else.
+    """
+    found: Sequence[Any] = checked(method, Sequence, *arguments)  # type: ignore[type-abstract]
+    for each in found:
+        if not isinstance(each, kind):
+            raise WrongReturn(f"{place(method)} returned a list with {type(each).__name__}, not {kind.__name__}")
+    return found
 
 
 def place(method: Any) -> str:  # noqa: ANN401 - anything that can be called

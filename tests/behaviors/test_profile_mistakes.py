@@ -9,7 +9,10 @@ import sys
 
 import pytest
 
+from behaviors.events import Reason
+from behaviors.evidence import Evidence
 from behaviors.mission import MissionError
+from behaviors.operator import question
 from behaviors.profiles import registry
 from behaviors.profiles.registry import find_profile
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
@@ -19,7 +22,7 @@ from nxtdrive.tools.sweep.task import Task, evaluate
 
 MODULE = """\
 from behaviors.profiles.adaptive import AdaptiveProfile
-from behaviors.recoveries import CHANGE_TARGET, WAIT, Choice
+from behaviors.recoveries import CHANGE_TARGET, WAIT, Candidate, Choice
 
 class {name}(AdaptiveProfile):
     {body}
@@ -36,6 +39,7 @@ class Policy:
 
 WRONG_RESULT = ". Correct it there; docs/profiles.md says what each method returns."
 EXCEPTION = ". Correct it there, or report it to the profile's author."
+BLOCKED = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
 
 
 @pytest.fixture(autouse=True)
@@ -205,16 +209,35 @@ def test_a_run_prints_one_line_and_keeps_it(tmp_path, capsys):
     assert "returned NoneType, not a Skill" in json.loads((run / "summary.json").read_text(encoding="utf-8"))["error"]
 
 
-def test_candidates_that_are_no_list_are_named_before_a_person_is_asked(tmp_path):
-    from behaviors.events import Reason
-    from behaviors.evidence import Evidence
-    from behaviors.operator import question
-
-    _write(tmp_path, POLICY.format("Choice(WAIT, 'x')", None))
-    evidence = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
+@pytest.mark.parametrize(
+    ("candidates", "text"),
+    [
+        ("None", "returned NoneType, not a Sequence."),
+        ("[Choice(WAIT, 'x')]", "returned a list with Choice, not Candidate."),
+        ("'wait'", "returned a list with str, not Candidate."),
+        ("[Candidate(Choice(WAIT, 'x'), 5.0, 70)]", "returned a candidate with a chance of 70, not one from 0 to 1."),
+        ("[Candidate(Choice(WAIT, 'x'), 5.0, '1')]", "returned a candidate with a chance of '1', not one from 0 to 1."),
+        ("[Candidate(Choice(WAIT, 'x'), 5.0, float('nan'))]", "with a chance of nan, not one from 0 to 1."),
+        ("[Candidate(Choice(WAIT, 'x'), None, 1.0)]", "with seconds of None, not a number."),
+        ("[Candidate(Choice(WAIT, 'x'), float('nan'), 1.0)]", "with seconds of nan, not a number."),
+        ("[Candidate('wait', 5.0, 1.0)]", "returned a candidate with str, not a Choice."),
+    ],
+)
+def test_candidates_that_are_none_are_named_before_a_person_is_asked(tmp_path, candidates, text):
+    _write(tmp_path, POLICY.format("Choice(WAIT, 'x')", candidates))
     policy = find_profile("mistaken:Mistaken").own_policy(None)
-    with pytest.raises(MissionError, match=re.escape("candidates() of mistaken:Policy (")):
-        question(policy, evidence)
+    with pytest.raises(MissionError) as error:
+        question(policy, BLOCKED)
+    assert f"candidates() of mistaken:Policy ({tmp_path / 'mistaken.py'}:10) " in str(error.value)
+    assert text in str(error.value)
+
+
+def test_a_list_of_recoveries_has_choices_only(tmp_path):
+    listing = POLICY.format("Choice(WAIT, 'x')", "()").replace("def candidates(self, evidence)", "def recoveries(self)")
+    _write(tmp_path, listing.replace("return ()", "return [WAIT]"))
+    policy = find_profile("mistaken:Mistaken").own_policy(None)
+    with pytest.raises(MissionError, match=r"recoveries\(\) of .* returned a list with Recovery, not Choice\."):
+        question(policy, BLOCKED)
 
 
 def test_a_choice_takes_only_recoveries_that_are_registered():
