@@ -30,8 +30,11 @@ def load(name: str) -> Any:  # noqa: ANN401 - the class has been checked, not de
     Raises:
         MissionError: It cannot be loaded, or is no profile.
     """
+    entry = installed_profiles().get(name)
+    if entry and ":" not in entry.value:
+        what = f"its entry point is {entry.value!r}, not module:Class; correct it in its package."
+        raise MissionError(f"profile {name!r} cannot be loaded: {what}")
     try:
-        entry = installed_profiles().get(name)
         found: Any = entry.load() if entry else _imported(name)
     except (Exception, SystemExit) as error:  # the module of another package may raise anything
         if is_signal(error):
@@ -82,7 +85,7 @@ def _remedy(name: str, error: BaseException) -> str:
     if _raised_at(error):
         return "correct that line."
     if isinstance(error, AttributeError):
-        file = getattr(sys.modules.get(module), "__file__", None) or module
+        file = getattr(error.obj, "__file__", None) or module
         return f"correct the name of the class, or write it in {file}."
     return f"name it as module:Class in the folder of module.py, or install its package ({DOCUMENT})."
 

@@ -36,11 +36,11 @@ def _folder(monkeypatch, tmp_path):
         sys.modules.pop(name, None)
 
 
-def _install(folder, name="patient"):
+def _install(folder, name="patient", offered="patient:Patient"):
     info = folder / "patient_profile-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: patient-profile\nVersion: 1.0\n", encoding="utf-8")
-    (info / "entry_points.txt").write_text(f"[nxtdrive.profiles]\n{name} = patient:Patient\n", encoding="utf-8")
+    (info / "entry_points.txt").write_text(f"[nxtdrive.profiles]\n{name} = {offered}\n", encoding="utf-8")
     sys.path.insert(0, str(folder))
 
 
@@ -89,6 +89,25 @@ def test_anything_that_is_not_a_profile_gives_a_sentence(tmp_path, name, text, c
     for command in (["run", "--policy"], ["sweep", "--policies"]):
         assert main([*command, name]) == USAGE
         assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("offered", "text"),
+    [
+        (
+            "patient:Nobody",
+            "has no attribute 'Nobody'; correct the name of the class, or write it in {folder}/patient.py.",
+        ),
+        ("patient Patient", "its entry point is 'patient Patient', not module:Class; correct it in its package."),
+        ("", "its entry point is '', not module:Class; correct it in its package."),
+        ("patient", "its entry point is 'patient', not module:Class; correct it in its package."),
+        ("gone:Patient", "No module named 'gone'; install the package of gone, or correct the import."),
+    ],
+)
+def test_an_installed_profile_that_cannot_be_loaded_gives_a_sentence(tmp_path, offered, text):
+    _install(tmp_path, "calm", offered)
+    with pytest.raises(MissionError, match=re.escape(text.format(folder=tmp_path))):
+        find_profile("calm")
 
 
 def test_a_client_may_choose_an_installed_profile_or_the_missions_own_and_no_other_module(tmp_path):
