@@ -77,8 +77,11 @@ def calibrate_by_ruler(
         "radius_mm": RADIUS_MM,
     }
     wheels = measured("ruler", {key: errors[key] for key in values}, today)
-    changes = {**values, "turn_slip_percent": 0.0}
-    file = described(before, {"robot": changes, "calibration": {**identity, "wheels": wheels}})
+    tables: dict[str, dict[str, object]] = {
+        "robot": {**values, "turn_slip_percent": 0.0},
+        "calibration": {**identity, "wheels": wheels},
+    }
+    file = described(before, tables, "Measure again, in millimetres.")
     lines = [Line(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]
     return Outcome(file, lines, None, 0)
 

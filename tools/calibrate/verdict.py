@@ -74,12 +74,13 @@ def rounded(values: Mapping[str, float], keys: tuple[str, ...]) -> dict[str, flo
     return {key: round(values[key], DIGITS.get(key, 1)) + 0.0 for key in keys}
 
 
-def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]]) -> RobotFile:
+def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]], remedy: str = REMEDY) -> RobotFile:
     """Return a robot file with new values for some keys of its tables.
 
     Args:
         before: The file so far.
         changes: New values by the name of the table.
+        remedy: What to do about a value that cannot be that of a robot.
 
     Raises:
         CalibrationRefused: A value cannot be that of a robot.
@@ -90,7 +91,7 @@ def described(before: RobotFile, changes: Mapping[str, Mapping[str, object]]) ->
         return RobotFile.model_validate(tables)
     except ValidationError as error:
         found = "; ".join(mistakes(error, RobotFile))
-        raise CalibrationRefused(f"the measured values are implausible: {found}.", remedy=REMEDY) from None
+        raise CalibrationRefused(f"the measured values are implausible: {found}.", remedy=remedy) from None
 
 
 def measured(method: str, errors: Mapping[str, float], date: datetime.date, **others: float) -> dict[str, object]:

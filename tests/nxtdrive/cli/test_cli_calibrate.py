@@ -147,13 +147,23 @@ def test_wheels_are_measured_by_ruler(here, monkeypatch, capsys):
 
 @pytest.mark.parametrize(
     ("driven", "radius", "said"),
-    [("100", "", "is 10% of what the wheels counted"), ("1000", "14", "a radius of 14 mm does not reach the wheels")],
+    [
+        ("100", "", "is 10% of what the wheels counted"),
+        ("1000", "14", "a radius of 14 mm does not reach the wheels"),
+        (
+            "1000",
+            "1400",
+            "radius_mm: must be 500 or less, not 1400.0 (radius_mm is a number in millimetres). Measure again",
+        ),
+    ],
 )
-def test_a_ruler_in_centimetres_is_refused(here, monkeypatch, capsys, driven, radius, said):
+def test_a_ruler_in_another_unit_is_refused(here, monkeypatch, capsys, driven, radius, said):
     answers = iter(["", driven, "", "0", radius])
     monkeypatch.setattr("builtins.input", lambda: next(answers))
     assert main(["calibrate", "wheels", "--ruler", "--nxt", "sim://open"]) == NOT_ACHIEVED
-    assert said in capsys.readouterr().err
+    refusal = capsys.readouterr().err
+    assert said in refusal
+    assert "sheet" not in refusal
 
 
 def test_a_ruler_needs_no_world_and_says_what_an_answer_is(here, monkeypatch, capsys):
