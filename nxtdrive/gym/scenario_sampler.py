@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.mission.files import with_profile
+from nxtdrive.mission.files import check_profile, with_profile
 from nxtdrive.simulated.episode import Episode
 from nxtdrive.simulated.robot import CAMERA, GEOMETRIC
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
@@ -31,7 +31,8 @@ class ScenarioSampler:
         profile: The missions' profile.
 
     Raises:
-        ConfigError: There is no such class, nothing to draw from, or something else than a list to draw from.
+        ConfigError: There is no such class or profile, nothing to draw from, or something else than a list to draw
+            from.
     """
 
     def __init__(self, kinds: Sequence[str], seeds: Sequence[int], profile: str) -> None:
@@ -41,6 +42,7 @@ class ScenarioSampler:
             if not isinstance(values, Sequence | np.ndarray):  # a set has no order, so draws would not be repeatable
                 raise ConfigError(f"{name} is a list, not {values!r}.", remedy=f"Write {name}=[...].")
         _check_kinds(kinds)
+        check_profile(profile)
         if len(kinds) == 0 or len(seeds) == 0:
             raise ConfigError("there is nothing to draw an episode from.", remedy="Name a class and a seed.")
         self._kinds, self._seeds, self._profile = tuple(kinds), seeds, profile
@@ -49,7 +51,7 @@ class ScenarioSampler:
         """Draw a scenario; the options ``kind`` and ``seed`` name one instead.
 
         Raises:
-            ConfigError: The profile cannot be loaded, or an option names nothing that exists.
+            ConfigError: An option names nothing that exists.
         """
         options = options or {}
         if unknown := sorted(map(str, set(options) - {"kind", "seed"})):

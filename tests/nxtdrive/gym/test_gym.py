@@ -170,6 +170,11 @@ def test_what_does_not_exist_is_refused(make):
         make().step(make().action_space.sample())
 
 
+def test_a_profile_that_does_not_exist_is_refused():
+    with pytest.raises(ConfigError, match="profile 'nobody' cannot be loaded"):
+        DecisionEnv(profile="nobody")
+
+
 def test_seeds_may_be_an_array():
     _, info = WheelEnv(seeds=np.arange(7, 8)).reset(seed=1)
     assert info["seed"] == 7
