@@ -22,11 +22,12 @@ from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question
-from behaviors.profile_names import ADAPTIVE
+from behaviors.profile_names import ADAPTIVE, THESIS, named_profiles
 from behaviors.profiles.profile import MakeProfile
 from behaviors.profiles.registry import supervised
 from behaviors.recoveries import Choice
 from firmware_protocol.errors import ConfigError
+from firmware_protocol.wording import did_you_mean
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text, whole_number
 from nxtdrive.mission.assembly import MissionRun, open_robot
@@ -43,6 +44,7 @@ from sim_backend.judge import scene, stop_counts
 from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.simulation import Simulation
 
+from .agents import ALL_NAMES
 from .forks import CAN_FORK, Forks
 from .runner import Workers
 
@@ -122,11 +124,18 @@ def read_source(name: str) -> Source:
     kind, _, rest = name.partition(":")
     seed, _, profile = rest.partition(":")
     if kind in ALL_CLASSES and (number := whole_number(seed)) is not None and not os.path.exists(name):
+        if profile in ALL_NAMES and profile not in named_profiles():
+            raise ConfigError(
+                f"{profile} is an agent of sweeps, not a profile.",
+                remedy=f"Write {kind}:{seed} or {kind}:{seed}:{THESIS}.",
+            )
         check_profile(profile or ADAPTIVE)
         return GeneratedMission(kind, number, profile or ADAPTIVE)
     if not os.path.isdir(name):
+        remedy = did_you_mean(kind, ALL_CLASSES) if rest and kind not in ALL_CLASSES else ""
         raise ConfigError(
-            f"{name} is neither a run folder nor CLASS:SEED[:PROFILE].", remedy="Write clutter:100, for example."
+            f"{name} is neither a run folder nor CLASS:SEED[:PROFILE].",
+            remedy=remedy or "Write clutter:100, for example.",
         )
     return read_recorded(Path(name))
 

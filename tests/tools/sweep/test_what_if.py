@@ -394,6 +394,20 @@ def test_anything_that_is_not_a_run_is_refused(name, capsys):
     assert "neither a run folder" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("flatt:100", "Did you mean 'flat'?"),
+        ("nowhere:1", "Write clutter:100, for example."),
+        ("open:100:oracle", "oracle is an agent of sweeps, not a profile. Write open:100 or open:100:thesis."),
+        ("open:100:adaptive-no-detour", "adaptive-no-detour is an agent of sweeps, not a profile."),
+    ],
+)
+def test_a_mistyped_class_and_an_agent_that_is_no_profile_are_named(name, text, capsys):
+    assert main(["what-if", name]) == 2
+    assert text in capsys.readouterr().err
+
+
 class _InterruptedAt(io.StringIO):
     """A standard error at which Ctrl-C is pressed as soon as it has these words."""
 
