@@ -5,6 +5,7 @@ It uses only what a real robot has: odometry and echoes. Where the wheels slip, 
 
 from __future__ import annotations
 
+from behaviors.mission.robot import CameraTable
 from behaviors.ports import Pose
 
 CELL_MM = (100, 50)
@@ -18,9 +19,15 @@ ARROWS = "↑↗→↘↓↙←↖"
 
 
 class FloorMap:
-    """Cells with marks; later marks win, and echoes win over the path."""
+    """Cells with marks; later marks win, and echoes win over the path.
 
-    def __init__(self) -> None:
+    Args:
+        sonar_forward_mm: How far the ultrasonic sensor is in front of the axle.
+        camera: Where its lens is; by default above the middle of the axle.
+    """
+
+    def __init__(self, sonar_forward_mm: float = 0.0, camera: CameraTable | None = None) -> None:
+        self._sonar_forward_mm, self._camera = sonar_forward_mm, camera or CameraTable()
         self._path: set[tuple[int, int]] = set()
         self._echoes: set[tuple[int, int]] = set()
         self._target: tuple[int, int] | None = None
@@ -34,11 +41,11 @@ class FloorMap:
     def hear(self, pose: Pose, distance_mm: float | None) -> None:
         """Note an echo ahead, or none."""
         if distance_mm is not None and distance_mm <= FARTHEST_ECHO_MM:
-            self._echoes.add(_cell(*pose.ahead(distance_mm)))
+            self._echoes.add(_cell(*pose.ahead(self._sonar_forward_mm + distance_mm)))
 
     def see(self, pose: Pose, bearing_deg: float, distance_mm: float) -> None:
         """Note where the camera sees the target."""
-        self._target = _cell(*pose.ahead(distance_mm, bearing_deg))
+        self._target = _cell(*self._camera.lens_at(pose).ahead(distance_mm, bearing_deg))
 
     def draw(self, pose: Pose, width: int, height: int) -> list[str]:
         """Draw lines of text with the robot in the centre.

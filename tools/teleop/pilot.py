@@ -65,6 +65,7 @@ class Pilot:
         controls: The operator's input.
         spotter: Looks for a target, if there is one.
         rest: Waits for a time in seconds, at the end of each step; by default `Brick.sleep`.
+        floor_map: Empty so far; by default that of a robot with sonar and lens above its axle.
 
     Attributes:
         map: Cells the robot has driven over, and echoes.
@@ -78,8 +79,9 @@ class Pilot:
         controls: Controls,
         spotter: Spotter | None = None,
         rest: Callable[[float], None] | None = None,
+        floor_map: FloorMap | None = None,
     ) -> None:
-        self.map = FloorMap()
+        self.map = floor_map or FloorMap()
         self._brick, self._rover, self._controls, self._spotter = brick, rover, controls, spotter
         self._rest = rest or brick.sleep
         self.moving = False

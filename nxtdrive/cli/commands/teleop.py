@@ -79,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import read_mission_file
     from nxtdrive.tools.teleop.app import Teleop
     from nxtdrive.tools.teleop.controls import Controls
+    from nxtdrive.tools.teleop.floor_map import FloorMap
     from nxtdrive.tools.teleop.latest_frame import FPS, LatestFrame
     from nxtdrive.tools.teleop.pilot import Pilot
     from nxtdrive.tools.teleop.terminal import lasting_terminal
@@ -99,7 +100,9 @@ def run(args: argparse.Namespace) -> int:
                 spotter = stack.enter_context(closing(_spotter(camera, brick, mission, target, latest)))
         stopped = stack.enter_context(until_signal())
         stack.enter_context(lasting_terminal())
-        pilot, name = Pilot(brick, rover, controls, spotter), brick.link.transport.address
+        floor_map = FloorMap(mission.robot.sonar_forward_mm, mission.camera)
+        pilot = Pilot(brick, rover, controls, spotter, floor_map=floor_map)
+        name = brick.link.transport.address
         app = Teleop(pilot, controls, brick.now, name, gamepad, latest=latest, why_no_camera=why_none, stopped=stopped)
         stack.callback(app.finish)
         app.run()

@@ -4,6 +4,7 @@ from contextlib import closing
 
 import pytest
 
+from behaviors.mission.robot import CameraTable
 from behaviors.ports import Pose, Sighting
 from firmware_protocol.direct import GetOutputState
 from firmware_protocol.enums import OutputPort
@@ -78,6 +79,15 @@ def test_the_map_shows_path_echo_target_and_robot():
     assert lines[1][10] == "#"
     assert lines[5][15] == "T"
     assert [lines[row][10] for row in range(6, 11)] == ["·"] * 5
+
+
+def test_the_map_knows_where_sonar_and_lens_are():
+    floor = FloorMap(sonar_forward_mm=100.0, camera=CameraTable(forward_mm=200.0, right_mm=100.0))
+    floor.hear(Pose(), 400.0)
+    floor.see(Pose(0.0, 0.0, 90.0), 0.0, 300.0)
+    lines = floor.draw(Pose(), 21, 21)
+    assert lines[5][10] == "#"
+    assert lines[11][20] == "T"
 
 
 def test_missing_and_far_echoes_are_not_walls():
