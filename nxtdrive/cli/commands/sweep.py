@@ -80,7 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot",
         metavar="FILE",
         type=Path,
-        help="robot file for the missions; the simulated robots stay those of their classes",
+        help="robot file for the missions; the simulated robots stay those of their classes (default: none, not even "
+        "$NXT_ROBOT)",
     )
     add_worker_arguments(parser, 1, "1")
     parser.add_argument(
