@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from functools import cache, partial
 from hashlib import sha256
@@ -151,10 +151,15 @@ def installed() -> Installed:
             name = path.relative_to(root).as_posix()
             if path.suffix in INGREDIENTS and not name.startswith("dev/"):  # tools/dev is in checkouts only
                 files[f"{package.replace('.', '/')}/{name}"] = path
+    return Installed(nxtdrive.__version__, digest_of(files))
+
+
+def digest_of(files: Mapping[str, Path]) -> str:
+    """Return a digest of files and their names."""
     digest = sha256()
     for name, path in sorted(files.items()):
         digest.update(f"{name} {sha256(path.read_bytes()).hexdigest()}\n".encode())
-    return Installed(nxtdrive.__version__, digest.hexdigest())
+    return digest.hexdigest()
 
 
 def as_there(there: Installed, fn: Callable[..., T], *args: Any, **kwargs: Any) -> T:  # noqa: ANN401 - whatever fn takes

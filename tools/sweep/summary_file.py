@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from itertools import permutations
@@ -14,13 +15,14 @@ from typing import Any
 import cv2
 import numpy as np
 
+from behaviors.profiles import registry
 from firmware_protocol.errors import ConfigError
 from input_files.json_text import MAX_BYTES, parse_object
 from input_files.plain import read_text
 from nxtdrive.recording.output_file import write_file
 
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
-from .cluster import installed
+from .cluster import digest_of, installed
 from .headline import beyond, headline
 from .runner import Swept
 from .summary import CONFIDENCE, RESAMPLES, SEED, Estimate, aggregate, by, finite
@@ -48,28 +50,58 @@ def versions() -> dict[str, Any]:
     }
 
 
+def _kept(path: Path) -> dict[str, Any]:
+    """Return the summary of an earlier sweep, or an empty one."""
+    try:
+        return parse_object(read_text(path, MAX_BYTES))
+    except ValueError:
+        return {}
+
+
 def earlier_versions(path: Path) -> list[Any]:
     """Return the other versions by which a resumed sweep was performed so far, as its summary says."""
-    try:
-        kept = parse_object(read_text(path, MAX_BYTES))
-    except ValueError:
-        return []
-    earlier, now = kept.get("earlier_versions"), versions()
+    kept, now = _kept(path), versions()
+    earlier = kept.get("earlier_versions")
     found = [*(earlier if isinstance(earlier, list) else []), kept.get("versions")]
     return [each for each in found if each not in (None, now)]
 
 
-def provenance(command: Sequence[str], earlier: Sequence[Any] = ()) -> dict[str, Any]:
+def own_profiles(path: Path) -> dict[str, list[str]]:
+    """Return digests of the sources of each profile of another package, by its name.
+
+    The last one is that of now; before it come those with which a resumed sweep was performed so far, as its summary
+    says.
+    """
+    kept = _kept(path).get("profiles")
+    so_far = kept.items() if isinstance(kept, dict) else ()
+    found = {name: [str(each) for each in digests] for name, digests in so_far if isinstance(digests, list)}
+    for name, package in registry.external_profiles.items():
+        now = _sources(package)
+        found[name] = [*(each for each in found.get(name, []) if each != now), now]
+    return found
+
+
+def _sources(package: str) -> str:
+    """Return a digest of a module, or of all modules of a package."""
+    module = sys.modules[package]
+    folders = [Path(each) for each in getattr(module, "__path__", ())]  # a package without __init__.py has no file
+    files = {each.relative_to(folder).as_posix(): each for folder in folders for each in folder.rglob("*.py")}
+    return digest_of(files or {package: Path(str(module.__file__))})
+
+
+def provenance(command: Sequence[str], earlier: Sequence[Any], profiles: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """Return what performs a sweep's missions, as is known before the first one.
 
     Args:
         command: The command that was given.
         earlier: What `earlier_versions` returned before it was resumed.
+        profiles: What `own_profiles` returned.
     """
     return {
         "format": FORMAT,
         "versions": versions(),
         "earlier_versions": list(earlier),
+        "profiles": dict(profiles),
         "command": list(command),
     }
 

@@ -104,7 +104,14 @@ def run(args: argparse.Namespace) -> int:
     from nxtdrive.mission.files import read_robot_file
     from nxtdrive.tools.sweep.agents import NAMES
     from nxtdrive.tools.sweep.runner import plan
-    from nxtdrive.tools.sweep.summary_file import earlier_versions, provenance, summary, summary_path, write_summary
+    from nxtdrive.tools.sweep.summary_file import (
+        earlier_versions,
+        own_profiles,
+        provenance,
+        summary,
+        summary_path,
+        write_summary,
+    )
     from sim_backend.scenarios.classes import ALL_CLASSES, CLASSES, HARD_CLASSES, REALITY_CLASSES
 
     if args.map:
@@ -124,17 +131,15 @@ def run(args: argparse.Namespace) -> int:
         read_robot_file(args.robot),
     )
     out = args.out or DEFAULT_OUT
-    if out.is_dir():
-        raise ConfigError(f"{out} is a folder.", remedy="Choose a file in it with --out.")
-    for path in (out, summary_path(out)):
-        if os.path.lexists(path) and not args.resume:
-            resumable = "Continue it with --resume" if out.is_file() else "Remove it"
-            raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
+    _check_new(out, resume=args.resume)
     earlier = earlier_versions(summary_path(out))
-    performed = provenance(_command(tasks, args), earlier)
+    profiles = own_profiles(summary_path(out))
+    performed = provenance(_command(tasks, args), earlier, profiles)
     swept = _sweep(tasks, out, args, performed)
     if earlier:
         complain(f"other versions of nxtdrive or its libraries performed missions in {out}; the summary names them.")
+    for name in (each for each, digests in profiles.items() if len(digests) > 1):
+        complain(f"{name} has changed since some of its missions in {out}. For a comparison choose another --out.")
     write_summary(summary_path(out), {**performed, **summary(swept)})
     _tell(swept.results, swept.eval_s, args)
     if args.plot:
@@ -142,6 +147,18 @@ def run(args: argparse.Namespace) -> int:
 
         write_plot(swept.results, args.plot)
     return USAGE if _own_broke(swept.results) else DONE
+
+
+def _check_new(out: Path, *, resume: bool) -> None:
+    """Refuse a folder in place of a file, and files that exist unless the sweep is resumed."""
+    from nxtdrive.tools.sweep.summary_file import summary_path
+
+    if out.is_dir():
+        raise ConfigError(f"{out} is a folder.", remedy="Choose a file in it with --out.")
+    for path in (out, summary_path(out)):
+        if os.path.lexists(path) and not resume:
+            resumable = "Continue it with --resume" if out.is_file() else "Remove it"
+            raise ConfigError(f"{path} exists already.", remedy=f"{resumable}, or choose another file with --out.")
 
 
 def _own_broke(results: Sequence[MissionResult]) -> bool:

@@ -3,6 +3,7 @@
 import json
 import platform
 import shlex
+import sys
 
 import cv2
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from sweep_results import broken_result, mission_result, target_result
 
 import nxtdrive
+from behaviors.profiles import registry
 from nxtdrive.cli.main import main
 from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
+from nxtdrive.tools.sweep.summary_file import own_profiles
 
 
 def _result(seed, times_s, *, contacts=0):
@@ -80,3 +83,41 @@ def test_a_summary_names_the_versions_that_performed_its_missions(tmp_path, monk
         second = json.loads((tmp_path / "a.summary.json").read_text())
         assert (second["versions"], second["earlier_versions"]) == (first["versions"], [older])
         assert "other versions of nxtdrive or its libraries" in capsys.readouterr().err
+
+
+PROFILE = "from behaviors.profiles.adaptive import AdaptiveProfile\nclass Calm(AdaptiveProfile):\n    pass\n"
+
+
+@pytest.mark.slow
+def test_a_summary_tells_versions_of_a_profile_of_your_own_apart(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    monkeypatch.setattr(registry, "external_profiles", {})
+    command = ["sweep", "--classes", "open", "--out", "a.jsonl", "--resume", "--agents", "calm:Calm", "--seeds"]
+
+    def swept(text, seeds):
+        (tmp_path / "calm.py").write_text(text)
+        assert main([*command, seeds]) == 0
+        return json.loads((tmp_path / "a.summary.json").read_text())["profiles"], capsys.readouterr().err
+
+    first, _ = swept(PROFILE, "100")
+    assert list(first) == ["calm:Calm"]
+    again, said = swept(PROFILE, "100-101")
+    assert again == first
+    assert "has changed" not in said
+    second, said = swept(PROFILE + "# better\n", "100-102")
+    assert second["calm:Calm"][0] == first["calm:Calm"][0] != second["calm:Calm"][1]
+    assert "calm:Calm has changed since some of its missions in a.jsonl" in said
+    sys.modules.pop("calm")
+
+
+def test_a_profile_in_a_package_without_init_has_a_digest(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    monkeypatch.setattr(registry, "external_profiles", {})
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "calm.py").write_text(PROFILE)
+    registry.find_profile("mine.calm:Calm")
+    (digest,) = own_profiles(tmp_path / "none.summary.json")["mine.calm:Calm"]
+    assert len(digest) == 64
+    for name in ("mine.calm", "mine"):
+        sys.modules.pop(name)
