@@ -17,7 +17,7 @@ from nxtdrive.cli.options import output_file, writing
 from nxtdrive.cli.output import complain, make_console, make_table, write_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from behaviors.adaptive.chances import Counts
     from nxtdrive.recording.predictions import Prediction
@@ -80,9 +80,11 @@ def run(args: argparse.Namespace) -> int:
         sources.append({**source, "choices": len(more), **made})
     if not found and not earlier:
         raise ConfigError("no choices of the adaptive profile in these runs.", remedy="Name some that had failures.")
+    numbers = summed([*earlier, counts(found)])
     if found:
         _show(found)
-    numbers = summed([*earlier, counts(found)])
+    else:
+        _show_counts(numbers)
     if args.out is not None:
         with writing(args.out, "Choose another file with --out."):
             write_file(args.out, _text(sources, numbers).encode())
@@ -192,4 +194,18 @@ def _show(found: Iterable[Prediction]) -> None:
             sum(values) / len(group) for values in zip(*((x.chance, x.came_true) for x in group), strict=True)
         )
         table.add_row(state_words(choice), str(len(group)), f"{chance:.2f}", f"{true:.2f}")
+    make_console().print(table)
+
+
+def _show_counts(numbers: Counts) -> None:
+    """Print how often each choice succeeded; counts do not tell what was predicted."""
+    from nxtdrive.recording.wording import state_words
+
+    groups: dict[str, list[Sequence[int]]] = {}
+    for situation, each in numbers.items():
+        groups.setdefault(situation.partition("/")[0], []).append(each)
+    table = make_table("choice", "number", "succeeded")
+    for choice, group in sorted(groups.items()):
+        true, number = sum(each[0] for each in group), sum(map(sum, group))
+        table.add_row(state_words(choice), str(number), f"{true / number:.2f}" if number else "-")
     make_console().print(table)

@@ -105,6 +105,15 @@ def test_earlier_counts_are_added(tmp_path):
     assert [each["name"] for each in kept["sources"]] == ["run-1", "run-2"]
 
 
+def test_counts_alone_are_shown(tmp_path, capsys):
+    out = tmp_path / "chances.json"
+    counts = {"rescan/0.15/never_seen/0": [2, 2], "rescan/0.5/no_way/1": [1, 0], "wait/0.5/blocked_short/0": [0, 1]}
+    out.write_text(json.dumps({"sources": [], "counts": counts}))
+    assert main(["chances", str(out)]) == DONE
+    shown = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    assert [[each.strip() for each in row] for row in shown] == [["look again", "5", "0.60"], ["wait", "1", "0.00"]]
+
+
 def test_what_was_counted_is_not_counted_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for number in range(2):
