@@ -2,7 +2,7 @@
 
 | layout | outputs |
 |---|---|
-| ``yolox`` | (1, N, 5 + C): centre and size, objectness, scores; N cells of the strides 8, 16, 32 |
+| ``yolox`` | (1, N, 5 + C), of YOLOv5 (1, 3 N, 5 + C): centre and size, objectness, scores; N cells of `STRIDES` |
 | ``yolo`` | (1, 4 + C, N), or (1, N, 4 + C) if the labels are known: centre and size in pixels, scores |
 | ``e2e`` | (1, N, 6): corners in pixels, score, label |
 | ``detr`` | logits (1, Q, C) and boxes (1, Q, 4): centre and size as shares of the frame |
@@ -14,7 +14,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ from nxtdrive.vision.detectors.onnx_runtimes import Arrays
 
 LAYOUTS = ("yolox", "yolo", "e2e", "detr", "detr-post", "boxes", "yunet")
 STRIDES = (8, 16, 32)
+ANCHORS = 3
+"""Boxes for each cell in YOLOv3, YOLOv5 and YOLOv7; YOLOX has one."""
 YUNET_OUTPUTS = {f"{part}_{stride}" for part in ("cls", "obj", "bbox", "kps") for stride in STRIDES}
 
 SHARES = 2.0
@@ -45,12 +47,14 @@ class Layout:
         roles: Name of the output that has ``boxes``, ``scores`` and ``labels``, or ``all``.
         classes: Number of labels, None if the outputs do not show it.
         raw: For ``yolox``: centre and size are relative to the cells.
+        anchors: For ``yolox``: boxes for each cell, 1 or 3.
     """
 
     name: str
     roles: Mapping[str, str]
     classes: int | None = None
     raw: bool = False
+    anchors: int = 1
 
     @property
     def coco_classes(self) -> int:
@@ -101,8 +105,9 @@ def find_layout(
         raise ConfigError(f"the outputs of {model.path} {fits}: {listed}.", remedy=remedy)
     if found.name == "yolox":
         rows = _rows(outputs[found.roles["all"]])
-        relative = len(rows) == len(_cells(size)[1]) and _relative(rows.astype(np.float32), size)
-        return Layout("yolox", found.roles, found.classes, raw=relative)
+        anchors = ANCHORS if len(rows) > len(_cells(size)[1]) else 1
+        relative = anchors == 1 and _relative(rows.astype(np.float32), size)
+        return replace(found, raw=relative, anchors=anchors)
     return found
 
 
@@ -141,8 +146,7 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
     by_rows, by_columns = rows - 4, columns - 4  # labels of ``yolo``, if each has a row or a column
     in_rows = columns > rows if named in (0, by_rows) else named != by_columns
     fits = {
-        "yolox": columns >= 6
-        and (rows % cells == 0 if wanted == "yolox" else rows == cells and named in (0, columns - 5)),
+        "yolox": columns >= 6 and rows in (cells, ANCHORS * cells) and (wanted == "yolox" or named in (0, columns - 5)),
         "e2e": columns == 6 and (wanted == "e2e" or named != 2 or rows not in (6, cells)),
         "yolo": min(rows, columns) >= 5 and (wanted == "yolo" or columns > rows or named in (by_rows, by_columns)),
     }

@@ -156,7 +156,7 @@ def labels_of(path: Path, file: str | None = None) -> tuple[str, ...]:
 
 def _usual(layout: Layout, dtype: str) -> tuple[str, str]:
     """Return the order of the colours and the normalisation with which a layout's models are trained."""
-    if layout.name == "yolox":
+    if layout.name == "yolox" and layout.anchors == 1:
         return "bgr", "none"
     if dtype == "uint8":  # bytes, which the model normalises itself
         return "rgb", "none"

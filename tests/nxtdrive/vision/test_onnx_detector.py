@@ -150,16 +150,6 @@ def test_four_places_are_told_from_their_boxes_by_rank(detector, runtime):
     assert found.box == expected("boxes")
 
 
-@pytest.mark.parametrize("runtime", RUNTIMES)
-def test_three_shapes_a_cell_are_read_if_the_layout_is_named(detector, runtime):
-    rows = np.tile(outputs_of("yolox-decoded")["output"], (1, 3, 1))
-    with pytest.raises(ConfigError, match="fit no layout"):
-        detector(constant_model({"output": rows}), runtime=runtime)
-    options = {"layout": "yolox", "colors": "rgb", "normalisation": "unit"}
-    (found,) = detector(constant_model({"output": rows}), runtime=runtime, **options).detect(FRAME)
-    assert found.box == expected("yolox")
-
-
 def test_logits_may_be_called_labels_and_boxes_dets(detector):
     outputs = outputs_of("detr")
     made = detector(constant_model({"dets": outputs["pred_boxes"], "labels": outputs["logits"]}))
