@@ -91,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Calibrate and return the exit code."""
+    what = _wanted(args)
     if args.sheet:
         return _write_sheet(args.sheet)
     from nxtdrive.mission.files import ROBOT_FILE, read_robot_file, usual_robot
@@ -103,7 +104,6 @@ def run(args: argparse.Namespace) -> int:
     before = read_robot_file(path if os.path.lexists(path) else None)
     with writing(path), tempfile.TemporaryFile(dir=path.parent):
         pass  # refused before the robot drives for minutes, if nothing can be written there
-    what = _wanted(args)
     colors = what == [COLORS]
     room = COLORS_ROOM if colors else RULER_ROOM if args.ruler else SHEET_ROOM
     address = in_room(Address.parse(args.nxt), room)
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
         else:
             outcome = _before_the_sheet(args, address, before, what)
     except CalibrationRefused as refusal:
-        complain(f"{refusal} {path} was left as it is.")
+        complain(f"{refusal} {path} was {'left as it is' if os.path.lexists(path) else 'not written'}.")
         return NOT_ACHIEVED
     with writing(path):
         write_robot_file(path, outcome.file)

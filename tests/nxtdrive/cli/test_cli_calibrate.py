@@ -46,6 +46,12 @@ def test_a_sheet_of_another_kind_is_refused(capsys):
     assert "Use .pdf or .png" in capsys.readouterr().err
 
 
+def test_an_unknown_word_is_refused_before_a_sheet_is_written(here, capsys):
+    assert main(["calibrate", "--sheet", "sheet.pdf", "a4"]) == USAGE
+    assert "there is no 'a4' to calibrate" in capsys.readouterr().err
+    assert not (here / "sheet.pdf").exists()
+
+
 @pytest.mark.parametrize("path", ["nowhere/robot.toml", "robots"])
 def test_a_file_that_cannot_be_written_is_refused_before_the_robot_drives(here, capsys, path):
     (here / "robots").mkdir()
@@ -58,8 +64,12 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_robot_drives(here, 
 @pytest.mark.parametrize("what", ["camera", "motors"])
 def test_without_a_sheet_in_view_nothing_is_written(here, capsys, what):
     (here / "robot.toml").write_text("[robot]\nradius_mm = 140.0\n")
+    assert main(["calibrate", what, "--nxt", "sim://open", "--robot", "none.toml"]) == NOT_ACHIEVED
+    assert capsys.readouterr().err.endswith("none.toml was not written.\n")
     assert main(["calibrate", what, "--nxt", "sim://open"]) == NOT_ACHIEVED
-    assert "sees no marker" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "sees no marker" in said
+    assert said.endswith("robot.toml was left as it is.\n")
     assert (here / "robot.toml").read_text() == "[robot]\nradius_mm = 140.0\n"
 
 
