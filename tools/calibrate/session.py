@@ -34,8 +34,8 @@ class Line:
     """One value in the report.
 
     Attributes:
-        key: Its name in the robot file, with its table.
-        before: The value before.
+        key: Its name in the robot file, with its table; for a value that is only reported, with what was calibrated.
+        before: The value before; None for one that was not known.
         after: The measured value.
         standard_error: Its uncertainty; None where it is certain.
     """
@@ -158,15 +158,17 @@ class _Values:
     def __init__(self, today: datetime.date) -> None:
         self.tables: dict[str, dict[str, object]] = {"camera": {}, "robot": {}, "calibration": {}}
         self._errors: dict[str, float] = {}
+        self._groups: list[str] = []
         self._today = today
 
     def add(
         self, group: str, table: str, values: Mapping[str, object], errors: Mapping[str, float], **others: float
     ) -> None:
-        """Add the values of a group with their standard errors, and others that only the group's own table has."""
+        """Add the values of a group with their standard errors, and others that are only reported."""
         self.tables[table] |= values
         self.tables["calibration"][group] = measured(METHOD, errors, self._today, **others)
         self._errors |= errors
+        self._groups.append(group)
 
     def lines(self, before: RobotFile, after: RobotFile) -> Iterator[Line]:
         """Yield the report's lines."""
@@ -174,6 +176,10 @@ class _Values:
             old, new = getattr(before, name), getattr(after, name)
             for key in self.tables[name]:
                 yield Line(f"{name}.{key}", getattr(old, key), getattr(new, key), self._errors.get(key))
+        for group in self._groups:
+            known = getattr(before.calibration, group)
+            for key, value in getattr(after.calibration, group).measured.items():
+                yield Line(f"{group}.{key}", known.measured.get(key) if known else None, value, None)
 
 
 def _add(new: _Values, what: Collection[str], found: Estimate, sheet_height_mm: float) -> None:

@@ -239,4 +239,6 @@ def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
 
 
 def _short(value: object) -> str:
+    if value is None:
+        return ""
     return f"{value:g}" if isinstance(value, float) else str(value).lower()

@@ -85,8 +85,9 @@ def test_a_real_robot_does_not_drive_without_being_asked(capsys):
 
 
 @pytest.mark.parametrize("words", [["--nxt", "sim://calibration"], ["--trace", "talk.nxttrace"]])
-def test_the_directions_of_the_motors_are_found_alone(here, words):
+def test_the_directions_of_the_motors_are_found_alone(here, capsys, words):
     assert main(["calibrate", "motors", *words]) == DONE
+    assert re.search(r"motors\.dead_zone_percent +│ +│ 8 ", capsys.readouterr().out)
     file = load_robot_file(here / "robot.toml")
     assert not file.robot.left_reversed | file.robot.right_reversed
     assert 0 < file.calibration.motors.measured["dead_zone_percent"] < 40
@@ -204,6 +205,7 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     said = json.loads(capsys.readouterr().out)
     before_px, after_px = said["misfit_px"]
     assert after_px < 1 < before_px
+    assert 0 < said["values"]["sonar.noise_mm"] < 20
     file = load_robot_file(here / "robot.toml")
     assert file.robot.radius_mm == 140.0
     assert file.robot.wheel_diameter_mm == pytest.approx(56.0, rel=0.01)

@@ -64,6 +64,7 @@ def test_motors_are_calibrated_and_saved(tmp_path):
         assert {each["key"]: each["after"] for each in found["values"]} == {
             "robot.left_reversed": False,
             "robot.right_reversed": False,
+            "motors.dead_zone_percent": 8.0,
         }
         assert not (tmp_path / "robot.toml").exists()
         page.send_json({"type": "save_calibration"})

@@ -347,6 +347,27 @@ def test_a_calibration_can_start_after_a_mission_that_ended_with_its_server(brow
     assert browser.find_element(By.ID, "start").is_enabled()
 
 
+def test_a_calibration_says_what_was_not_calibrated_beside_how_good_it_is(browser, site, tell):
+    browser.get(f"{site}calibrate.html")
+    values = [
+        {"key": "camera.yaw_deg", "before": 0.0, "after": -14.37, "standard_error": 0.18},
+        {"key": "sonar.noise_mm", "before": None, "after": 7.1, "standard_error": None},
+    ]
+    calibration = {
+        **{"type": "calibration", "running": False, "lines": [], "question": None, "problem": "", "values": values},
+        **{"misfit_px": [5.1, 1.5], "views": 596, "remark": "The sonar was not calibrated: no echo."},
+        **{"file": "robot.toml", "known": "none yet", "saved": False},
+    }
+    tell(HELLO, calibration)
+    assert _text(browser, "misfit").startswith("The sonar was not calibrated: no echo. Markers were missed by 5.1 px")
+    rows = [[each.text for each in row.find_elements(By.TAG_NAME, "td")] for row in _rows(browser)]
+    assert rows == [["0", "-14.37", "0.18"], ["", "7.1", ""]]
+
+
+def _rows(browser):
+    return browser.find_element(By.ID, "values").find_elements(By.TAG_NAME, "tr")
+
+
 def test_a_mission_that_cannot_be_saved_without_a_server_says_so(browser, site, tell):
     answers = "window.fetch = async (url) => new Response(String(url).endsWith('missions') ? '[]' : '# a mission')"
     browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": answers})

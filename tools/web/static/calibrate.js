@@ -82,7 +82,7 @@ function show({ values, misfit_px, remark, views, saved, file, running: busy }) 
   find("found").hidden = busy || !values.length;
   find("values").replaceChildren(...values.map(row));
   const frames = misfit_px && `Markers were missed by ${misfit_px[0].toFixed(1)} px before, and by ${misfit_px[1].toFixed(1)} px now (${views} frames).`;
-  find("misfit").textContent = frames || remark;
+  find("misfit").textContent = [remark, frames].filter(Boolean).join(" ");
   find("save").hidden = saved;
   find("saved").textContent = saved ? `Saved to ${file}; missions started here use it from now on.` : "";
 }
@@ -96,7 +96,8 @@ function row({ key, before, after, standard_error }) {
 }
 
 function short(value) {
-  return typeof value === "number" ? String(Number(value.toPrecision(value < 1 ? 2 : 6))) : String(value);
+  if (value === null) return ""; // it was not known
+  return typeof value === "number" ? String(Number(value.toPrecision(Math.abs(value) < 1 ? 2 : 6))) : String(value);
 }
 
 function element(name, text) {
