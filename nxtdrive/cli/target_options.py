@@ -11,6 +11,9 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.options import add_robot_argument, number, target_height_mm
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from behaviors.mission.robot import CameraTable, ColorName, ColorTable
     from nxtdrive.vision.detection import TargetDetector
 
 NETWORK_KEYS = ("label", "labels", "layout", "runtime", "size", "colors", "normalisation", "min_score")
@@ -82,12 +85,13 @@ def _add_network_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, float | None]:
-    """Return the target's name, its detector, and the camera's field of view in degrees if a mission gives it.
+def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, CameraTable]:
+    """Return the target's name, its detector, and the camera as the mission or the robot file describes it.
 
     Raises:
         ConfigError: There is no such target, or an option does not fit it.
     """
+    from nxtdrive.mission.files import read_robot_file, usual_robot
     from nxtdrive.vision.detectors import make_detector
 
     if args.mission and args.target is None:
@@ -99,13 +103,14 @@ def chosen_target(args: argparse.Namespace) -> tuple[str, TargetDetector, float 
     if args.family is not None and args.marker is None:
         raise ConfigError("--family needs --marker.", remedy="Give the marker's number.")
     if args.target is not None:
-        spec, hfov_deg = _of_mission(args)
+        spec, camera = _of_mission(args)
         name = args.target
     else:
-        (name, spec), hfov_deg = _described(args), None
+        robot = read_robot_file(args.robot or usual_robot())
+        (name, spec), camera = _described(args, robot.color), robot.camera
     if args.height_mm is not None:
         spec["height_mm"] = args.height_mm
-    return name, make_detector(spec), hfov_deg
+    return name, make_detector(spec), camera
 
 
 def height_source(args: argparse.Namespace) -> str:
@@ -120,8 +125,8 @@ def height_source(args: argparse.Namespace) -> str:
     return f"as is usual for {label!r}" if label.casefold() in USUAL_HEIGHTS_MM else "a guess"
 
 
-def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], float]:
-    """Return the specification of a mission's target, and the camera's field of view in degrees."""
+def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], CameraTable]:
+    """Return the specification of a mission's target, and the camera."""
     from nxtdrive.mission.detectors import detector_spec
     from nxtdrive.mission.files import read_mission_file
 
@@ -130,10 +135,10 @@ def _of_mission(args: argparse.Namespace) -> tuple[dict[str, object], float]:
         raise ConfigError(
             f"the mission describes no target {args.target!r}.", remedy=f"It has: {', '.join(mission.target)}."
         )
-    return detector_spec(mission.target[args.target], mission.color), mission.camera.hfov_deg
+    return detector_spec(mission.target[args.target], mission.color), mission.camera
 
 
-def _described(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
+def _described(args: argparse.Namespace, colors: Mapping[ColorName, ColorTable]) -> tuple[str, dict[str, object]]:
     """Return name and specification of a target that is described on the command line."""
     from behaviors.mission.usual_heights import cascade_label, usual_height_mm
     from nxtdrive.vision.geometry import MARKER_HEIGHT_MM, QR_HEIGHT_MM
@@ -150,7 +155,8 @@ def _described(args: argparse.Namespace) -> tuple[str, dict[str, object]]:
         return f"QR {args.qr}", {"detector": "qr", "text": args.qr, "height_mm": QR_HEIGHT_MM}
     if args.onnx is not None:
         return _network(args)
-    return args.color, {"detector": "color", "color": args.color}
+    shade = colors.get(args.color)
+    return args.color, {"detector": "color", "color": args.color, **(shade.model_dump() if shade else {})}
 
 
 def _network(args: argparse.Namespace) -> tuple[str, dict[str, object]]:

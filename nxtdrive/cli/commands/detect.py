@@ -105,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--hfov-deg",
         metavar="DEG",
         type=number("angle", float, 1, 179),
-        help="the camera's horizontal field of view (default: 60)",
+        help="the camera's horizontal field of view (default: that of the mission or the robot file, else 60)",
     )
     try_.add_argument("--out", metavar="FILE", type=Path, help="*.png or *.webm (default: detected.png, detected.webm)")
     try_.add_argument(
@@ -119,12 +119,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _try(args: argparse.Namespace) -> int:
     from nxtdrive.mission.detectors import codes_in
+    from nxtdrive.mission.eyes import pinhole
     from nxtdrive.vision.detection import Described
-    from nxtdrive.vision.geometry import DEFAULT_HFOV_DEG, Pinhole
 
     args.source = "sim" if args.source == "sim://" else args.source
-    name, detector, mission_hfov_deg = chosen_target(args)
-    hfov_deg = args.hfov_deg or mission_hfov_deg or DEFAULT_HFOV_DEG
+    name, detector, camera = chosen_target(args)
+    if args.hfov_deg is not None:
+        camera = camera.model_copy(update={"hfov_deg": args.hfov_deg})
     still = _is_image(args.source)
     out = args.out or Path("detected.png" if still else "detected.webm")
     source = at_home(args.source)
@@ -141,8 +142,8 @@ def _try(args: argparse.Namespace) -> int:
             write_line(f"{title}: {text}")
     try:
         for frame in _frames(args.source, args.mission, 1 if still else args.frames):
-            pinhole = Pinhole.from_hfov(frame.image.shape[1], hfov_deg)
-            look, detections = _look(frame, detector, pinhole)
+            height, width = frame.image.shape[:2]
+            look, detections = _look(frame, detector, pinhole((width, height), camera))
             drawing.add(_drawn(frame, name, look, detections), seen=bool(look.found))
             looks.append(look)
             if not look.found:

@@ -76,6 +76,39 @@ def test_a_picture_gives_bearing_distance_and_a_drawing(picture, tmp_path, capsy
     assert not np.array_equal(cv2.imread(str(out)), cv2.imread(str(picture)))
 
 
+@pytest.mark.parametrize("named", ["--robot", "NXT_ROBOT", "--mission"])
+def test_the_camera_and_the_colours_of_the_robot_file_count(picture, tmp_path, monkeypatch, capsys, named):
+    robot = tmp_path / "robot.toml"
+    shade = "hue_deg = 90.0\nreach_deg = 10.0\nmin_saturation_percent = 40.0\nmin_value_percent = 20.0\n"
+    robot.write_text(f"[camera]\nhfov_deg = 30.0\nyaw_deg = 5.0\n[color.green]\n{shade}", encoding="utf-8")
+    image = _scene(240)
+    image[image[:, :, 2] > 200] = (0, 220, 110)
+    cv2.imwrite(str(picture), image)
+    words = ["--color", "green", "--height-mm", 100]
+    if named == "--robot":
+        words += ["--robot", robot]
+    elif named == "NXT_ROBOT":
+        monkeypatch.setenv("NXT_ROBOT", str(robot))
+    else:
+        target = '[mission]\ntargets = ["a"]\nrobot_file = "robot.toml"\n[target.a]\n'
+        (tmp_path / "own.toml").write_text(f'{target}detector = "color"\ncolor = "green"\n', encoding="utf-8")
+        words = ["--mission", tmp_path / "own.toml", "--target", "a", "--height-mm", 100]
+    found = _try(capsys, picture, *words, "--out", tmp_path / "seen.png")["looks"][0]["found"][0]
+    focal_px = 160 / np.tan(np.radians(15))
+    bearing = np.arctan2(80, focal_px)
+    assert found["bearing_deg"] == pytest.approx(np.degrees(bearing) + 5.0, abs=0.3)
+    assert found["distance_mm"] == pytest.approx(focal_px * 100 / HEIGHT_PX / np.cos(bearing), rel=0.05)
+
+
+def test_an_angle_on_the_command_line_replaces_the_robot_files(picture, tmp_path, capsys):
+    (tmp_path / "robot.toml").write_text("[camera]\nhfov_deg = 30.0\n", encoding="utf-8")
+    words = [picture, "--color", "red", "--height-mm", 100, "--out", tmp_path / "seen.png", "--hfov-deg", 60]
+    assert (
+        _try(capsys, *words, "--robot", tmp_path / "robot.toml")["looks"][0]["found"]
+        == (_try(capsys, *words)["looks"][0]["found"])
+    )
+
+
 def test_a_video_that_cannot_be_written_is_called_that(folder, tmp_path, capsys):
     out = tmp_path / "nowhere" / "seen.webm"
     assert main(["detect", "try", str(folder), "--color", "red", "--out", str(out)]) == USAGE
