@@ -15,7 +15,7 @@ from . import SHEET_HEIGHT_MM
 from .camera_and_wheels import CAMERA_KEYS, WHEEL_KEYS, Estimate, estimate, misfit_px
 from .course import CalibrationRefused, Course
 from .motor_directions import dead_zone_percent, is_reversed
-from .sonar_place import estimate_sonar
+from .sonar_place import SheetRefused, estimate_sonar, size_doubt
 from .verdict import believed_values, check, described, measured, rounded
 
 if TYPE_CHECKING:
@@ -196,22 +196,23 @@ def _add(new: _Values, what: Collection[str], found: Estimate, sheet_height_mm: 
 
 
 def _add_sonar(new: _Values, track: Track, found: Estimate) -> str:
-    """Add the sonar's values; return why it keeps those that it had, if it does and others were found.
+    """Add the sonar's values; return what is to be said: why it keeps those that it had, or doubts of the sheet.
 
     Raises:
-        CalibrationRefused: They cannot be used, and there are no others.
+        CalibrationRefused: They cannot be used, and there are no others; or the sheet's size is wrong.
     """
     try:
         heard = estimate_sonar(track, found.values)
     except CalibrationRefused as refusal:
-        if not new.tables["camera"] | new.tables["robot"]:
+        if isinstance(refusal, SheetRefused) or not new.tables["camera"] | new.tables["robot"]:
             raise
         return f"The sonar was not calibrated: {refusal}"
     values, sure = {"sonar_forward_mm": round(heard.forward_mm, 1)}, {"sonar_forward_mm": heard.standard_error_mm}
     if heard.cone_deg is not None and heard.cone_deg[1] < CONE_UNSURE_DEG:
         values["sonar_cone_deg"], sure["sonar_cone_deg"] = heard.cone_deg
     new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
-    return ""
+    doubt = size_doubt(heard.scale)
+    return doubt and f"Check the sheet: {doubt}"
 
 
 def _motors(brick: Brick, camera: Camera, robot: RobotTable) -> tuple[RobotTable, int]:

@@ -26,6 +26,13 @@ WHOLE_MM = 10.0
 """The sensor gives whole centimetres; how it rounds is not known."""
 NOISIEST_MM = 50.0
 """Echoes that scatter more do not follow the distance of the wall: the sensor is stuck, or hears something else."""
+DRIVEN_MM = 150.0
+"""How much the distance of the wall must change for a comparison of the sonar with the sheet."""
+ANOTHER_SIZE = 0.025
+"""Distances by sonar and sheet that differ by a larger share are doubted. From 10 to 30 degrees Celsius the speed of
+sound differs by less from that at 20; a sheet that was printed to fit a page is 3 to 6 % too small."""
+LEAST_SCALE = 0.3
+"""Echoes whose distance changes by a smaller share of the wall's do not follow it."""
 REMEDY = "Check the sonar with `nxtdrive sensor`, and its cable and port; hang the sheet on a wall that reflects sound."
 OUTLIER = 3.0
 """Errors count up to this many standard deviations."""
@@ -33,6 +40,10 @@ GROUPS = 5
 """Parts of the echoes, each of which is left out once (jackknife)."""
 UNEVEN_DEG = 3.0
 """Standard error of the beam's angle through walls that are not plane, such as by the sheet, or a skirting board."""
+
+
+class SheetRefused(CalibrationRefused):
+    """The sheet has not the size by which everything is measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +56,7 @@ class SonarEstimate:
         noise_mm: Standard deviation of single echoes.
         echoes: Number of echoes used.
         cone_deg: Whole angle of its beam, and the standard error of that; None where the wall gives no echo aslant.
+        scale: Distances by the sonar over those that follow from the sheet's size; None if the robot hardly drove.
     """
 
     forward_mm: float
@@ -52,6 +64,17 @@ class SonarEstimate:
     noise_mm: float
     echoes: int
     cone_deg: tuple[float, float] | None
+    scale: float | None
+
+
+def size_doubt(scale: float | None) -> str:
+    """Say that the sheet may have another size than it should; empty if the sonar agrees with it or cannot tell."""
+    if scale is None or abs(scale - 1.0) <= ANOTHER_SIZE:
+        return ""
+    return (
+        f"the sonar measures {scale:.0%} of the distances that follow from its size. If the line below the markers is "
+        "not 100 mm long, print it at 100 % and calibrate again."
+    )
 
 
 def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
@@ -63,6 +86,7 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
 
     Raises:
         CalibrationRefused: There are too few echoes from straight before the wall, or they are not of the wall.
+        SheetRefused: They differ so much from what follows from the sheet that its size is wrong.
     """
     mm_per_deg = mm_per_degree(values["wheel_diameter_mm"], values["wheel_mismatch_percent"])
     path = poses(np.asarray(track.counts), mm_per_deg, values["axle_track_mm"])
@@ -79,6 +103,9 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
     forward = (wall_mm - ranges)[facing] / np.cos(off[facing])
     middle = float(np.median(forward))
     noise = max(1.0, float(1.4826 * np.median(np.abs(forward - middle))))
+    scale = _scale(wall_mm[facing], ranges[facing])
+    if noise > NOISIEST_MM and scale is not None and scale > LEAST_SCALE and (doubt := size_doubt(scale)):
+        raise SheetRefused(f"the sheet has another size: {doubt}")
     if noise > NOISIEST_MM:
         raise CalibrationRefused(
             f"the sonar's echoes scatter by {noise:.0f} mm round the wall's distance.", remedy=REMEDY
@@ -86,7 +113,19 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
     error = math.hypot(1.25 * noise / math.sqrt(echoes), WHOLE_MM / math.sqrt(12))
     upright_mm = wall_mm - middle * np.cos(off)
     cone_deg = _cone(np.degrees(np.abs(off)), upright_mm, ranges, noise)
-    return SonarEstimate(middle, error, noise, echoes, cone_deg)
+    return SonarEstimate(middle, error, noise, echoes, cone_deg, scale)
+
+
+def _scale(wall_mm: Array, ranges: Array) -> float | None:
+    """Return by how much ranges change with the distance of the wall, as a share; None if that hardly changes."""
+    if np.ptp(wall_mm) < DRIVEN_MM:
+        return None
+    used = np.full(len(ranges), fill_value=True)
+    for _ in range(3):
+        slope, start = np.polyfit(wall_mm[used], ranges[used], 1)
+        off_mm = np.abs(ranges - slope * wall_mm - start)
+        used = off_mm <= max(WHOLE_MM, OUTLIER * 1.4826 * float(np.median(off_mm)))
+    return float(slope)
 
 
 def _cone(off_deg: Array, upright_mm: Array, ranges: Array, noise_mm: float) -> tuple[float, float] | None:

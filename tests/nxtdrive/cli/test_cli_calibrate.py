@@ -223,6 +223,22 @@ def test_a_simulated_robot_calibrates_itself(here, capsys):
     assert again_px == pytest.approx(after_px, abs=1)  # the same file in another drive, measured in the same way
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size_mm", "code", "said"),
+    [
+        ("[279, 197]", DONE, "Check the sheet: the sonar measures 94% of the distances that follow from its size."),
+        ("[240, 170]", NOT_ACHIEVED, "the sheet has another size: the sonar measures 81% of the distances"),
+    ],
+)
+def test_a_sheet_that_was_printed_smaller_is_doubted_or_refused(here, capsys, size_mm, code, said):
+    text = (WORLDS / "calibration.toml").read_text()
+    (here / "world.toml").write_text(text.replace("[297, 210]", size_mm))
+    assert main(["calibrate", "wheels", "sonar", "--nxt", "sim://world.toml"]) == code
+    assert said in "".join(capsys.readouterr())
+    assert (here / "robot.toml").exists() == (code == DONE)
+
+
 FAULT = """
 [[events]]
 name = "the plug comes loose"

@@ -20,7 +20,7 @@ from behaviors.mission.robot import (
 from nxtdrive.tools.calibrate.camera_and_wheels import NAMES, Estimate
 from nxtdrive.tools.calibrate.course import CalibrationRefused
 from nxtdrive.tools.calibrate.least_squares import fit
-from nxtdrive.tools.calibrate.sonar_place import estimate_sonar
+from nxtdrive.tools.calibrate.sonar_place import estimate_sonar, size_doubt
 from nxtdrive.tools.calibrate.track import Track
 from nxtdrive.tools.calibrate.verdict import check, described, write_robot_file
 
@@ -127,6 +127,25 @@ def test_a_sonar_that_is_silent_or_stuck_is_refused(echoes, said):
     track, values, _ = _towards_the_wall()
     track.ranges = [(i * 0.1, 400.0) for i in range(echoes)]
     with pytest.raises(CalibrationRefused, match=said):
+        estimate_sonar(track, values)
+
+
+@pytest.mark.parametrize(("printed", "doubted"), [(1.0, False), (0.98, False), (0.94, True), (1.06, True)])
+def test_a_sheet_of_another_size_is_doubted_by_the_distances_of_the_sonar(printed, doubted):
+    rng = np.random.default_rng(1)
+    track, values, walls_mm = _towards_the_wall()
+    # distances that follow from the sheet are too large if it was printed too small
+    track.ranges = [(i * 0.1, printed * (mm - 100.0) + rng.normal(0, 5)) for i, mm in enumerate(walls_mm)]
+    track.ranges[10] = (1.0, 300.0)
+    found = estimate_sonar(track, values)
+    assert found.scale == pytest.approx(printed, abs=0.015)
+    assert (f"the sonar measures {found.scale:.0%} of the distances" in size_doubt(found.scale)) == doubted
+
+
+def test_a_sheet_of_half_the_size_is_no_fault_of_the_sonar():
+    track, values, walls_mm = _towards_the_wall()
+    track.ranges = [(i * 0.1, 0.5 * (mm - 100.0)) for i, mm in enumerate(walls_mm)]
+    with pytest.raises(CalibrationRefused, match=r"measures 50% of the distances .* print it at 100 %"):
         estimate_sonar(track, values)
 
 
