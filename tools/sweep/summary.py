@@ -19,6 +19,8 @@ RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 2017
 """Seed of the resampling: the same results give the same intervals."""
+BROKEN_TARGETS = 2
+"""A mission that broke counts as this many targets not reached."""
 
 MIN_MISSIONS = 2
 """Fewer missions have no interval: resamples of one mission are all the same."""
@@ -105,8 +107,10 @@ def times_drawn(number: int) -> NDArray[np.uint16]:
 
 
 def over_targets(value: Callable[[TargetResult], float]) -> Callable[[MissionResult], Pair]:
-    """Return a function that collects a figure of each existing target."""
-    return lambda result: _pair([float(value(target)) for target in result.existing])
+    """Return a function that collects a figure of each existing target; of a mission that broke it is 0."""
+    return lambda result: (
+        (0.0, float(BROKEN_TARGETS)) if result.broke else _pair([float(value(target)) for target in result.existing])
+    )
 
 
 def over_missions(value: Callable[[MissionResult], float]) -> Callable[[MissionResult], Pair]:
@@ -114,11 +118,8 @@ def over_missions(value: Callable[[MissionResult], float]) -> Callable[[MissionR
     return lambda result: _pair([] if result.broke else [float(value(result))])
 
 
-def success_rate(result: MissionResult) -> Pair:
-    """Count the existing targets, and those reached; a mission that broke counts as two targets not reached."""
-    return (0.0, 2.0) if result.broke else over_targets(lambda target: target.success)(result)
-
-
+success_rate = over_targets(lambda target: target.success)
+"""Counts the existing targets, and those reached."""
 FIGURES: dict[str, Callable[[MissionResult], Pair]] = {
     "success": success_rate,
     "spl": over_targets(lambda target: target.spl),
@@ -172,7 +173,8 @@ def reached_by(results: Sequence[MissionResult], times_s: NDArray[np.float64]) -
     """Return the share of the existing targets that had been reached by each of some mission times."""
     targets = [target for result in results for target in result.existing]
     reached = np.sort([target.time_s for target in targets if target.time_s is not None])
-    return np.searchsorted(reached, times_s, side="right") / max(1, len(targets))
+    number = len(targets) + BROKEN_TARGETS * sum(result.broke for result in results)
+    return np.searchsorted(reached, times_s, side="right") / max(1, number)
 
 
 def recognition_s(results: Sequence[MissionResult]) -> list[float]:

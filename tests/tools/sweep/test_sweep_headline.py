@@ -14,6 +14,7 @@ import nxtdrive
 from behaviors.profiles import registry
 from nxtdrive.cli.main import main
 from nxtdrive.tools.sweep.headline import HEADLINE, beyond, headline
+from nxtdrive.tools.sweep.summary import figures, reached_by
 from nxtdrive.tools.sweep.summary_file import own_profiles
 
 
@@ -36,6 +37,14 @@ def test_what_both_do_alike_cancels_out_of_a_difference():
     more = beyond(ours, [hard, easy])
     assert (more["contacts"].low, more["contacts"].mean, more["contacts"].high) == (2.0, 2.0, 2.0)
     assert all(more[name].mean == 0.0 for name in HEADLINE if name != "contacts")
+
+
+def test_a_mission_that_broke_counts_in_every_figure_of_targets():
+    results = [_result(1, [10.0, 20.0]), broken_result(seed=2)]
+    known = headline(results)
+    assert (known["success"].mean, known["SPL"].mean, known["SCT"].mean) == (0.5, 0.25, 0.125)
+    assert [figures(results)[name].mean for name in ("spl", "soft_spl", "sct")] == [0.25, 0.5, 0.125]
+    assert reached_by(results, np.array([15.0, 30.0])).tolist() == [0.25, 0.5]
 
 
 @pytest.mark.parametrize("swapped", [False, True])
