@@ -46,6 +46,7 @@ class Layout:
         name: One of `LAYOUTS`.
         roles: Name of the output that has ``boxes``, ``scores`` and ``labels``, or ``all``.
         classes: Number of labels, None if the outputs do not show it.
+        in_rows: For ``yolo``: a label is a row, not a column.
         raw: For ``yolox``: centre and size are relative to the cells.
         anchors: For ``yolox``: boxes for each cell, 1 or 3.
     """
@@ -53,6 +54,7 @@ class Layout:
     name: str
     roles: Mapping[str, str]
     classes: int | None = None
+    in_rows: bool = True
     raw: bool = False
     anchors: int = 1
 
@@ -97,7 +99,8 @@ def find_layout(
         ConfigError: The outputs fit no layout, or not the wanted one.
     """
     shapes = {name: value.shape for name, value in outputs.items()}
-    found = _alone(shapes, size, named, wanted) if len(shapes) == 1 else _together(model, shapes, wanted)
+    flat = {name: shape for name, shape in shapes.items() if len(shape) < 4} or shapes  # masks and feature maps are not
+    found = _alone(flat, size, named, wanted) if len(flat) == 1 else _together(model, flat, wanted)
     if found is None or (wanted is not None and found.name != wanted):
         listed = ", ".join(f"{name} {shape}" for name, shape in list(shapes.items())[:20])
         fits = f"do not fit the layout {wanted!r}" if wanted else "fit no layout that is known"
@@ -150,9 +153,11 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
         "e2e": columns == 6 and (wanted == "e2e" or named != 2 or rows not in (6, cells)),
         "yolo": min(rows, columns) >= 5 and (wanted == "yolo" or columns > rows or named in (by_rows, by_columns)),
     }
-    classes = {"yolox": columns - 5, "yolo": by_rows if in_rows else by_columns, "e2e": None}
+    shown = by_rows if in_rows else by_columns
+    # what is beyond the named labels are keypoints, or coefficients of a mask
+    classes = {"yolox": columns - 5, "yolo": named if 0 < named < shown else shown, "e2e": None}
     chosen = wanted if wanted in fits else next((each for each in fits if fits[each]), None)
-    return Layout(chosen, roles, classes[chosen]) if chosen and fits[chosen] else None
+    return Layout(chosen, roles, classes[chosen], in_rows) if chosen and fits[chosen] else None
 
 
 def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> Layout | None:
@@ -195,8 +200,8 @@ def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
     """Decode an output with a row or a column for each cell."""
     if layout.name == "yolo":
-        rows = rows.T if layout.classes is None or len(rows) == layout.classes + 4 else rows
-        scores = rows[:, 4:]
+        rows = rows.T if layout.in_rows else rows
+        scores = rows[:, 4:][:, : layout.classes]
     else:
         scores = rows[:, 4:5] * rows[:, 5:]
     boxes = rows[:, :4]

@@ -150,6 +150,22 @@ def test_four_places_are_told_from_their_boxes_by_rank(detector, runtime):
     assert found.box == expected("boxes")
 
 
+@pytest.mark.parametrize("runtime", RUNTIMES)
+@pytest.mark.parametrize("masks", [(), (1, 32, 16, 16)], ids=["keypoints", "masks"])
+def test_columns_beyond_the_named_labels_are_no_labels(detector, masks, runtime):
+    rows = np.pad(outputs_of("yolo")["output0"], ((0, 0), (0, 32), (0, 0)), constant_values=50.0)
+    more = {"output1": np.zeros(masks, np.float32)} if masks else {}
+    (found,) = detector(constant_model({"output0": rows, **more}), runtime=runtime).detect(FRAME)
+    assert found.box == expected("yolo")
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
+def test_masks_are_left_out_of_boxes(detector, runtime):
+    masks = np.zeros((3, 1, 28, 28), np.float32)
+    made = detector(constant_model({**outputs_of("boxes"), "masks": masks}, whole=["labels"]), runtime=runtime)
+    assert made.detect(FRAME)[0].box == expected("boxes")
+
+
 def test_logits_may_be_called_labels_and_boxes_dets(detector):
     outputs = outputs_of("detr")
     made = detector(constant_model({"dets": outputs["pred_boxes"], "labels": outputs["logits"]}))
