@@ -118,6 +118,12 @@ def test_extras_that_are_to_be_installed_exist(path):
         assert set(extras.split(",")) <= set(project["optional-dependencies"]), extras
 
 
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
+def test_an_example_that_uses_the_page_names_its_extra(path):
+    text = path.read_text(encoding="utf-8")
+    assert not re.search(r"nxtdrive web|--web\b", text) or re.search(r"\[web\]|extra `web`", text)
+
+
 @pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_blocks_of_code_are_well_formed(path):
     parse = {"python": ast.parse, "toml": tomllib.loads, "json": json.loads}
