@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 from input_files.plain import whole_number
-from nxtdrive.cli.commands.sim_check import add_check_arguments, check
+from nxtdrive.cli.commands.sim_check import FIRMWARES, add_check_arguments, check
 from nxtdrive.cli.commands.sim_record import add_record_arguments, record
 from nxtdrive.cli.options import add_action, add_json_argument, number, tcp_port
 
@@ -26,6 +26,7 @@ EXAMPLES = """\
   nxtdrive sim serve --usbip 3240 --uvc 3241
   nxtdrive sim exec -- nxt-test --backend usb
   nxtdrive sim exec --native -- t2n -i
+  nxtdrive sim exec --native --firmware 1.32 -- nbc -EF -S=usb -r drive.nxc
   nxtdrive sim exec --latency-ms 30 -- python my_robot.py
   nxtdrive sim check tests/golden/firmware.jsonl --firmware 1.05
   nxtdrive sim check my-brick.jsonl --scenario 'motor_*' --causes
@@ -108,6 +109,12 @@ def _add_simulation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--world", metavar="FILE", help="a world file or the name of a bundled world")
     parser.add_argument(
         "--seed", metavar="N", type=number("seed", int, 0, math.inf), default=0, help="random seed (default: 0)"
+    )
+    parser.add_argument(
+        "--firmware",
+        choices=FIRMWARES,
+        default=FIRMWARES[0],
+        help=f"LEGO's 1.29 or 1.05, or the community's 1.32, for which NBC and NXC have -EF (default: {FIRMWARES[0]})",
     )
     parser.add_argument(
         "--latency-ms",

@@ -43,7 +43,7 @@ def execute(args: argparse.Namespace, program: Sequence[str]) -> int:
         ConfigError: There is no such program, or a file has mistakes.
     """
     clock = WallClock()
-    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed)
+    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed, firmware=args.firmware)
     plug_in, serial_number = links(args, simulation), simulation.brick.serial_number
     with contextlib.ExitStack() as closing:
         door = closing.enter_context(contextlib.closing(UsbDoor(serial_number, now=clock.now)))

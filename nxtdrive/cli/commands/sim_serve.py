@@ -39,7 +39,7 @@ def serve(args: argparse.Namespace) -> int:
         ConfigError: A door cannot be opened, or a file has mistakes.
     """
     clock = WallClock()
-    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed, camera_size=args.size)
+    simulation = Simulation(args.world or DEFAULT_WORLD, seed=args.seed, firmware=args.firmware, camera_size=args.size)
     plug_in = links(args, simulation)
 
     with until_signal() as stopped, contextlib.ExitStack() as closing:

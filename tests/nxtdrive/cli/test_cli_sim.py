@@ -14,6 +14,7 @@ import serial
 
 from firmware_protocol.framing import frame
 from firmware_protocol.system import IOMapWrite
+from nxtdrive import open_brick
 from nxtdrive.cli.main import USAGE, main
 
 GET_BATTERY = bytes.fromhex("00 0b")
@@ -79,6 +80,16 @@ def test_brick_and_camera_are_there_and_both_are_named_in_the_command(server, tm
     ended = _end(server, signal.SIGTERM)[-1]
     assert (ended["event"], ended["telegrams"]) == ("ended", 2)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_firmware_may_be_chosen():
+    command = [sys.executable, "-m", "nxtdrive.cli.main", "sim", "serve", "--tcp", "0", "--json", "--firmware", "1.32"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
+        try:
+            with open_brick(_serving(served)["nxt"]) as brick:
+                assert brick.info().firmware == "1.32"
+        finally:
+            served.terminate()
 
 
 @pytest.mark.slow

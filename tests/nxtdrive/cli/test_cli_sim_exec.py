@@ -47,6 +47,12 @@ def test_our_own_driver_finds_it(execute):
 
 
 @pytest.mark.slow
+def test_the_firmware_may_be_chosen(execute):
+    done = execute("--firmware", "1.32", program=("-m", "nxtdrive.cli.main", "info", "--nxt", "usb://", "--json"))
+    assert json.loads(done.stdout)["firmware"] == "1.32"
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("end", "code"), [("sys.exit(7)", 7), ("os.kill(os.getpid(), signal.SIGKILL)", 128 + signal.SIGKILL)]
 )
