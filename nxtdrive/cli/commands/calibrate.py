@@ -83,7 +83,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with `wheels`: measure a straight drive and turns yourself, without a camera",
     )
     parser.add_argument(
-        "--color", metavar="NAME", help="with `colors`: the colour of the object in the middle of the picture"
+        "--color",
+        metavar="NAME",
+        help="with `colors`: the colour of the object in the middle of the picture (default: what it resembles most)",
     )
     parser.add_argument("--yes", action="store_true", help="do not ask before the robot drives")
     add_json_argument(parser)

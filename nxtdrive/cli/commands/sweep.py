@@ -58,8 +58,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="smoke: one seed of each class, four agents, a minute; full: 100 seeds, six agents; reality (the classes "
         "of docs/reality.md) and hard (flats, people, haste, poor light): 5 seeds, four agents each (default: smoke)",
     )
-    parser.add_argument("--classes", metavar="A,B", type=_names, help="only these classes of scenarios")
-    parser.add_argument("--seeds", metavar="A-B", type=_seeds, help="these seeds of each class, both ends included")
+    usual = "(default: the suite's)"
+    parser.add_argument("--classes", metavar="A,B", type=_names, help=f"only these classes of scenarios {usual}")
+    parser.add_argument("--seeds", metavar="A-B", type=_seeds, help=f"seeds of each class, both ends included {usual}")
     parser.add_argument(
         "--agents",
         "--profiles",
@@ -67,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="profiles",
         metavar="A,B",
         type=_names,
-        help="only these agents: profiles, baselines and oracles; also package.module:Class (docs/profiles.md)",
+        help=f"only these agents: profiles, baselines, oracles, package.module:Class (docs/profiles.md) {usual}",
     )
     parser.add_argument(
         "--eyes",

@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sample",
         metavar="N",
         type=number("decisions", int, 1, math.inf),
-        help="only this many decisions of each mission, chosen at random, the same ones each time",
+        help="only this many decisions of each mission, chosen at random, the same ones each time (default: all)",
     )
     parser.add_argument(
         "--futures",
