@@ -252,7 +252,7 @@ class FileRunner:
         """Draw the picture of a file that is about to be opened."""
         if self._registers.from_menu:
             self._screen.mark(marks.OPENING)
-        self._screen.mark(marks.RUNNING.framed(self._registers.flags & UiFlag.ENABLE_STATUS))
+        self._screen.mark(marks.RUNNING)
 
     def _show_running(self, now_ms: int) -> int:
         """Change the picture of a running file from time to time; return the passes since the change was planned."""

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from firmware_protocol.iomap import UiFlag
 from sim_backend.firmware.screen_refresh import ScreenRefresh
-from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 from sim_backend.firmware.ui.states import UiState
@@ -55,6 +54,11 @@ class KeyStates:
         """Whether the last pass draws."""
         return any(self.left[-1].drawn)
 
+    @property
+    def undrawn(self) -> Sequence[Marks]:
+        """What is left to draw."""
+        return [each.drawn for each in (self._present, *self.left) if any(each.drawn)]
+
     def drop(self) -> None:
         """Drop the states to come, and what they draw."""
         self.shown, self._present, self.left = False, Pass(), list[Pass]()
@@ -94,23 +98,25 @@ class KeyStates:
 
     def next(self) -> UiState | None:
         """Return the next state; the drawing of the one before is shown, which may wait until others are done."""
-        if self._present.drawn.waits and self._screen.drawing:
+        if not self.finish():
             return self.state
-        self.finish()
         self.shown = bool(self.left)
         self._present = self.left.pop(0) if self.left else Pass()
         return self.state
 
-    def finish(self) -> None:
-        """Do what the present pass does at its end: draw, and act.
+    def finish(self) -> bool:
+        """Do what the present pass does at its end: draw, and act. Return False if its drawing waits.
 
         A page shows the status bar, and draws its icons that have changed.
         """
         drawn, action = self._present.drawn, self._present.action
+        if drawn.waits and self._screen.drawing:
+            return False
         self._screen.mark(drawn)
-        if drawn not in (NOTHING, marks.ENTRY):
-            self._registers.set(UiFlag.ENABLE_STATUS)
-        if drawn.update & marks.ICONS:
-            self._registers.set(UiFlag.UPDATE)
+        if drawn.shows_bar:
+            self._registers.set(UiFlag.ENABLE_STATUS | UiFlag.UPDATE)
+        if drawn.draws_bar:
+            self._registers.set(UiFlag.REDRAW_STATUS)
         if action:
             action()
+        return True

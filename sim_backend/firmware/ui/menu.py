@@ -23,6 +23,7 @@ from sim_backend.firmware.ui.menu_message import MenuMessage
 from sim_backend.firmware.ui.menu_places import Places
 from sim_backend.firmware.ui.menu_radio import MenuRadio
 from sim_backend.firmware.ui.menu_settings import MenuSettings
+from sim_backend.firmware.ui.name_entry import NameEntry
 from sim_backend.firmware.ui.program_steps import LEAVE, PROGRAM, RUN, ProgramSteps
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
@@ -50,6 +51,7 @@ class Menu:
         files: The lists of files.
         program: The program that is made on the brick.
         message: What is shown until a key is pressed.
+        naming: The page where the program gets a name.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Menu:
         self.files = MenuFiles(loader, settings.stored, self._places, self.states)
         self._radio = MenuRadio(registers, radio, self.states)
         self.message = MenuMessage(logs, self.states)
+        self.naming = NameEntry(self.program, self.states, self._leave_program)
         self.reset()
 
     def reset(self) -> None:
@@ -80,6 +83,7 @@ class Menu:
         self._place = [0]
         self.view.shown = self.logs.log.runs = False
         self.message.drop()
+        self.naming.drop()
         self._confirms: bool | None = None
         self._volume = self._registers.volume
 
@@ -110,6 +114,9 @@ class Menu:
         """Continue from a state that was written to the map: one of a key, or one before the page is drawn."""
         self._drop_question()
         keys = {shown: key for key, shown in KEY_STATES.items()}
+        if self.naming.active and state not in (UiState.MELODY, UiState.ENTRY):
+            self.naming.go_on(*[UiState.MENU][: state in keys])
+            return
         if state in keys and not self.view.shown:
             self.press(keys[UiState(state)])
             del self.states.left[0]
@@ -140,6 +147,12 @@ class Menu:
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
         if key not in KEY_STATES or (key == Key.EXIT and tuple(self._place[:-1]) == log_menu.START):
+            return
+        if self.naming.shown:
+            if self._registers.state == UiState.DRAWING:
+                self.naming.press(key)
+            else:
+                self.naming.go_on(KEY_STATES[key], UiState.MENU)
             return
         self.states.begin()
         self.runs = ""
@@ -181,6 +194,7 @@ class Menu:
         """Drop the states to come and what they draw: another state was written to the map."""
         self.states.drop()
         self.message.drop()
+        self.naming.drop()
         self.logs.begins = False
 
     def _answer(self, key: int) -> None:
@@ -314,6 +328,8 @@ class Menu:
             self._place, self.states.left[-1:] = self.logs.enter(place)
         elif self.program.is_run([*menu]):
             self._leave_steps(place[-1])
+        elif self.program.is_run([*menu[:-1]]):
+            return  # the page where a name was asked for, which has no items
         elif place == places.VERSION:
             self.message.show_version()
         elif self._radio.follows(place):
@@ -329,11 +345,17 @@ class Menu:
             self._open(place)
 
     def _leave_steps(self, item: int) -> None:
-        """Run the program, for which a file is missing, or leave it for the main menu."""
+        """Run the program, for which a file is missing, leave it for the main menu, or save it."""
         if item == RUN:
             self.files.run_steps()
         elif item == LEAVE:
-            self._place = [PROGRAM]
+            self._leave_program()
+        else:
+            self._place.append(0)
+            self.naming.begin()
+
+    def _leave_program(self) -> None:
+        self._place = [PROGRAM]
 
     def _answer_page(self, action: int | None, answer: int) -> None:
         """Send a file, or delete it if that is the answer."""

@@ -22,7 +22,7 @@ CONNECTIONS = tuple(marks.listed(3, chosen) for chosen in range(2))
 PAIR = 2
 """Files of a list that stops at its ends."""
 
-_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS = 2620, 1623, 1626, 3129, 2624
+_SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS = 2620, 1623, 1624, 3129, 2624
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
 data log was stored, and that none could begin."""
 
@@ -43,19 +43,21 @@ ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))
 """The messages that the radio keeps its state, is switched off (the status bar takes seven more passes), and on."""
-SEARCHED = [marks.MENU, *_message(126, before=11), marks.FOUND]
+SEARCHED = [marks.MENU, *_message(117, before=2), marks.FOUND]
 """The search for devices."""
 FOUND_NONE, BROKEN_OFF = _message(2621, before=7), _message(1619, before=2) + _message(2614, before=0)
 """The messages that the search finds none, and that it was aborted."""
-VERSION_LEFT_AGAIN = (marks.STATUS, marks.MENU)
+VERSION_LEFT_AGAIN = (marks.STATUS_BAR, marks.MENU)
 VERSION_LEFT = (*[NOTHING] * 99, marks.VERSION_ENDS, *[NOTHING] * 99, *VERSION_LEFT_AGAIN)
 """The end of the page of the version, from the second time on and the first time."""
+SAVED, NOT_SAVED = _message(1619, before=1), [*_message(130, before=0)[:-1], marks.MENU]
+"""The messages that a program made on the brick was saved, and that there is a file of that name, before its page."""
 LOG_DELETED = (NOTHING, marks.LOG_DELETED, NOTHING, NOTHING, marks.MENU)
 """The end of a data log that is deleted."""
 
 
 def erased(files: int) -> list[Marks]:
     """Return the drawing of the message that all files of a type were deleted, one in each pass from the third on."""
-    drawn = _message(_ERASED_MS + files, before=6 + files)
+    drawn = _message(_ERASED_MS + files, before=4 + files)
     drawn[2 + files] = marks.ERASED
     return drawn

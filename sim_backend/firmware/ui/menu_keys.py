@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.iomap import UiFlag
-from sim_backend.firmware.module import Clock
+from sim_backend.firmware.module import NEVER, Clock
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import screen_marks as marks
@@ -43,7 +43,7 @@ class MenuKeys:
     def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn."""
         menu = self._menu
-        shown = menu.shows_value or menu.message.shown or menu.logs.log.runs
+        shown = menu.shows_value or menu.message.shown or menu.naming.shown or menu.logs.log.runs
         return self._registers.is_on and (shown or self._registers.state == UiState.WAITING)
 
     def follow(self) -> None:
@@ -107,6 +107,8 @@ class MenuKeys:
             registers.next_step_ms = self._clock.now_ms + 1
         elif menu.message.shown:
             registers.next_step_ms = self._clock.now_ms + menu.message.lasts_ms
+        elif menu.naming.shown:
+            registers.next_step_ms = NEVER
         else:
             registers.state = int(UiState.WAITING)
             registers.force_off = registers.force_off or int(menu.switches_off)
@@ -115,7 +117,7 @@ class MenuKeys:
     def _begin_view(self) -> None:
         """Show the value of a sensor or motor; the state stays as it is."""
         view = self._menu.view
-        self._registers.set(UiFlag.BUSY | UiFlag.UPDATE)
+        self._registers.set(UiFlag.BUSY | UiFlag.REDRAW_STATUS)
         self._screen.mark(marks.VALUE)
         view.shown, self._drawn_ms = True, self._clock.now_ms
         if view.delays:

@@ -21,10 +21,11 @@ _FIRST = 2
 
 _EMPTY = 0x01
 
-RUN, LEAVE, _SAVE = _ENDING = range(3)
+RUN, LEAVE, SAVE = _ENDING = range(3)
 """Items of the page after the last step."""
 
-_FILE = "Program.tmp"
+_FILE, _SAVED = "Program.tmp", ".rpg"
+"""Name of the file of the program, and the end of its name when it is saved."""
 _HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
 _CODES = {icon: icon + 0x20 for icon in _ACTIONS} | {icon: icon + 0x30 for icon in _EVENTS} | {0x20: 0xFB, 0x1F: 0xFC}
 """The file of the program: what precedes the steps, and the byte of each step by its icon."""
@@ -76,6 +77,10 @@ class ProgramSteps:
             self._set(step, _CHOICES[step][place[-1]])
             if self.is_run(place):
                 self._store(_HEADER + bytes(_CODES[icon] for icon in self.icons))
+
+    def save(self, name: str) -> bool:
+        """Rename the program; return whether no file had that name."""
+        return self._loader.rename(_FILE, name + _SAVED)[0] != Status.FILE_EXISTS
 
     def _store(self, content: bytes) -> None:
         """Store the program in place of the one before."""

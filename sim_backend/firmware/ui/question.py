@@ -10,12 +10,11 @@ from collections.abc import Callable
 from sim_backend.firmware.screen_refresh import ScreenRefresh
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.keys import Key
+from sim_backend.firmware.ui.states import KEY_STATES
+from sim_backend.firmware.ui.text_entry import TextEntry
 
-_OK, _PLACES = 0, 37
-"""The item that ends the entry, and the number of items in its ring: that one, digits and letters."""
-
-_PRESET, _LONGEST = len("1234"), 15
-"""Characters of the PIN that is offered, and of the longest one."""
+_PIN = "1234"
+"""The one that is offered."""
 
 
 class Question:
@@ -36,9 +35,8 @@ class Question:
 
     def begin(self) -> None:
         """Begin to draw it."""
-        self._parts = [*marks.QUESTION]
+        self._entry, self._parts = TextEntry(_PIN), [*marks.TEXT]
         self.sounded = self.chosen = self._has_bar = self._erased = False
-        self._place, self._length, self._is_preset = _OK, _PRESET, True
 
     @property
     def waits(self) -> bool:
@@ -46,21 +44,12 @@ class Question:
         return not (self._parts or self.chosen)
 
     def press(self, key: int) -> None:
-        """Follow a key: choose a character, enter or delete it, or end.
-
-        The first exit deletes all of the PIN that is offered, and exit without a character ends.
-        """
-        if key in (Key.LEFT, Key.RIGHT):
-            self._place = (self._place + (1 if key == Key.RIGHT else -1)) % _PLACES
-            self._screen.mark(marks.CHARACTER)
-        elif key == Key.ENTER and self._place != _OK:
-            self._length, self._is_preset = min(self._length + 1, _LONGEST), False
-        elif key == Key.EXIT and self._length:
-            self._length, self._is_preset = 0 if self._is_preset else self._length - 1, False
-        else:
-            self.chosen = key in (Key.ENTER, Key.EXIT)
-            return
-        self._parts = [*marks.QUESTION[1:]] if self._place == _OK else [marks.QUESTION[1]]
+        """Follow a key, if it is one."""
+        self.chosen = self._entry.press(key)
+        if key in KEY_STATES and not self.chosen:
+            if key in (Key.LEFT, Key.RIGHT):
+                self._screen.mark(marks.CHARACTER)
+            self._parts = [*self._entry.drawn]
 
     def go_on(self) -> bool:
         """Draw its next part, or erase it after the answer; return whether it ends now."""

@@ -81,7 +81,7 @@ class RadioDialog:
             return
         shown_ms = 1
         if not self._screen.drawing:
-            self._screen.mark(self._report.pop(0).framed(self._registers.flags & UiFlag.ENABLE_STATUS))
+            self._screen.mark(self._report.pop(0))
             shown_ms = 1 if self._report else times.REPORT_MS
         self._registers.next_step_ms = self._clock.now_ms + shown_ms
 

@@ -12,8 +12,10 @@ class Marks(NamedTuple):
     """Parts of the screen: those to erase and to draw, and those that are no longer to be drawn or erased.
 
     Lines of text to draw are centered, unless `again` says that they are drawn as they were. Lines of `uncenter` are no
-    longer centered, and neither are those that are dropped, unless `keeps_centered` is set. What `waits` is only drawn
-    when nothing else is left to erase or draw.
+    longer centered, and neither are those that are dropped, unless `keeps_centered` is set.
+
+    In a key's passes, what `waits` is only drawn when nothing else is left to erase or draw, `shows_bar` has the status
+    bar shown from then on, and `draws_bar` draws all of it if it is shown.
     """
 
     erase: int = 0
@@ -24,20 +26,16 @@ class Marks(NamedTuple):
     uncenter: int = 0
     keeps_centered: bool = False
     waits: bool = False
-
-    def framed(self, shows_status: int) -> Marks:
-        """Return the same without the frame around the status bar, unless that is shown."""
-        return self if shows_status else self._replace(update=self.update & ~FRAME)
+    shows_bar: bool = False
+    draws_bar: bool = False
 
 
 FRAME = 0x1000
 """Bit of the frame around the status bar."""
-ICONS = 0x1E000
-"""Bits of the icons of the status bar."""
 _ALL = 0xFFFF_FFFF
 NOTHING = Marks()
-MENU = Marks(0x4000_0200, 0xFF700, drop=_ALL)
-PAGE = Marks(0xE0600, 0xFF700)
+MENU = Marks(0x4000_0200, 0xFF700, drop=_ALL, shows_bar=True)
+PAGE = Marks(0xE0600, 0xFF700, shows_bar=True)
 """A page below a menu: a file's, a value's."""
 BAR = Marks(0xC, 0x10_0004)
 """The bar of a value."""
@@ -54,8 +52,8 @@ NOT_RUN = (
 """The start of that program without the file that runs it, pass by pass."""
 OPENS_STEPS, STEPS = Marks(0x8), (FIRST_STEP, *NOT_RUN[1:-1])
 """A file with such a program, before its end: as it is opened, and then pass by pass."""
-VALUE, VALUE_AGAIN = Marks(0x4000_0200, 0x11_F200, drop=_ALL, keeps_centered=True), Marks(update=0x8)
-"""The value of a sensor or motor, and the same later."""
+VALUE, VALUE_AGAIN = Marks(0x4000_0000, 0x10_0000, drop=_ALL, keeps_centered=True), Marks(update=0x8)
+"""The value of a sensor or motor, besides the status bar, and the same later."""
 LIST = Marks(0x8000_0000, 0x4)
 TAKEN, READY, REFUSES, REFUSED = Marks(update=0x4), Marks(update=0xC), Marks(update=0x8), Marks(0x8)
 """The data log: a port is chosen, all of them are, and the message that one is not free, and its end."""
@@ -85,15 +83,16 @@ LOGO, PICTURE = Marks(0x2000_0000, 0x10_0000), Marks(0x10_0000, 0x10_0000)
 """The first picture of a start, and the others."""
 EMPTY, ENTRY = Marks(update=0x10_0000), Marks(0x2000_0000)
 """The picture of an empty battery in a start, and the end of the pictures."""
-STATUS = Marks(0x200, 0x1F200)
-QUESTION = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
-"""The parts of a question of the radio, behind the status bar."""
+STATUS, STATUS_BAR = Marks(0x200, 0x1F200), Marks(draws_bar=True)
+"""The status bar, and the request to draw it."""
+TEXT = Marks(0x4000_0000), Marks(0x10_0000, 0x1014, again=True), Marks(update=0x10_0000)
+"""The entry of a text, pass by pass: in a question of the radio behind the status bar."""
 CHARACTER = Marks(0x10_0000)
-"""Another character of a question of the radio, before its parts are drawn again."""
-ANSWERED = Marks(0x2000_0000, drop=_ALL)
-"""The end of a question, with the status bar."""
+"""Another character, before the text is drawn again."""
+ANSWERED = Marks(0x2000_0000, drop=_ALL, draws_bar=True)
+"""The end of the entry of a text."""
 STATUS_RUNNING = Marks(0x200, 0x1F218, drop=_ALL)
-"""The status bar, and the same while a program runs."""
+"""The status bar while a program runs."""
 
 
 def _neighbours(items: int, chosen: int) -> tuple[bool, bool]:
