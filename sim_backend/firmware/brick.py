@@ -124,14 +124,13 @@ class SimBrick:
         enhanced = version.dialect.enhanced_calls
         self.display = DisplayModule(self.ui.show_status, screen.show_drawing, screen.drop_drawings, enhanced=enhanced)
         self._sleepers: tuple[Module, ...] = (self.button, self.low_speed, self.sound, screen, self.command, self.ui)
-        long_read = LongRead(self.loader, self.radio, BLUETOOTH.buffer)
-        link, self.radio.sends_reply = CommandLink(long_read), long_read.sending
+        link = CommandLink(LongRead(self.loader, self.radio, BLUETOOTH.buffer))
         self.high_speed = HighSpeed(clock, link, version)
         self._maps = self._make_maps(version)
         self._module_search = ModuleSearch(self._maps, self.loader, version.free_flash_at)
         comm_map = self._maps[0]
         handlers = self._handlers(version, link, comm_map)
-        self.radio.inbox = comm_map.bytes_from("BtInBuf")
+        self.radio.inbox, self.radio.sends_reply = comm_map.bytes_from("BtInBuf"), link.long_read.sending
         self.radio.show_boot()
         self.comm = UsbComm(handlers, link, version, comm_map.bytes_from("UsbInBuf"))
         self.bluetooth = BluetoothComm(handlers, link, version, self.radio.inbox)

@@ -67,8 +67,7 @@ class Menu:
         has_log: bool,
     ) -> None:
         self._registers, self._settings, self._screen = registers, settings, screen
-        self.switches_off = False
-        self.runs = ""
+        self.switches_off, self.runs = False, ""
         self.program, self.view, self.logs = ProgramSteps(loader), view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
@@ -251,11 +250,15 @@ class Menu:
         menu = tuple(self._place[:-1])
         if self.program.is_step(self._place[:-1]):
             self.states.act(partial(self.program.leave, left))
-            self.states.draw_last(marks.STEP, marks.PAGE)
+            self.states.draw_last(self.program.drawn_back, marks.PAGE)
         elif self.program.is_step(self._place):
-            self.states.draw_last(marks.STEP)
-            self.states.add(UiState.MENU, UiState.DRAWING)
-            self.states.draw_last(marks.MENU, marks.TYPES)
+            self.states.act(partial(self.program.leave, left))
+            if self.program.goes_on:
+                self.states.draw_last(self.program.drawn_back, marks.MENU, marks.TYPES)
+            else:
+                self.states.draw_last(marks.STEP)
+                self.states.add(UiState.MENU, UiState.DRAWING)
+                self.states.draw_last(marks.MENU, marks.TYPES)
         if places.is_list(menu):
             self._show_files()
         if tuple(left) == log_menu.START:
@@ -265,6 +268,8 @@ class Menu:
     def leave_view(self) -> None:
         """Leave the value of a sensor or motor for the list of items to show."""
         self._screen.mark(marks.LIST)
+        if self.view.chosen:
+            self.view.set_sensor()
         self._place.pop()
         self.states.begin()
         self.states.show(UiState.EXIT)
@@ -303,8 +308,6 @@ class Menu:
         elif menu == places.SLEEP:
             self.states.act(partial(self._settings.store_sleep, self._place.pop()))
             self.states.show(UiState.EXIT)
-        elif menu == places.MY_FILES and not self._places.listed(place):
-            self.files.find_none()
         elif places.action(place) == places.RUN:
             self.runs = self.files.chosen
         elif places.is_page(menu[:-1]):
@@ -334,20 +337,17 @@ class Menu:
             self.message.show_version()
         elif self._radio.follows(place):
             self._place = self._radio.enter(place)
-        elif place == places.TRY_ME:
-            self.states.draw_last(marks.MENU)
-            self.states.show(UiState.ENTER)
-            if self._places.listed(place):
-                self._open(place)
-            else:
-                self.files.find_none()
         else:
+            if place == places.TRY_ME:
+                self.states.draw_last(marks.MENU)
+                self.states.show(UiState.ENTER)
             self._open(place)
 
     def _leave_steps(self, item: int) -> None:
         """Run the program, for which a file is missing, leave it for the main menu, or save it."""
         if item == RUN:
             self.files.run_steps()
+            self.program.end()
         elif item == LEAVE:
             self._leave_program()
         else:
@@ -368,6 +368,9 @@ class Menu:
                 self._place.pop()
 
     def _open(self, place: tuple[int, ...]) -> None:
+        if places.is_list(place) and not self._places.listed(place):
+            self.files.find_none()
+            return
         first = 0
         if place == log_menu.DATA_LOG:
             self.logs.clear()

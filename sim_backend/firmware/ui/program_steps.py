@@ -46,7 +46,13 @@ class ProgramSteps:
 
     def __init__(self, loader: Loader) -> None:
         self._loader = loader
-        self.icons = bytes(len(_CHOICES))
+        self.icons = self._chosen = bytes(len(_CHOICES))
+        self._step = 0
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it is the turn of another step than the first one."""
+        return self._step > 0
 
     def is_step(self, menu: list[int]) -> bool:
         """Return whether a menu, given as the items that lead to it, is one of the steps."""
@@ -64,19 +70,34 @@ class ProgramSteps:
 
     def drawn(self, menu: list[int]) -> tuple[Marks, ...]:
         """Return the drawing, pass by pass, of a menu that is opened: a step, or the page after the last one."""
-        if self.is_run(menu):
-            return marks.LAST_STEP, marks.PAGE
-        return marks.FIRST_STEP if len(menu) == _FIRST else marks.STEP, marks.PAGE
+        return marks.FIRST_STEP if len(menu) == _FIRST else self._drawn(1), marks.PAGE
+
+    @property
+    def drawn_back(self) -> Marks:
+        """The drawing of the step before."""
+        return self._drawn(-1)
+
+    def _drawn(self, by: int) -> Marks:
+        return marks.STEP if self._moved(by) < len(_CHOICES) else marks.LAST_STEP
+
+    def _moved(self, by: int) -> int:
+        """Return the step whose turn is next or was before; once more were chosen than there are nothing changes."""
+        return self._step + by * (self._step <= len(_CHOICES))
 
     def enter(self, place: list[int]) -> None:
         """Choose an item of a step, or begin with the first one; the choice of the last one stores the program."""
-        step = len(place) - 1 - _FIRST
-        if step == -1:
-            self.icons = bytes([_EMPTY] * len(_CHOICES))
+        if len(place) == _FIRST:
+            self._chosen, self._step = bytes([_EMPTY] * len(_CHOICES)), 0
         elif self.is_step(place[:-1]):
-            self._set(step, _CHOICES[step][place[-1]])
-            if self.is_run(place):
-                self._store(_HEADER + bytes(_CODES[icon] for icon in self.icons))
+            self._choose(_CHOICES[len(place) - 1 - _FIRST][place[-1]])
+            self._step = self._moved(1)
+            if self._step == len(_CHOICES):
+                self._store(_HEADER + bytes(_CODES[icon] for icon in self._chosen))
+        self.icons = self._chosen
+
+    def end(self) -> None:
+        """Have all steps chosen: the program was run."""
+        self._step = len(_CHOICES)
 
     def save(self, name: str) -> bool:
         """Rename the program; return whether no file had that name."""
@@ -105,11 +126,16 @@ class ProgramSteps:
         return bytes(_ICONS.get(code, 0) for code in content[len(_HEADER) :])
 
     def leave(self, place: list[int]) -> None:
-        """Go back from a step other than the first one, and forget the choice there, if it is a step."""
-        if self.is_step(place[:-1]):
-            self._set(len(place) - 1 - _FIRST, _EMPTY)
+        """Go back from a step, or from the page after the last one, and forget the choice there.
 
-    def _set(self, step: int, icon: int) -> None:
-        icons = bytearray(self.icons)
-        icons[step] = icon
-        self.icons = bytes(icons)
+        The choice of the first one stays.
+        """
+        if self.is_step(place[:-1]) and self.goes_on:
+            self._choose(_EMPTY)
+        self._step = self._moved(-1)
+        self.icons = self._chosen
+
+    def _choose(self, icon: int) -> None:
+        """Choose an icon for the step whose turn it is, which exit from the second item of the last page moves on."""
+        if self._step < len(_CHOICES):
+            self._chosen = self._chosen[: self._step] + bytes([icon]) + self._chosen[self._step + 1 :]
