@@ -162,6 +162,12 @@ class OutputModule:
         ports = [port] if port < len(self.outputs) else self._groups.get(port, ())
         return [self.outputs[index] for index in ports]
 
+    def restart_count(self, port: int) -> None:
+        """Zero TachoCount of a motor, after the counts of the next pass."""
+        control = self.controls[port]
+        control.reset_count()
+        control.count -= control.fresh
+
     def wake(self) -> None:
         """Run in the next pass: a command was given or a plant moved."""
         self.due_ms, self._woken = self._clock.now_ms + 1, True

@@ -82,6 +82,7 @@ class DataLog:
 
     Attributes:
         runs: Whether it runs.
+        fails: Whether it cannot go on: a sample could not be written.
         draws: Whether the next pass draws the chosen value and its neighbours.
     """
 
@@ -96,7 +97,7 @@ class DataLog:
     ) -> None:
         self._clock, self._loader, self._screen = clock, loader, screen
         self._inputs, self._outputs, self._programs = inputs, outputs, programs
-        self.runs = self.draws = False
+        self.runs = self.fails = self.draws = False
         self._values: list[tuple[int, Value]] = []
         self._sample: list[str] = []
         self._chosen = 0
@@ -109,7 +110,7 @@ class DataLog:
             items: For each port, 0 to 3 of sensors and 4 to 6 of motors, the index of its value in `VALUES`.
         """
         self._values = [(port, VALUES[item]) for port, item in sorted(items.items())]
-        self._started_ms, self._chosen = self._clock.now_ms, 0
+        self._started_ms, self._chosen, self.fails = self._clock.now_ms, 0, False
         self._loader.delete(FILE)
         status, self._handle, _ = self._loader.create(FILE, self._loader.flash.free, appendable=True)
         programs = self._programs
@@ -137,7 +138,7 @@ class DataLog:
         if passed_ms % _PERIOD_MS == _SAMPLED_MS:
             self._sample = [self._reading(port, value) for port, value in self._values]
         elif writes and passed_ms % _PERIOD_MS == _WRITTEN_MS:
-            self._write(passed_ms - _WRITTEN_MS, *self._sample)
+            self.fails = not self._write(passed_ms - _WRITTEN_MS, *self._sample)
         if self.draws:
             self._screen.mark(marks.logged(len(self._values), self._chosen))
             self.draws, self._drawn_ms = False, now_ms
@@ -150,9 +151,7 @@ class DataLog:
         """Set types and modes, and count motors from here on."""
         for port, value in self._values:
             if port >= SENSOR_PORTS:
-                control = self._outputs.controls[port - SENSOR_PORTS]
-                control.reset_count()
-                control.count -= control.fresh  # the reset comes after the counts of the next pass
+                self._outputs.restart_count(port - SENSOR_PORTS)
             else:
                 self._inputs.store(port, type=value.type, mode=value.mode)
         self.draws = True

@@ -50,6 +50,11 @@ class KeyStates:
         return self._present.state
 
     @property
+    def coming(self) -> UiState | None:
+        """The state of the next pass, if there is one."""
+        return self.left[0].state if self.left else None
+
+    @property
     def draws(self) -> bool:
         """Whether the last pass draws."""
         return any(self.left[-1].drawn)

@@ -5,9 +5,12 @@ Source: docs/firmware.md section 8.5.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.data_log import SENSOR_PORTS, VALUES, DataLog
 from sim_backend.firmware.ui.key_states import Pass
+from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import UiState
 
 Place = tuple[int, ...]
@@ -91,3 +94,14 @@ class LogMenu:
             return [*place], [Pass(UiState.DRAWING, marks.REFUSES)]
         self.chosen[port] = place[1]
         return [*DONE], [*enter, Pass(UiState.DRAWING, marks.TAKEN), Pass(UiState.EXIT), *end]
+
+    def leave(self, message: Sequence[Marks]) -> tuple[list[int], list[Pass]]:
+        """Leave the log, perhaps by a message: return the place that this leads to, and the passes.
+
+        A log that runs is stored or deleted next; one that could not begin leads to the main menu.
+        """
+        drawn = [Pass(UiState.DRAWING, each) for each in message]
+        end = Pass(UiState.MENU), Pass(UiState.DRAWING, marks.MENU)
+        if self.log.runs:
+            return [*START, STORE], [*drawn, Pass(UiState.RIGHT), *end]
+        return [*DATA_LOG], [*drawn, *end]

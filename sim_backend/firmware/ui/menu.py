@@ -6,6 +6,7 @@ the choice of values for the data log, and the pages of radio, volume and sleep.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from sim_backend.firmware.files.loader import Loader
@@ -139,9 +140,14 @@ class Menu:
         return self.view.shown and not self.states.shown
 
     @property
-    def begins_file(self) -> bool:
-        """Whether the next step runs a file, which comes before a request to start one."""
-        return bool(self.runs) and self.states.shown and not self.states.left
+    def begins(self) -> bool:
+        """Whether the next step runs a file, shows a value or starts a log, which comes before a request for a file."""
+        return self._ends_in_page and self.states.shown and not self.states.left
+
+    @property
+    def _ends_in_page(self) -> bool:
+        """Whether the states of a key end in a file that is run, a value that is shown, or a log that is started."""
+        return bool(self.runs) or self.view.chosen or self.logs.begins
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
@@ -164,19 +170,15 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self.runs or self.switches_off or self.view.chosen or self.logs.begins or self.states.draws):
+        if not (self._ends_in_page or self.switches_off or self.states.draws):
             self.states.draw_last(self._page)
 
     @property
     def _page(self) -> Marks:
         """The drawing at the end of a key's states."""
-        menu = tuple(self._place[:-1])
-        if menu == places.TYPES:
-            return NOTHING
-        steps = self.program.is_step([*menu]) or self.program.is_run([*menu])
-        runs = places.action(tuple(self._place)) == places.RUN
-        below = menu in (places.VOLUME, places.SLEEP) or (menu[:1] in places.LISTS and menu != log_menu.START)
-        return marks.PAGE if steps or runs or below else marks.MENU
+        menu = self._place[:-1]
+        makes_program = self.program.is_step(menu) or self.program.is_run(menu)
+        return drawing.page(tuple(self._place), makes_program=makes_program)
 
     def interrupt(self) -> None:
         """Finish the current state, and drop the states to come: a file is started, whose page follows."""
@@ -269,21 +271,17 @@ class Menu:
         """Leave the value of a sensor or motor for the list of items to show."""
         self._screen.mark(marks.LIST)
         if self.view.chosen:
-            self.view.set_sensor()
+            self.view.set_up()
         self._place.pop()
         self.states.begin()
         self.states.show(UiState.EXIT)
         self.states.draw_last(self._page)
         self._draw_slowly()
 
-    def leave_log(self, *message: Marks) -> None:
-        """Leave the data log, perhaps by a message, for the page that stores or deletes it."""
-        self._place.append(log_menu.STORE)
-        self.states.begin(*[UiState.DRAWING][: len(message)])
-        if message:
-            self.states.draw_last(*message)
-        self.states.show(UiState.RIGHT)
-        self.states.draw_last(marks.MENU)
+    def leave_log(self, message: Sequence[Marks] = ()) -> None:
+        """Leave the data log, perhaps by a message."""
+        self.states.begin()
+        self._place, self.states.left = self.logs.leave(message)
 
     def _draw_slowly(self) -> bool:
         """Draw an item of the list of items to show, if that takes longer."""
@@ -371,17 +369,17 @@ class Menu:
         if places.is_list(place) and not self._places.listed(place):
             self.files.find_none()
             return
-        first = 0
+        first = self._radio.first(place)
         if place == log_menu.DATA_LOG:
             self.logs.clear()
+        elif place == places.VALUES:
+            self.view.clear()
         elif place == places.VOLUME:
             first = self._volume = self._settings.stored.volume
         elif place == places.SLEEP:
             first = self._settings.stored.sleep
         elif places.is_page(place):
             first = places.first_action(place)
-        elif place[:1] == places.RADIO:
-            first = self._radio.first(place)
         self._place.append(first)
         if places.is_list(place):
             self.files.enter(place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.log_menu import START
 from sim_backend.firmware.ui.menu_places import Place
 from sim_backend.firmware.ui.screen_marks import NOTHING, Marks
 
@@ -24,7 +25,7 @@ PAIR = 2
 
 _SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS = 2620, 1623, 1624, 3129, 2624
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
-data log was stored, and that none could begin."""
+data log was stored, and that it could not go on."""
 
 _ERASING_MS = 2
 """Passes for which a message waits until it has erased what was there."""
@@ -38,7 +39,8 @@ def _message(passes: int, before: int) -> list[Marks]:
 SENT, DELETED = _message(_SENT_MS, before=2), _message(_DELETED_MS, before=4)
 """The messages that a file was not sent, and that it was deleted."""
 STORED, LOG_FAILED = _message(_STORED_MS, before=3), _message(_LOG_FAILED_MS, before=1)
-"""The messages that a data log was stored, and that none could begin."""
+LOG_NOT_BEGUN = LOG_FAILED[:-1]
+"""The messages that a data log was stored, that it could not go on, and that none could begin."""
 ERASE_ANSWER = (marks.MENU, marks.READY)
 """The question whether to delete all files of a type."""
 SWITCHED, SWITCHED_OFF, SWITCHED_ON = (_message(passes, before=2) for passes in (120, 121, 164))
@@ -61,3 +63,12 @@ def erased(files: int) -> list[Marks]:
     drawn = _message(_ERASED_MS + files, before=4 + files)
     drawn[2 + files] = marks.ERASED
     return drawn
+
+
+def page(place: Place, *, makes_program: bool) -> Marks:
+    """Return the drawing at the end of a key's states, where a program is made on the brick or elsewhere."""
+    menu = place[:-1]
+    if menu == places.TYPES:
+        return NOTHING
+    below = menu in (places.VOLUME, places.SLEEP) or (menu[:1] in places.LISTS and menu != START)
+    return marks.PAGE if makes_program or below or places.action(place) == places.RUN else marks.MENU

@@ -43,14 +43,19 @@ class MenuKeys:
     def awaited(self) -> bool:
         """Whether a key counts: the menu is drawn."""
         menu = self._menu
-        shown = menu.shows_value or menu.message.shown or menu.naming.shown or menu.logs.log.runs
+        shown = menu.shows_value or menu.message.shown or menu.naming.shown or self._logs
         return self._registers.is_on and (shown or self._registers.state == UiState.WAITING)
+
+    @property
+    def _logs(self) -> bool:
+        """Whether a data log runs, and shows its values."""
+        return self._menu.logs.log.runs and not self._menu.states.shown
 
     def follow(self) -> None:
         """Follow a key, if it counts."""
         registers, menu, now_ms = self._registers, self._menu, self._clock.now_ms
         key = self._keys.read() if self.awaited else 0
-        if menu.logs.log.runs:
+        if self._logs:
             self._follow_log(key)
         elif menu.shows_value:
             if key == Key.EXIT:
@@ -74,12 +79,41 @@ class MenuKeys:
         if key not in (Key.LEFT, Key.RIGHT, Key.EXIT):
             return
         if now_ms >= registers.next_step_ms:
-            log.go_on(writes=key != Key.EXIT)
+            self.go_on_with_log(writes=key != Key.EXIT)
+        if self._menu.states.shown:
+            return
         if key == Key.EXIT:
             self._menu.leave_log()
         else:
             log.choose(1 if key == Key.RIGHT else -1)
         registers.next_step_ms = now_ms + 1
+
+    def go_on_with_log(self, *, writes: bool = True) -> None:
+        """Take the next step of the data log that runs. A sample that could not be written ends it by a message."""
+        log, now_ms = self._menu.logs.log, self._clock.now_ms
+        failed, next_ms = log.fails, log.go_on(writes=writes)
+        self._registers.next_step_ms = now_ms + 1 if log.fails else next_ms
+        if failed:
+            self._fail_log()
+
+    def _fail_log(self) -> None:
+        """End the data log by a message."""
+        self._screen.mark(marks.LOG_FAILS)
+        message = drawing.LOG_FAILED if self._menu.logs.log.runs else drawing.LOG_NOT_BEGUN
+        self._menu.leave_log(message)
+        self.show()
+
+    def end_page(self) -> None:
+        """End the value or the data log that is shown, when the state of a key follows: a file can be started then."""
+        menu, registers = self._menu, self._registers
+        if self._clock.now_ms < registers.next_step_ms or menu.states.coming in (None, UiState.DRAWING):
+            return
+        if menu.view.shown:
+            registers.clear(UiFlag.BUSY)
+            menu.view.end()
+        elif menu.logs.log.runs:
+            registers.clear(UiFlag.BUSY)
+            menu.logs.log.end()
 
     def show(self) -> None:
         """Show the next state of a key; after the last one wait for another key, run a file, or switch off."""
@@ -87,12 +121,6 @@ class MenuKeys:
         state = menu.states.next()
         if state is not None:
             registers.state, registers.next_step_ms = int(state), self._clock.now_ms + 1
-            if menu.view.shown:
-                registers.clear(UiFlag.BUSY)
-                menu.view.end()
-            elif menu.logs.log.runs:
-                registers.clear(UiFlag.BUSY)
-                menu.logs.log.end()
         elif menu.runs:
             self._files.begin_from_menu()
         elif menu.view.chosen:
@@ -100,11 +128,9 @@ class MenuKeys:
         elif menu.logs.begins:
             if menu.logs.begin():
                 registers.set(UiFlag.BUSY)
+                registers.next_step_ms = self._clock.now_ms + 1
             else:
-                self._screen.mark(marks.LOG_FAILS)
-                menu.leave_log(*drawing.LOG_FAILED)
-                self.show()
-            registers.next_step_ms = self._clock.now_ms + 1
+                self._fail_log()
         elif menu.message.shown:
             registers.next_step_ms = self._clock.now_ms + menu.message.lasts_ms
         elif menu.naming.shown:
@@ -126,10 +152,10 @@ class MenuKeys:
             self.show_value()
 
     def show_value(self) -> None:
-        """Set the sensor of the value that is shown, or draw the value again."""
+        """Set up the port of the value that is shown, or draw the value again."""
         view, now_ms = self._menu.view, self._clock.now_ms
         if view.chosen:
-            view.set_sensor()
+            view.set_up()
         else:
             self._screen.mark(marks.VALUE_AGAIN)
         self._registers.next_step_ms = now_ms + view.period_ms - (now_ms - self._drawn_ms) % view.period_ms

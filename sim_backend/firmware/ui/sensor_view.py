@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.enums import SensorMode, SensorType
+from sim_backend.firmware.motors.output import OutputModule
 from sim_backend.firmware.sensors.input import InputModule
 
 VIEW = 3
@@ -56,21 +57,22 @@ class SensorView:
 
     Args:
         inputs: The inputs.
+        outputs: The motors.
         modern: Whether the firmware has a data log and the newer sensors.
 
     Attributes:
-        chosen: Whether the page is about to be shown, or its sensor to be set.
+        chosen: Whether the page is about to be shown, or its port to be set up.
         shown: Whether the page is shown.
-        delays: Whether the sensor is set one pass after the beginning of the page.
+        delays: Whether the port is set up one pass after the beginning of the page.
         period_ms: Time from one drawing of the value to the next.
     """
 
-    def __init__(self, inputs: InputModule, *, modern: bool) -> None:
-        self._inputs = inputs
+    def __init__(self, inputs: InputModule, outputs: OutputModule, *, modern: bool) -> None:
+        self._inputs, self._outputs = inputs, outputs
         self.chosen = self.shown = False
         self.delays, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
-        self._item = self._port = 0
+        self._ports: dict[int, tuple[SensorType, SensorMode] | None] = {}
 
     def items(self, menu: tuple[int, ...]) -> int:
         """Return the number of items of a menu below View, 0 of another one."""
@@ -88,18 +90,29 @@ class SensorView:
         """Return whether a place in the menus leads to the page, and choose it then."""
         if place[:1] != (VIEW,) or len(place) != _PAGE_LEVEL:
             return False
-        self.chosen, (_, self._item, self._port) = True, place
+        self.chosen, (_, item, port) = True, place
+        value = self._values[item]
+        if not self.delays or any((value is _MOTOR) != (other is _MOTOR) for other in self._ports.values()):
+            self.clear()
+        self._ports[port] = value
         return True
 
-    def set_sensor(self) -> None:
-        """Set type and mode of the sensor's input."""
+    def clear(self) -> None:
+        """Forget the ports that were shown."""
+        self._ports.clear()
+
+    def set_up(self) -> None:
+        """Set types and modes of the inputs that were shown, or count their motors from here on."""
         self.chosen = False
-        value = self._values[self._item]
-        if value:
-            self._inputs.store(self._port, type=value[0], mode=value[1])
+        for port, value in self._ports.items():
+            if value:
+                self._inputs.store(port, type=value[0], mode=value[1])
+            else:
+                self._outputs.restart_count(port)
 
     def end(self) -> None:
-        """Leave the page: the input has no type then."""
+        """Leave the page: the inputs have no types then."""
         self.shown = False
-        if self._values[self._item]:
-            self._inputs.store(self._port, type=SensorType.NONE)
+        for port, value in self._ports.items():
+            if value:
+                self._inputs.store(port, type=SensorType.NONE)

@@ -86,7 +86,7 @@ class UiModule:
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
         data_log = version.data_log
         settings = MenuSettings(registers, sleep_timer, self._stored)
-        view = SensorView(inputs, modern=data_log)
+        view = SensorView(inputs, outputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
         self._menu = menu = Menu(registers, settings, loader, screen, view, logs, radio, has_log=data_log)
         self._files = FileRunner(
@@ -291,9 +291,10 @@ class UiModule:
     def _step(self, now_ms: int) -> None:
         """Begin with a requested file, or take the next step of the state."""
         registers = self.registers
-        begins_file = self._menu.begins_file or (registers.runs_file and not self._files.has_begun)
+        self._menu_keys.end_page()
+        begins = self._menu.begins or (registers.runs_file and not self._files.has_begun)
         loads = registers.starting and registers.state == UiState.START
-        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or begins_file):
+        if registers.flags & UiFlag.EXECUTE_FILE and not (registers.flags & UiFlag.BUSY or loads or begins):
             registers.starting = False
             self._files.begin()
         elif now_ms >= registers.next_step_ms:
@@ -313,7 +314,7 @@ class UiModule:
         elif self._menu.message.shown:
             self._menu_keys.close_message()
         elif self._menu.logs.log.runs:
-            registers.next_step_ms = self._menu.logs.log.go_on()
+            self._menu_keys.go_on_with_log()
         elif state == UiState.OPENING:
             self._files.enter()
         elif not registers.is_on and self._off_states.go_on():
