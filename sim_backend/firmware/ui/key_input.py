@@ -80,14 +80,18 @@ class KeyInput:
         self.repeat_ms = now_ms + _REPEAT_MS
         return self._first
 
-    def read(self) -> int:
-        """Return the key that counts: a button, or the map's while none is held; 0 for none."""
+    def read_silently(self) -> int:
+        """Return the key that counts: a button, or the map's while none is held; 0 for none. It does not click."""
         key: int | None = self.read_button()
         if self.held is None:
             key, self._registers.button = self._registers.button, 0
-        if not key:
-            return 0
-        self.click()
+        return key or 0
+
+    def read(self) -> int:
+        """Return the key that counts, and click."""
+        key = self.read_silently()
+        if key:
+            self.click()
         return key
 
     def click(self) -> None:

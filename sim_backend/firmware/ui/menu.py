@@ -16,6 +16,7 @@ from sim_backend.firmware.ui import log_menu
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.key_states import KeyStates
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.log_menu import LogMenu
@@ -37,6 +38,7 @@ class Menu:
 
     Args:
         registers: Holds the volume that is in use, and the flags.
+        keys: The keys.
         settings: Settings that the menus change.
         loader: Holds the files.
         screen: Draws the menus.
@@ -58,6 +60,7 @@ class Menu:
     def __init__(
         self,
         registers: UiRegisters,
+        keys: KeyInput,
         settings: MenuSettings,
         loader: Loader,
         screen: ScreenRefresh,
@@ -73,7 +76,7 @@ class Menu:
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
         self.files = MenuFiles(loader, settings.stored, self._places, self.states)
-        self._radio = MenuRadio(registers, radio, self.states)
+        self._radio = MenuRadio(keys, radio, self.states)
         self.message = MenuMessage(logs, self.states)
         self.naming = NameEntry(self.program, self.states, self._leave_program)
         self.reset()

@@ -12,10 +12,10 @@ from sim_backend.firmware.radio_answers import RadioState
 from sim_backend.firmware.ui import menu_drawing as drawing
 from sim_backend.firmware.ui import menu_places as places
 from sim_backend.firmware.ui import screen_marks as marks
+from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.key_states import KeyStates, Pass
 from sim_backend.firmware.ui.keys import Key
 from sim_backend.firmware.ui.menu_places import Place
-from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.screen_marks import NOTHING
 from sim_backend.firmware.ui.states import UiState
 
@@ -27,13 +27,13 @@ class MenuRadio:
     """Changes the radio, with the states of a key that show it.
 
     Args:
-        registers: Holds the map's key, which can abort a search.
+        keys: Can abort a search.
         radio: The radio.
         states: Shows it.
     """
 
-    def __init__(self, registers: UiRegisters, radio: Radio, states: KeyStates) -> None:
-        self._registers, self._radio, self._states = registers, radio, states
+    def __init__(self, keys: KeyInput, radio: Radio, states: KeyStates) -> None:
+        self._keys, self._radio, self._states = keys, radio, states
 
     def first(self, page: Place) -> int:
         """Return the item that a page of the radio begins with."""
@@ -70,9 +70,8 @@ class MenuRadio:
         return [*page]
 
     def _read_key(self) -> None:
-        """Take the map's key; exit aborts the search."""
-        key, self._registers.button = self._registers.button, 0
-        if key == Key.EXIT:
+        """Take a key; exit aborts the search."""
+        if self._keys.read_silently() == Key.EXIT:
             drawn = drawing.BROKEN_OFF[1:]
             self._states.left[: len(drawing.FOUND_NONE) - 1] = [Pass(UiState.DRAWING, each) for each in drawn]
 

@@ -88,7 +88,7 @@ class UiModule:
         settings = MenuSettings(registers, sleep_timer, self._stored)
         view = SensorView(inputs, outputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
-        self._menu = menu = Menu(registers, settings, loader, screen, view, logs, radio, has_log=data_log)
+        self._menu = menu = Menu(registers, keys, settings, loader, screen, view, logs, radio, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
@@ -274,7 +274,7 @@ class UiModule:
             shown = states.KEY_STATES.get(self._keys.read())
             if shown is not None:
                 registers.state, registers.next_step_ms = int(shown), now_ms + 1
-        elif self._power_off.takes_keys and self._keys.read() == Key.ENTER:
+        elif self._power_off.takes_keys and not registers.starting and self._keys.read() == Key.ENTER:
             registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
 
     def _close_warning(self, now_ms: int) -> None:
