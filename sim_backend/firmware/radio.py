@@ -96,9 +96,10 @@ class Radio:
         self._settle()
         self._is_streaming = streaming
         operation = self._operation
-        if operation and streaming and self._on and not self._waited and self._unanswered(operation):
-            self._changes, self._busy_until_ms = [], operation.began_ms + operation.changes[0].at_ms + _TIME_OUT_MS
-            self._is_lost = True
+        next_ms = next((change.at_ms for change in self._changes if change.part is Part.ANSWER), None)
+        if operation and streaming and self._on and not self._waited and next_ms is not None:
+            self._changes = [change for change in self._changes if change.at_ms < next_ms]
+            self._busy_until_ms, self._is_lost = next_ms + _TIME_OUT_MS, True
         elif operation and not streaming and self._busy_until_ms == inf:
             self._continue(operation)
         elif operation and streaming and self._waited and self._clock.now_ms < operation.began_ms + _STREAM_ENDS_MS:
@@ -332,10 +333,6 @@ class Radio:
         """Return the changes of a start of the radio."""
         started = answers.started(at_ms, name, self.own_address, on_ms=on_ms, last_ms=last_ms, reset=reset)
         return [*started, Change(at_ms + 8, Part.LINK_STATE, _STARTED), Change(at_ms + 9, Part.LINK_STATE, _VISIBLE)]
-
-    def _unanswered(self, operation: _Operation) -> bool:
-        """Return whether the radio has not carried out the first step; it does not in stream mode."""
-        return self._clock.now_ms < operation.began_ms + operation.changes[0].at_ms
 
     def _hold(self) -> None:
         self._changes, self._busy_until_ms = [], inf
