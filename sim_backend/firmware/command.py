@@ -250,7 +250,9 @@ class CommandModule:
         elif self._phase is _Phase.ENDED:
             self._clear_away()
         elif self._phase is _Phase.WAITING:
-            if self.status == ProgramStatus.RESET:
+            if now_ms == self._missed_ms + 1:
+                self.due_ms = now_ms + 1
+            elif self.status == ProgramStatus.RESET:
                 self._phase, self.status = _Phase.IDLE, int(ProgramStatus.IDLE)
                 self._reset_devices()
                 self.due_ms = now_ms + 1 if self.activate else NEVER

@@ -146,8 +146,7 @@ class FileRunner:
                 registers.next_step_ms = now_ms + 1
                 self._show_running(now_ms)
             case Run.STEPS:
-                self._menu.program.icons = self._steps
-                self._screen.mark(self._parts.pop(0))
+                self._draw_steps()
                 self._run, registers.next_step_ms = Run.STEPS if self._parts else Run.ENDED, now_ms + 1
             case Run.PROGRAM | Run.SOUND:
                 self._run, registers.next_step_ms = Run.ENDED, now_ms + 1
@@ -247,6 +246,16 @@ class FileRunner:
             self._keys.click()
             self._begin_message(now_ms)
             self._open_menu()
+
+    def _draw_steps(self) -> None:
+        """Draw the next part of a program made on the brick, for which a file is missing."""
+        program, drawn = self._menu.program, len(marks.STEPS) - len(self._parts)
+        program.icons = self._steps
+        self._screen.mark(self._parts.pop(0))
+        if drawn == marks.STARTED_WITH:
+            program.start()
+        elif drawn == marks.STARTED_WITH + 1:
+            program.end()
 
     def _show_beginning(self) -> None:
         """Draw the picture of a file that is about to be opened."""

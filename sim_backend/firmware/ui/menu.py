@@ -44,6 +44,7 @@ class Menu:
         screen: Draws the menus.
         view: The value of a sensor or motor that is shown.
         logs: The data log.
+        program: The program that is made on the brick.
         radio: The radio that the menus change.
         has_log: Whether the main menu has an item for it.
 
@@ -52,7 +53,6 @@ class Menu:
         switches_off: Whether the last key switches the brick off.
         runs: Name of the file that it runs, if any.
         files: The lists of files.
-        program: The program that is made on the brick.
         message: What is shown until a key is pressed.
         naming: The page where the program gets a name.
     """
@@ -66,16 +66,17 @@ class Menu:
         screen: ScreenRefresh,
         view: SensorView,
         logs: LogMenu,
+        program: ProgramSteps,
         radio: Radio,
         *,
         has_log: bool,
     ) -> None:
         self._registers, self._settings, self._screen = registers, settings, screen
         self.switches_off, self.runs = False, ""
-        self.program, self.view, self.logs = ProgramSteps(loader), view, logs
+        self.program, self.view, self.logs = program, view, logs
         self._places = Places(loader.flash.names_ending, self.program, self.view, logs if has_log else None)
         self.states = KeyStates(registers, screen)
-        self.files = MenuFiles(loader, settings.stored, self._places, self.states)
+        self.files = MenuFiles(loader, settings.stored, self._places, self.states, program)
         self._radio = MenuRadio(keys, radio, self.states)
         self.message = MenuMessage(logs, self.states)
         self.naming = NameEntry(self.program, self.states, self._leave_program)
@@ -348,7 +349,6 @@ class Menu:
         """Run the program, for which a file is missing, leave it for the main menu, or save it."""
         if item == RUN:
             self.files.run_steps()
-            self.program.end()
         elif item == LEAVE:
             self._leave_program()
         else:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
+from sim_backend.firmware.files.names import pack_name
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.screen_marks import Marks
+from sim_backend.firmware.ui.states import Programs
 
 _ACTIONS = (0x3, 0x2, 0x9, 0x8, 0xF, 0x7, 0xB, 0xC, 0x4, 0xA, 0x5, 0x6, 0x1, 0xD, 0xE)
 _EVENTS = (0x11, 0x16, 0x17, 0x18, 0x13, 0x14, 0x12, 0x19, 0x15)
@@ -24,6 +26,8 @@ _EMPTY = 0x01
 RUN, LEAVE, SAVE = _ENDING = range(3)
 """Items of the page after the last step."""
 
+_READER = "RPGReader.sys"
+"""The file that runs it."""
 _FILE, _SAVED = "Program.tmp", ".rpg"
 """Name of the file of the program, and the end of its name when it is saved."""
 _HEADER = bytes((8, 0, 0, len(_CHOICES), len(_CHOICES), 0, 0, 0))
@@ -39,13 +43,14 @@ class ProgramSteps:
 
     Args:
         loader: Stores the program.
+        programs: Runs it, if there is a file that can.
 
     Attributes:
         icons: The icon of each step, as the display's map has them.
     """
 
-    def __init__(self, loader: Loader) -> None:
-        self._loader = loader
+    def __init__(self, loader: Loader, programs: Programs) -> None:
+        self._loader, self._programs = loader, programs
         self.icons = self._chosen = bytes(len(_CHOICES))
         self._step = 0
 
@@ -95,9 +100,14 @@ class ProgramSteps:
                 self._store(_HEADER + bytes(_CODES[icon] for icon in self._chosen))
         self.icons = self._chosen
 
-    def end(self) -> None:
-        """Have all steps chosen: the program was run."""
+    def start(self) -> None:
+        """Have all steps chosen, and start the program in the next pass, for which a file is missing."""
         self._step = len(_CHOICES)
+        self._programs.start(pack_name(_READER))
+
+    def end(self) -> None:
+        """Forget the program, and reset inputs and outputs."""
+        self._programs.reset()
 
     def save(self, name: str) -> bool:
         """Rename the program; return whether no file had that name."""

@@ -75,12 +75,8 @@ class UiModule:
         self._clock, self._buttons, self._screen, self._programs = clock, buttons, screen, programs
         self._radio, self._io_control, self._enter_keeps_program = radio, io_control, version.enter_keeps_program
         self.registers = registers = UiRegisters()
-        self.battery, self.sleep_timer, self._stored = (
-            Battery(),
-            SleepTimer(clock),
-            StoredSettings(loader, version.settings),
-        )
-        battery, sleep_timer = self.battery, self.sleep_timer
+        self.battery, self.sleep_timer = battery, sleep_timer = Battery(), SleepTimer(clock)
+        self._stored = StoredSettings(loader, version.settings)
         self._load_settings()
         sound.volume = registers.volume
         self._keys = keys = KeyInput(clock, registers, buttons, sound, sleep_timer)
@@ -88,7 +84,8 @@ class UiModule:
         settings = MenuSettings(registers, sleep_timer, self._stored)
         view = SensorView(inputs, outputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
-        self._menu = menu = Menu(registers, keys, settings, loader, screen, view, logs, radio, has_log=data_log)
+        steps = ProgramSteps(loader, programs)
+        self._menu = menu = Menu(registers, keys, settings, loader, screen, view, logs, steps, radio, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
         )
