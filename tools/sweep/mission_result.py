@@ -17,6 +17,8 @@ from .metrics import TargetResult
 Key = tuple[str, int, str, str, str]
 """Class, seed, agent, eyes and the digest of the robot's description."""
 OF_WHOLE_MISSIONS = {"duration_s", "contacts"}
+USUAL_TARGETS = 2
+"""Existing targets of most classes of scenarios."""
 
 
 def _timed(target: TargetResult) -> TargetResult:
@@ -29,8 +31,8 @@ def _timed(target: TargetResult) -> TargetResult:
 class MissionResult(BaseModel):
     """The result of one mission; docs/evaluation.md explains the fields under their names in the file.
 
-    A mission that broke has no targets, and none of the values after them, nor a duration or contacts. Values with a
-    default are not in files of earlier versions.
+    A mission that broke has no targets but their number, `unreached`, and none of the values after them, nor a
+    duration or contacts. Values with a default are not in files of earlier versions.
     """
 
     model_config = ConfigDict(strict=True, frozen=True, populate_by_name=True)
@@ -47,6 +49,7 @@ class MissionResult(BaseModel):
     done: bool
     ending: Ending
     error: str
+    unreached: int = USUAL_TARGETS
     duration_s: float = 0.0
     contacts: int = 0
     targets: list[Annotated[TargetResult, AfterValidator(_timed)]]

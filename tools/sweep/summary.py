@@ -19,8 +19,6 @@ RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 2017
 """Seed of the resampling: the same results give the same intervals."""
-BROKEN_TARGETS = 2
-"""A mission that broke counts as this many targets not reached."""
 
 MIN_MISSIONS = 2
 """Fewer missions have no interval: resamples of one mission are all the same."""
@@ -109,7 +107,7 @@ def times_drawn(number: int) -> NDArray[np.uint16]:
 def over_targets(value: Callable[[TargetResult], float]) -> Callable[[MissionResult], Pair]:
     """Return a function that collects a figure of each existing target; of a mission that broke it is 0."""
     return lambda result: (
-        (0.0, float(BROKEN_TARGETS)) if result.broke else _pair([float(value(target)) for target in result.existing])
+        (0.0, float(result.unreached)) if result.broke else _pair([float(value(target)) for target in result.existing])
     )
 
 
@@ -173,7 +171,7 @@ def reached_by(results: Sequence[MissionResult], times_s: NDArray[np.float64]) -
     """Return the share of the existing targets that had been reached by each of some mission times."""
     targets = [target for result in results for target in result.existing]
     reached = np.sort([target.time_s for target in targets if target.time_s is not None])
-    number = len(targets) + BROKEN_TARGETS * sum(result.broke for result in results)
+    number = len(targets) + sum(result.unreached for result in results if result.broke)
     return np.searchsorted(reached, times_s, side="right") / max(1, number)
 
 

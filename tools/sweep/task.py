@@ -26,7 +26,7 @@ from .agents import drive, equipped
 from .causes import judge_choices, longest_run, recognition_s, soonest_s
 from .chart_coverage import taken
 from .metrics import judge_target
-from .mission_result import Key, MissionResult
+from .mission_result import USUAL_TARGETS, Key, MissionResult
 from .referee import EpisodeTrace, Referee
 
 UNCHANGED = RobotFile()
@@ -135,8 +135,19 @@ def failed(task: Task, error: BaseException) -> MissionResult:
         done=False,
         ending=Ending.BROKEN,
         error=f"{type(error).__name__}: {error}",
+        unreached=_existing_targets(task),
         targets=[],
     )
+
+
+def _existing_targets(task: Task) -> int:
+    """Return how many of a mission's targets exist; the usual number if its scenario cannot be generated."""
+    try:
+        scenario = generate_scenario(task.kind, task.seed)
+    except Exception:  # noqa: BLE001 - that may be what broke the mission, and is reported
+        return USUAL_TARGETS
+    pictures = {picture.name for picture in scenario.world.pictures}
+    return sum(target in pictures for target in scenario.mission.mission.targets)
 
 
 def judge(task: Task, trace: EpisodeTrace, chances: Sequence[Prediction] = ()) -> MissionResult:

@@ -36,7 +36,7 @@ def _section():
 def test_the_keys_of_a_line_are_explained(folder):
     mission, *_, broken = map(json.loads, (folder / "full.jsonl").read_text(encoding="utf-8").splitlines())
     explained = re.findall(r"`(\w+)`", " ".join(ROW.findall(_section())))
-    assert set(explained) == {*mission, *mission["targets"][0], "robot"}
+    assert set(explained) == {*mission, *mission["targets"][0], "robot", "unreached"}
     of_whole_missions = explained[explained.index("duration_s") : explained.index("target")]
     assert not set(of_whole_missions) & set(broken), "a mission that broke has none of them"
     parts = " ".join(re.findall(r"^\| `(?:choices|chances)` .*$", _section(), re.MULTILINE))

@@ -12,6 +12,7 @@ from concurrent.futures import BrokenExecutor
 from contextlib import suppress
 from functools import partial
 
+import numpy as np
 import pytest
 from sweep_results import broken_result, mission_result, target_result
 
@@ -20,14 +21,14 @@ from behaviors.mission.robot import RobotFile, RobotTable
 from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers
-from nxtdrive.tools.sweep import agents
+from nxtdrive.tools.sweep import agents, task
 from nxtdrive.tools.sweep.causes import Cause, Judgement
 from nxtdrive.tools.sweep.headline import difference, headline
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
-from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, success_rate
+from nxtdrive.tools.sweep.summary import aggregate, estimate, estimate_share, reached_by, success_rate
 from nxtdrive.tools.sweep.tables import agent_rows, choice_rows, interval, reached_rows
-from nxtdrive.tools.sweep.task import evaluate
+from nxtdrive.tools.sweep.task import Task, evaluate, failed
 
 TASKS = plan(["open", "absent"], [101], ["thesis", "oracle"], "geometric")
 
@@ -159,6 +160,21 @@ def test_a_mission_that_breaks_is_a_line_and_the_sweep_goes_on(results, tmp_path
     assert found[0].error == "RuntimeError: two decisions at the same moment"
     assert found[1] == results[1]
     assert aggregate([result for result in found if result.agent == "thesis"], 1.0)["n_broken"] == 2
+
+
+@pytest.mark.parametrize(("kind", "targets"), [("open", 2), ("absent", 1), ("flat", 3), ("big", 6)])
+def test_a_mission_that_broke_reached_none_of_the_targets_that_it_had(kind, targets):
+    broken = failed(Task(0, kind, 100, "thesis", "geometric"), RuntimeError("lost"))
+    assert json.loads(broken.to_json())["unreached"] == targets
+    assert reached_by([broken, mission_result(target_result(9.0))], np.array([10.0])).tolist() == [1 / (targets + 1)]
+
+
+def test_a_mission_whose_room_cannot_be_generated_had_the_usual_number_of_targets(monkeypatch):
+    def broken(_kind, _seed):
+        raise RuntimeError("no room")
+
+    monkeypatch.setattr(task, "generate_scenario", broken)
+    assert evaluate(Task(0, "flat", 100, "thesis", "geometric")).unreached == 2
 
 
 def test_ctrl_c_ends_the_sweep_and_not_just_the_mission(tmp_path, monkeypatch):
