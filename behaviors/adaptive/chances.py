@@ -15,8 +15,9 @@ from importlib import resources
 
 import numpy as np
 
+from behaviors.events import Reason
 from behaviors.evidence import Evidence
-from behaviors.recoveries import Recovery
+from behaviors.recoveries import RECOVERIES, Recovery
 from input_files.json_text import parse_object
 
 ESTIMATES = (0.01, 0.05, 0.15, 0.5)
@@ -88,6 +89,15 @@ def shipped() -> Counts:
 def _situation(choice: Recovery, estimate: float | str, evidence: Evidence) -> str:
     tries = max(each for each in TRIES if each <= evidence.tries)
     return f"{choice.name}/{estimate}/{evidence.reason}/{tries}"
+
+
+def is_situation(text: str) -> bool:
+    """Return whether outcomes are counted under this name."""
+    choice, *numbers = text.split("/")
+    if choice not in RECOVERIES or len(numbers) != 3:
+        return False
+    estimate, reason, tries = numbers
+    return estimate in {NO_ESTIMATE, *map(str, ESTIMATES)} and reason in set(Reason) and tries in set(map(str, TRIES))
 
 
 def _parts(situation: str) -> Iterator[str]:

@@ -12,7 +12,9 @@ from behaviors.mission.robot import FRAME_ASPECT
 from behaviors.mission.targets import HaarTarget, MarkerTarget, PictureTarget, QrTarget, Target
 from behaviors.mission.usual_heights import cascade_label, usual_height_mm
 from behaviors.mission.value_warnings import value_warnings
+from behaviors.profile_names import ADAPTIVE
 from firmware_protocol.errors import CameraError
+from input_files.mistakes import excerpt
 from nxtdrive.mission.detectors import make_detectors
 from nxtdrive.mission.files import PICTURES, usual_robot
 from nxtdrive.vision.geometry import A4_HEIGHT_MM, MARKER_HEIGHT_MM, QR_HEIGHT_MM
@@ -66,6 +68,7 @@ def check_mission(path: Path, robot: Path | None = None, usual: Path | None = No
 def warnings(mission: Mission) -> Iterator[str]:
     """Yield warnings, one sentence or two each: about values, and about how pictures fit them."""
     yield from value_warnings(mission)
+    yield from _unknown_situations(mission)
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]
         shape = _shape(target.pictures[0]) if isinstance(target, PictureTarget) else None
@@ -75,6 +78,17 @@ def warnings(mission: Mission) -> Iterator[str]:
         yield from _no_cascade_height(name, target)
         whole = 1.0 if isinstance(target, MarkerTarget | QrTarget) else MIN_IN_VIEW
         yield from _out_of_view(mission, name, (shape or 0.0) * target.height_mm, target.height_mm, whole)
+
+
+def _unknown_situations(mission: Mission) -> Iterator[str]:
+    from behaviors.adaptive.chances import is_situation
+
+    unknown = [each for each in mission.adaptive.chances or {} if not is_situation(each)]
+    if unknown and mission.mission.profile == ADAPTIVE:
+        yield (
+            f"adaptive.chances: {len(unknown)} of {len(mission.adaptive.chances or ())} counts have no effect, "
+            f"{excerpt(unknown[0])} for instance: this version of nxtdrive has no such situation. Count the runs again."
+        )
 
 
 def _shape(picture: str) -> float | None:

@@ -9,6 +9,7 @@ import pytest
 from behaviors.journal import Kind, Record
 from behaviors.mission import Mission
 from nxtdrive.cli.main import DONE, USAGE, main
+from tests import small_mission
 
 MISSION = Mission.model_validate(
     {"mission": {"targets": ["a"]}, "target": {"a": {"detector": "color", "color": "red"}}}
@@ -183,3 +184,12 @@ def test_a_run_that_was_counted_is_not_read_again(tmp_path, capsys):
     capsys.readouterr()
     assert main(["chances", str(out), folder]) == DONE
     assert capsys.readouterr().err == f"{folder} is not counted: run-1 is in the counts already.\n"
+
+
+def test_counts_of_situations_that_do_not_exist_are_warned_of(tmp_path, capsys):
+    mission = tmp_path / "mission.toml"
+    mission.write_text(small_mission.MISSION + '[adaptive]\nchances = "counts.json"\n', encoding="utf-8")
+    counts = {"detour/-/blocked_long/0": [3, 1], "teleport/-/blocked_long/0": [1, 2]}
+    (tmp_path / "counts.json").write_text(json.dumps({"counts": counts}), encoding="utf-8")
+    assert main(["mission", "check", str(mission)]) == DONE
+    assert "1 of 2 counts have no effect, 'teleport/-/blocked_long/0' for instance" in capsys.readouterr().out
