@@ -266,6 +266,8 @@ class Session:
         if report:
             outcomes = {each.target: each.outcome.value for each in report.targets}
             values |= {"ending": report.ending.value, "targets": outcomes, "seconds": round(report.duration_s, 3)}
+        elif stepped and stepped.broke:
+            values["ending"] = Ending.BROKEN.value
         return json.dumps(values)
 
     def _do_choose(self, request: Request) -> int:

@@ -29,12 +29,14 @@ class SteppedMission:
     Attributes:
         question: The decision that is to be taken; None before the first step, after an interrupted one, and after the
             end.
-        report: The mission's result, once it has ended.
+        report: The mission's result, once it has ended by itself or was ended.
+        broke: Whether an error ended it instead.
     """
 
     def __init__(self, run: Callable[[Ask, Pause], Report]) -> None:
         self.question: Question | None = None
         self.report: Report | None = None
+        self.broke = False
         self._run = run
         self._pause = Pause()
         self._answers: SimpleQueue[Choice | None] = SimpleQueue()
@@ -85,7 +87,7 @@ class SteppedMission:
         try:
             self.report = self._run(self._ask, self._pause)
         except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
-            self._error = error
+            self._error, self.broke = error, True
         self._asked = None
         self._halted.set()
 

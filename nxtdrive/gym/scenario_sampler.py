@@ -63,8 +63,10 @@ class ScenarioSampler:
             if isinstance(seed, bool):
                 raise TypeError
             number = index(seed)
-        except TypeError:
-            raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number.") from None
+            if number < 0:
+                raise ValueError
+        except (TypeError, ValueError):
+            raise ConfigError(f"there is no seed {seed!r}.", remedy="A seed is a whole number from 0 on.") from None
         scenario = generate_scenario(kind, number)
         return replace(scenario, mission=with_profile(scenario.mission, self._profile))
 

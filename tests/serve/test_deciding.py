@@ -110,6 +110,7 @@ def test_a_bug_of_the_mission_is_not_answered_as_a_number_without_a_candidate(se
     monkeypatch.setattr(AdaptiveProfile, "evidence", lambda *_: [].pop())
     client = serve("figure7", profile="adaptive").client()
     assert [client.ask(line) for line in ("choose", "why")] == [-7, 11]
+    assert evidence(client) == {"open": False, "ending": "broken"}
     assert "internal error in choose" in caplog.text
 
 

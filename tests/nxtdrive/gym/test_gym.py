@@ -157,7 +157,7 @@ def test_what_does_not_exist_is_refused(make):
     for cost in (float("nan"), float("inf"), "1", None):
         with pytest.raises(ConfigError, match="cost_per_s is a finite number"):
             make(cost_per_s=cost)
-    seeds = ("x", float("nan"), 1.7, True, "7")
+    seeds = ("x", float("nan"), 1.7, True, "7", -1)
     for options in ({"kind": "nowhere"}, {"kind": 5}, *({"seed": seed} for seed in seeds), {"knd": "open"}):
         with pytest.raises(ConfigError, match=r"no class|no seed|no option 'knd'"):
             make().reset(options=options)
