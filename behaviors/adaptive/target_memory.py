@@ -267,17 +267,22 @@ class TargetMemory:
 
     def _believes(self, sighting: Sighting) -> bool:
         """Return whether a sighting is neither of a known look-alike nor in two places at once."""
-        place = self._camera.lens_at(self._poses.at(sighting.time_s)).ahead(sighting.distance_mm, sighting.bearing_deg)
+        lens = self._camera.lens_at(self._poses.at(sighting.time_s))
+        place = lens.ahead(sighting.distance_mm, sighting.bearing_deg)
         self.look_alikes.seen(sighting, place)
         return not (
-            self._elsewhere(sighting, place) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
+            self._elsewhere(sighting, lens) or self.look_alikes.rejected(sighting.target, place, sighting.time_s)
         )
 
-    def _elsewhere(self, sighting: Sighting, place: Point) -> bool:
+    def _elsewhere(self, sighting: Sighting, lens: Pose) -> bool:
         """Return whether a target is seen elsewhere within a moment; the earlier place then stays valid for a while."""
         known = self.known.get(sighting.target)
         if known is None or sighting.time_s - known.time_s > N.new_look_s:
             return False
+        distance_mm = sighting.distance_mm
+        if self.scale.unknown(sighting.target):  # an echo may change it at any time, so only the direction counts
+            _, distance_mm = lens.polar_to(known.place)
+        place = lens.ahead(distance_mm, sighting.bearing_deg)
         return math.dist(known.place, place) > max(N.jump_mm, N.jump_share * sighting.distance_mm)
 
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:

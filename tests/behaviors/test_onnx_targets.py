@@ -1,5 +1,7 @@
 """Targets that a neural network finds, in mission files."""
 
+from dataclasses import replace
+
 import pytest
 
 from behaviors.adaptive.bounded_sighting import no_farther_than_heard
@@ -111,3 +113,10 @@ def test_other_targets_do_not_begin_with_the_factor_of_a_guess():
 )
 def test_an_echo_from_where_it_is_seen_bounds_an_unknown_distance(bearing_deg, heard_mm, distance_mm):
     assert no_farther_than_heard(_sighting(2000.0, bearing_deg), heard_mm).distance_mm == distance_mm
+
+
+def test_what_is_nearer_than_its_guessed_size_says_is_smaller():
+    sighting = replace(_sighting(2000.0), edges_mm=(-100.0, 50.0))
+    assert no_farther_than_heard(sighting, 800.0).edges_mm == (-40.0, 20.0)
+    assert no_farther_than_heard(sighting, 3000.0) == sighting
+    assert no_farther_than_heard(_sighting(2000.0), 800.0).edges_mm is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from random_ports import two_targets
 
+from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.target_memory import TargetMemory
 from behaviors.failures import TargetFinding
@@ -18,18 +19,19 @@ LEVEL, HIGH = (-100.0, 100.0), (200.0, 400.0)
 class Memory(TargetMemory):
     """The memory of a robot that turns on the spot, with one frame every tenth of a second."""
 
-    def __init__(self) -> None:
+    def __init__(self, guessed=()) -> None:
         self.turned = PoseHistory()
         super().__init__(two_targets(), OccupancyGrid(), self.turned)
+        self.scale = CameraScale(0.0, guessed)
         self._frames = 0
 
-    def show(self, edges_mm=None, distance_mm=2000.0, *, heading_deg=0.0, cut=Cut.NONE):
-        """Look straight ahead, for a target with these edges if there is one."""
+    def show(self, edges_mm=None, distance_mm=2000.0, *, heading_deg=0.0, cut=Cut.NONE, bearing_deg=0.0, echo_mm=None):
+        """Look, by default straight ahead, for a target with these edges if there is one."""
         self._frames += 1
         time_s = 0.1 * self._frames
         self.turned.add(time_s, Pose(heading_deg=heading_deg))
-        seen = Sighting("a", 0.0, distance_mm, 1.0, time_s, (100, 80, 40, 56), cut, edges_mm=edges_mm)
-        self.look(["a"], Glimpse(time_s, {} if edges_mm is None else {"a": seen}), None)
+        seen = Sighting("a", bearing_deg, distance_mm, 1.0, time_s, (100, 80, 40, 56), cut, edges_mm=edges_mm)
+        self.look(["a"], Glimpse(time_s, {} if edges_mm is None else {"a": seen}), echo_mm)
 
 
 def _whole_mm(*edges_mm):
@@ -88,3 +90,14 @@ def test_a_look_without_a_detection_counts_unless_the_target_is_too_near_for_the
         memory.show(heading_deg=heading_deg)
     memory.flush_looks()
     assert (memory.beliefs["a"].held_at(ahead) < 0.9 * before) is counts
+
+
+@pytest.mark.parametrize(("bearing_deg", "believed"), [(8.0, True), (-40.0, False)])
+def test_an_echo_that_brings_what_was_not_measured_nearer_does_not_make_it_another_target(bearing_deg, believed):
+    memory = Memory(guessed={"a"})
+    for bearing in (15.0, 12.0, bearing_deg):
+        memory.show(LEVEL, 1200.0, bearing_deg=bearing, echo_mm=580.0)
+    assert (memory.known["a"].distance_mm == 580.0, memory.known["a"].time_s == pytest.approx(0.3)) == (
+        believed,
+        believed,
+    )
