@@ -21,6 +21,7 @@ from sim_backend.world.sensor_tables import CompassMount, Magnet
 from sim_backend.world.world_file import Floor, Robot, Slip, WorldFile
 
 from .bench import Figure
+from .program import parser
 
 TURNS, LOST_PERCENT = 10, 8.0
 IRON = Magnet(at_mm=(1800.0, 2000.0), radius_mm=800.0, deflection_deg=45.0)
@@ -104,6 +105,7 @@ def _figures(name: str, rooms: list[list[float]]) -> Iterator[Figure]:
 
 def main() -> int:
     """Print every figure."""
+    parser(__doc__).parse_args()
     for figure in measure_compass():
         print(f"{figure.name:<90}{figure.value:9.1f} {figure.unit}", flush=True)
     return 0

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import ast
 import io
-import sys
 import tokenize
 from collections import Counter
 from pathlib import Path
+
+from .program import parser
 
 PACKAGES = ("firmware_protocol", "input_files", "nxtdrive", "behaviors", "sim_backend", "tools", "tests", "examples")
 
@@ -53,8 +54,11 @@ def code_lines(source: str) -> int:
     return len(lines - docstrings)
 
 
-def main(root: Path) -> None:
+def main() -> None:
     """Print a table of files and lines by package."""
+    arguments = parser(__doc__)
+    arguments.add_argument("folder", metavar="FOLDER", nargs="?", type=Path, default=Path(__file__).parents[2])
+    root = arguments.parse_args().folder
     totals: Counter[str] = Counter()
     files: Counter[str] = Counter()
     docs: Counter[str] = Counter()
@@ -72,4 +76,4 @@ def main(root: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[2])
+    main()

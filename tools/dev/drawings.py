@@ -18,6 +18,7 @@ from sim_backend.camera.textures import Color, Image
 from .canvas import Canvas, Shape, curve, ellipse, mirrored, polygon, smooth
 from .portrait import draw_lena
 from .prints import draw_logo, draw_sunset
+from .program import parser
 
 MIDDLE = 105.0
 SHEET = polygon((0, 0), (210, 0), (210, 297), (0, 297))
@@ -228,4 +229,5 @@ def _honey_pot(canvas: Canvas) -> None:
 
 
 if __name__ == "__main__":
+    parser(__doc__).parse_args()
     write_pictures()

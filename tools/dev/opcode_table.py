@@ -12,6 +12,8 @@ from firmware_protocol.status import Status
 from firmware_protocol.telegram import Kind
 from firmware_protocol.wire import Number
 
+from .program import parser
+
 INTRODUCTION = """\
 # The protocol as nxtdrive declares it
 
@@ -103,4 +105,5 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
+    parser(__doc__).parse_args()
     print(document(), end="")

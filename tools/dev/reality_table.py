@@ -12,7 +12,6 @@ own have none.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from ..sweep.headline import difference
 from ..sweep.mission_result import MissionResult
 from ..sweep.result_file import read_results
 from ..sweep.summary import Estimate, by, figures
+from .program import parser
 
 
 def rows(results: Sequence[MissionResult]) -> Iterator[str]:
@@ -56,8 +56,11 @@ def _interval(estimate: Estimate, sign: str = "") -> str:
     return f" [{estimate.low:{sign}.2f}, {estimate.high:{sign}.2f}]" if math.isfinite(estimate.low) else ""
 
 
-def main(path: Path) -> None:
+def main() -> None:
     """Print the table of a sweep's file."""
+    arguments = parser(__doc__)
+    arguments.add_argument("path", metavar="FILE.jsonl", type=Path)
+    path = arguments.parse_args().path
     order = {kind: place for place, kind in enumerate(REALITY_CLASSES)}
     results = sorted(
         (result for result in read_results(path) if result.kind in order),
@@ -68,4 +71,4 @@ def main(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

@@ -11,13 +11,14 @@ import gzip
 import json
 import shlex
 import subprocess
-import sys
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..conformance.program_run import Exchange, events_of, given_files, run_program
 from .faults.program_mutation import COMPILED
+from .program import parser
 
 
 @contextmanager
@@ -57,18 +58,28 @@ def record(source: Path, version: str, command: str) -> dict[str, object]:
     }
 
 
-def main(out: str, *firmwares: str) -> None:
+def _version_and_command(text: str) -> tuple[str, str]:
+    version, equals, command = text.partition("=")
+    if not (version and equals and command):
+        raise ArgumentTypeError(f"{text!r} is not VERSION=COMMAND")
+    return version, command
+
+
+def main() -> None:
     """Record all programs on all firmwares."""
+    arguments = parser(__doc__)
+    arguments.add_argument("out", metavar="OUT.jsonl.gz", type=Path)
+    arguments.add_argument("firmwares", metavar="VERSION=COMMAND", nargs="+", type=_version_and_command)
+    args = arguments.parse_args()
     sources = sorted(path for path in COMPILED.iterdir() if path.suffix in (".nxc", ".nbc"))
     lines = [
         json.dumps(record(source, version, command), separators=(",", ":"), sort_keys=True)
-        for version, command in (firmware.split("=", 1) for firmware in firmwares)
+        for version, command in args.firmwares
         for source in sources
         if compiled(source, version).exists()
     ]
-    with open(out, "wb") as file:
-        file.write(gzip.compress("\n".join(lines).encode() + b"\n", mtime=0))
+    args.out.write_bytes(gzip.compress("\n".join(lines).encode() + b"\n", mtime=0))
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

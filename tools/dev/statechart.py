@@ -9,6 +9,7 @@ from pathlib import Path
 
 from behaviors.diagram import event_table, guard_table, mermaid, recovery_table, state_table, transition_table
 
+from .program import parser
 from .statechart_picture import picture
 
 PAGE = Path("docs/statechart.md")
@@ -77,6 +78,7 @@ def page() -> str:
 
 def main() -> None:
     """Write both files."""
+    parser(__doc__).parse_args()
     PAGE.write_text(page(), encoding="utf-8")
     PICTURE.write_text(picture(), encoding="utf-8")
 

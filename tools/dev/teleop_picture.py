@@ -17,6 +17,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from .program import parser
 from .web_pictures import chromium
 
 COLUMNS, ROWS = 100, 32
@@ -30,7 +31,9 @@ COLORS = 64
 
 def main() -> None:
     """Take the picture."""
-    path = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images/teleop.png")
+    arguments = parser(__doc__)
+    arguments.add_argument("file", metavar="FILE", nargs="?", type=Path, default=Path("docs/images/teleop.png"))
+    path = arguments.parse_args().file
     with tempfile.TemporaryDirectory() as folder:
         svg = Path(folder) / "teleop.svg"
         _drive(svg)

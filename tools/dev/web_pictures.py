@@ -22,6 +22,8 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
+from .program import parser
+
 SIZES = {"web-phone": (390, 844), "web-screen": (1440, 1110)}
 DECISIONS = 2
 WAIT_S = 240
@@ -31,7 +33,9 @@ COLORS = 256
 
 def main() -> None:
     """Take all pictures, in one mission."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")
+    arguments = parser(__doc__)
+    arguments.add_argument("folder", metavar="FOLDER", nargs="?", type=Path, default=Path("docs/images"))
+    folder = arguments.parse_args().folder
     with _page() as url, chromium() as browser:
         browser.get(url)
         WebDriverWait(browser, WAIT_S).until(lambda page: "at rest" in page.find_element(By.ID, "doing").text)
