@@ -174,7 +174,7 @@ class Menu:
             self._leave()
         else:
             self._enter()
-        if not (self._ends_in_page or self.switches_off or self.states.draws):
+        if not (self._ends_in_page or self.switches_off or self.message.has_version or self.states.draws):
             self.states.draw_last(self._page)
 
     @property

@@ -30,7 +30,7 @@ class MenuMessage:
 
     def __init__(self, logs: LogMenu, states: KeyStates) -> None:
         self._logs, self._states = logs, states
-        self.has_version = self._was_left = False
+        self.has_version = self._was_left = self._goes_on = False
 
     @property
     def shown(self) -> bool:
@@ -43,21 +43,22 @@ class MenuMessage:
         return NEVER if self.has_version else _REFUSED_MS
 
     def drop(self) -> None:
-        """Show none."""
+        """Show none; the version waits for its key on."""
+        self._goes_on = self._goes_on or (self.has_version and self.shown)
         self.has_version = self._logs.refuses = False
 
     def show_version(self) -> None:
-        """Show the version, a pass later if it was shown before."""
+        """Show the version, a pass later if it was shown before, and without drawing it if no key has ended it."""
         self.has_version = True
-        self._states.draw_last(*[NOTHING] * self._was_left, marks.VERSION)
+        self._states.draw_last(*[NOTHING] * self._was_left, NOTHING if self._goes_on else marks.VERSION)
 
     def close(self) -> None:
         """End it, and draw the page again, behind the version slowly the first time."""
         if self.has_version:
             self._states.begin(UiState.DRAWING)
             self._states.draw_last(*(drawing.VERSION_LEFT_AGAIN if self._was_left else drawing.VERSION_LEFT))
-            self._was_left = True
+            self._was_left, self._goes_on = True, False
         else:
             self._states.begin(UiState.MENU, UiState.DRAWING, drawn=marks.REFUSED)
             self._states.draw_last(marks.PAGE)
-        self.drop()
+        self.has_version = self._logs.refuses = False
