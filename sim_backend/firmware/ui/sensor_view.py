@@ -20,9 +20,11 @@ _SOUND_AND_LIGHT = (
 )
 _I2C = (SensorType.LOW_SPEED_9V, SensorMode.RAW)
 _TOUCH = (SensorType.SWITCH, SensorMode.BOOLEAN)
+_OLD_I2C = (SensorType.LOW_SPEED_9V, None)
 _MOTOR = None
 
-_Values = tuple[tuple[SensorType, SensorMode] | None, ...]
+_Value = tuple[SensorType, SensorMode | None] | None
+_Values = tuple[_Value, ...]
 
 _VALUES: _Values = (
     *_SOUND_AND_LIGHT,
@@ -41,9 +43,9 @@ _OLD_VALUES: _Values = (
     (SensorType.TEMPERATURE, SensorMode.CELSIUS),
     (SensorType.TEMPERATURE, SensorMode.FAHRENHEIT),
     (SensorType.ANGLE, SensorMode.ANGLE_STEPS),
-    *(_MOTOR, _MOTOR, _TOUCH, _I2C, _I2C),
+    *(_MOTOR, _MOTOR, _TOUCH, _OLD_I2C, _OLD_I2C),
 )
-"""Type and mode of the values that can be shown; the second table without a colour sensor and a data log."""
+"""Type and mode of the values that can be shown; None leaves the mode. The second table has neither colour nor log."""
 
 _INCHES = 4
 """Item that is drawn in three passes; in old firmware the first one is."""
@@ -72,7 +74,7 @@ class SensorView:
         self.chosen = self.shown = False
         self.delays, self.period_ms = modern, _PERIOD_MS if modern else _OLD_PERIOD_MS
         self._values, self._slow = (_VALUES, _INCHES) if modern else (_OLD_VALUES, 0)
-        self._ports: dict[int, tuple[SensorType, SensorMode] | None] = {}
+        self._ports: dict[int, _Value] = {}
 
     def items(self, menu: tuple[int, ...]) -> int:
         """Return the number of items of a menu below View, 0 of another one."""
@@ -105,10 +107,12 @@ class SensorView:
         """Set types and modes of the inputs that were shown, or count their motors from here on."""
         self.chosen = False
         for port, value in self._ports.items():
-            if value:
-                self._inputs.store(port, type=value[0], mode=value[1])
-            else:
+            if value is _MOTOR:
                 self._outputs.restart_count(port)
+            elif value[1] is None:
+                self._inputs.store(port, type=value[0])
+            else:
+                self._inputs.store(port, type=value[0], mode=value[1])
 
     def end(self) -> None:
         """Leave the page: the inputs have no types then."""
