@@ -21,11 +21,13 @@ class Pass(NamedTuple):
         state: Its state; None is one that was written, or none of a key.
         drawn: What it draws at its end.
         action: What it does then, if anything.
+        held: Whether it lasts on, if it can.
     """
 
     state: UiState | None = None
     drawn: Marks = NOTHING
     action: Action | None = None
+    held: Callable[[], bool] | None = None
 
 
 class KeyStates:
@@ -97,6 +99,10 @@ class KeyStates:
         acts = {0: last.action, **(actions or {})}
         self.left += [Pass(last.state, each, acts.get(at)) for at, each in enumerate(drawn)]
 
+    def hold(self, at: int, held: Callable[[], bool]) -> None:
+        """Let a pass, by its number among those that are left, last as long as something holds it."""
+        self.left[at] = self.left[at]._replace(held=held)
+
     def insert(self, actions: Sequence[Action], drawn: Marks) -> None:
         """Put a pass for each of some actions in front of the next one, which is DRAWING and gets other marks."""
         self.left[:1] = [*(Pass(UiState.DRAWING, action=each) for each in actions), Pass(UiState.DRAWING, drawn)]
@@ -110,12 +116,12 @@ class KeyStates:
         return self.state
 
     def finish(self) -> bool:
-        """Do what the present pass does at its end: draw, and act. Return False if its drawing waits.
+        """Do what the present pass does at its end: draw, and act. Return False if it is held, or its drawing waits.
 
         A page shows the status bar, and draws its icons that have changed.
         """
         drawn, action = self._present.drawn, self._present.action
-        if drawn.waits and self._screen.drawing:
+        if (drawn.waits and self._screen.drawing) or (self._present.held and self._present.held()):
             return False
         self._screen.mark(drawn)
         if drawn.shows_bar:

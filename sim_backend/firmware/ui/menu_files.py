@@ -120,6 +120,7 @@ class MenuFiles:
         actions: dict[int, Action] = {started: program.start, started + 1: program.end}
         actions[last] = partial(self._loader.close, 0)
         self._states.draw_last(*marks.NOT_RUN, actions=actions)
+        self._states.hold(started - 1 - len(marks.NOT_RUN), program.waits)
 
     def delete(self, menu: Place) -> bool:
         """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""

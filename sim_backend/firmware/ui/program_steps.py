@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
+from sim_backend.firmware.sound import SoundModule
 from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui.screen_marks import Marks
 from sim_backend.firmware.ui.states import Programs
@@ -44,13 +45,14 @@ class ProgramSteps:
     Args:
         loader: Stores the program.
         programs: Runs it, if there is a file that can.
+        sound: Delays its start.
 
     Attributes:
         icons: The icon of each step, as the display's map has them.
     """
 
-    def __init__(self, loader: Loader, programs: Programs) -> None:
-        self._loader, self._programs = loader, programs
+    def __init__(self, loader: Loader, programs: Programs, sound: SoundModule) -> None:
+        self._loader, self._programs, self._sound = loader, programs, sound
         self.icons = self._chosen = bytes(len(_CHOICES))
         self._step = 0
 
@@ -99,6 +101,10 @@ class ProgramSteps:
             if self._step == len(_CHOICES):
                 self._store(_HEADER + bytes(_CODES[icon] for icon in self._chosen))
         self.icons = self._chosen
+
+    def waits(self) -> bool:
+        """Return whether its start waits for the end of a sound."""
+        return bool(self._sound.state)
 
     def start(self) -> None:
         """Have all steps chosen, and start the program in the next pass, for which a file is missing."""

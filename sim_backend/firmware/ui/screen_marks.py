@@ -46,7 +46,7 @@ NOT_RUN = (
     Marks(0x4000_000E, 0x1F00_1800),
     Marks(0x400),
     *(NOTHING, NOTHING),
-    Marks(0xC, 0xE_1400, drop=~0x1F00_0800 & _ALL),
+    Marks(0xE, 0x1F0E_1C00, drop=_ALL),
     PAGE,
 )
 """The start of that program without the file that runs it, pass by pass."""

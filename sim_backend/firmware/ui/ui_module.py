@@ -84,7 +84,7 @@ class UiModule:
         settings = MenuSettings(registers, sleep_timer, self._stored)
         view = SensorView(inputs, outputs, modern=data_log)
         logs = LogMenu(DataLog(clock, loader, inputs, outputs, programs, screen))
-        steps = ProgramSteps(loader, programs)
+        steps = ProgramSteps(loader, programs, sound)
         self._menu = menu = Menu(registers, keys, settings, loader, screen, view, logs, steps, radio, has_log=data_log)
         self._files = FileRunner(
             clock, registers, keys, menu, screen, sound, programs, io_control, sleep_timer, data_log=data_log
