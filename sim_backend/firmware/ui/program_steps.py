@@ -54,7 +54,7 @@ class ProgramSteps:
     def __init__(self, loader: Loader, programs: Programs, sound: SoundModule) -> None:
         self._loader, self._programs, self._sound = loader, programs, sound
         self.icons = self._chosen = bytes(len(_CHOICES))
-        self._step = 0
+        self._step, self._last = 0, b""
 
     @property
     def goes_on(self) -> bool:
@@ -121,7 +121,7 @@ class ProgramSteps:
 
     def _store(self, content: bytes) -> None:
         """Store the program in place of the one before."""
-        loader = self._loader
+        loader, self._last = self._loader, content
         loader.delete(_FILE)
         status, handle, _ = loader.create(_FILE, len(content))
         if status == Status.OK:
@@ -129,13 +129,15 @@ class ProgramSteps:
             loader.close(handle)
 
     def open(self, name: str) -> bytes:
-        """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program."""
-        loader = self._loader
+        """Copy a program to run, as if this page had made it, and return its icons; none if it is no such program.
+
+        A file that cannot be opened leaves the last program.
+        """
+        loader, content = self._loader, self._last
         status, handle, _ = loader.open_read(name)
-        if status:
-            return b""
-        _, content = loader.read(handle, len(_HEADER) + len(_CHOICES))
-        loader.close(handle)
+        if not status:
+            _, content = loader.read(handle, len(_HEADER) + len(_CHOICES))
+            loader.close(handle)
         if content[:_CHECKED] != _HEADER[:_CHECKED] or len(content) < len(_HEADER) + len(_CHOICES):
             return b""
         self._store(content)
