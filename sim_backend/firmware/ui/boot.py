@@ -10,7 +10,6 @@ from sim_backend.firmware.ui import screen_marks as marks
 from sim_backend.firmware.ui import states, times
 from sim_backend.firmware.ui.battery import Battery
 from sim_backend.firmware.ui.battery_warning import BatteryWarning
-from sim_backend.firmware.ui.key_input import KeyInput
 from sim_backend.firmware.ui.registers import UiRegisters
 from sim_backend.firmware.ui.states import STARTING, UiState
 from sim_backend.firmware.ui.status_bar import StatusBar
@@ -32,13 +31,12 @@ class Boot:
         registers: UiRegisters,
         battery: Battery,
         warning: BatteryWarning,
-        keys: KeyInput,
         screen: ScreenRefresh,
         status_bar: StatusBar,
         sound: SoundModule,
     ) -> None:
         self._clock, self._registers, self._battery, self._warning = clock, registers, battery, warning
-        self._keys, self._screen, self._status_bar, self._sound = keys, screen, status_bar, sound
+        self._screen, self._status_bar, self._sound = screen, status_bar, sound
         self._pictures, self._loads = 0, False
 
     @property
@@ -49,13 +47,11 @@ class Boot:
         return unseen and self._registers.state == UiState.LOGO
 
     def end(self) -> None:
-        """After the last state take requests and keys; after a start that was not left, no button that is held."""
+        """After the last state take requests and keys."""
         registers = self._registers
         if registers.state != UiState.WAITING or not (registers.starting or registers.left_start):
             return
         registers.clear(UiFlag.BUSY)
-        if registers.starting:
-            self._keys.ignore()
         registers.starting = registers.left_start = False
 
     def go_on(self) -> None:

@@ -91,7 +91,7 @@ class UiModule:
         )
         self.status_bar = StatusBar(clock, registers, battery, self._files, radio, screen)
         self._warning = BatteryWarning(clock, registers, battery, keys, screen, self.status_bar)
-        self._boot = Boot(clock, registers, battery, self._warning, keys, screen, self.status_bar, sound)
+        self._boot = Boot(clock, registers, battery, self._warning, screen, self.status_bar, sound)
         self._dialog = RadioDialog(clock, registers, keys, menu, screen, sound, radio)
         self._power_off = PowerOff(clock, registers, screen, programs, radio, io_control, sleep_timer)
         self._off_states = OffStates(clock, registers, screen, self._power_off, self._dialog, self._go_on_from)
@@ -215,7 +215,7 @@ class UiModule:
             self._buttons[EXIT].state &= ~int(ButtonState.NEW_PRESS)
         if registers.is_on and not self._menu_keys.active:
             reads = registers.runs_file or self._warning.shown
-            if not (reads or registers.state in (UiState.OPENING, UiState.QUESTION)):
+            if not (reads or registers.starting or registers.state in (UiState.OPENING, UiState.QUESTION)):
                 self._keys.read_button()
         self.wake()
 
@@ -273,6 +273,7 @@ class UiModule:
                 registers.state, registers.next_step_ms = int(shown), now_ms + 1
         elif self._power_off.takes_keys and not registers.starting and self._keys.read() == Key.ENTER:
             registers.next_step_ms, registers.starting, self._io_control.stays_on = now_ms + 1, True, False
+            self._keys.ignore()
 
     def _close_warning(self, now_ms: int) -> None:
         """Continue after the warning of a low battery."""
