@@ -214,16 +214,12 @@ class Menu:
 
     def _move(self, step: int) -> None:
         menu = tuple(self._place[:-1])
-        self._place[-1] += step
         if places.asks_to_delete(menu):
             self._place[-1] = places.NO if step > 0 else places.YES
             self.states.draw_last(*drawing.ERASE_ANSWER[: 1 + (menu[:-1] == places.ERASE)])
             return
         items = self.files.shown if places.is_list(menu) else self._places.items(menu)
-        if items == drawing.PAIR:
-            self._place[-1] = max(step, 0)
-        elif items:
-            self._place[-1] %= items
+        self._place[-1] = places.moved(self._place[-1], step, items)
         if self._places.is_missing(tuple(self._place)):
             self._place[-1] += step
         if menu == places.VOLUME:
@@ -235,7 +231,8 @@ class Menu:
         if places.action(tuple(self._place)) == places.RUN:
             self.states.draw_last(*drawing.FILE_PAGE)
         self._draw_slowly()
-        self.files.move(menu, self._place[-1])
+        if not self.files.move(menu, self._place[-1]):
+            self._place.pop()
 
     def _leave(self) -> None:
         if len(self._place) == 1:
@@ -247,8 +244,7 @@ class Menu:
             self.states.act(partial(self._settings.set_volume, self._volume))
             self.states.show(UiState.EXIT)
             self._place.pop()
-        left = [*self._place]
-        self._place.pop()
+        left, self._place = self._place, self._place[:-1]
         if tuple(self._place) == places.SWITCH:
             self._place.pop()
         if self.program.is_run(left[:-1]) and left[-1] == LEAVE:

@@ -20,9 +20,6 @@ FILE_PAGE = (marks.PAGE, marks.FILE_NAME, marks.PAGE)
 CONNECTIONS = tuple(marks.listed(3, chosen) for chosen in range(2))
 """The list of connections to send a file to: when it is entered, and after left or right."""
 
-PAIR = 2
-"""Files of a list that stops at its ends."""
-
 _SENT_MS, _DELETED_MS, _ERASED_MS, _STORED_MS, _LOG_FAILED_MS = 2620, 1623, 1624, 3129, 2624
 """Passes of the messages that a file was not sent, that it or all of a type (one more for each) were deleted, that a
 data log was stored, and that it could not go on."""

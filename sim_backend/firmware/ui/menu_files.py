@@ -54,10 +54,14 @@ class MenuFiles:
         self._states.add(UiState.DRAWING)
         self._draw(menu, 0, marks.MENU)
 
-    def move(self, menu: Place, item: int) -> None:
-        """Draw a list of files around another file."""
+    def move(self, menu: Place, item: int) -> bool:
+        """Draw a list of files, if it is one, around another file, or leave it if it is empty; return whether not."""
         if self.choose(menu, item):
             self._draw(menu, item)
+        elif places.is_list(menu):
+            self.find_none()
+            return False
+        return True
 
     def show_first(self, menu: Place) -> bool:
         """Draw a list of files after the page of a file, or leave it if it is empty; return whether it is not."""
@@ -81,10 +85,10 @@ class MenuFiles:
         """Begin to look through a list: count its files, one in each pass, and then find the chosen one."""
         files = self.choose(menu, item)
         if files:
-            self.shown, chosen, pattern = files, item % files, "*" + places.extension(menu)
-            first, *others = *self._search(pattern, files), *self._search(pattern, chosen)
+            self.shown, pattern = files, "*" + places.extension(menu)
+            first, *others = *self._search(pattern, files), *self._search(pattern, min(item, files))
             first()
-            self._states.insert(others, marks.listed(files, chosen))
+            self._states.insert(others, marks.listed(files, min(item, files - 1)))
 
     def _search(self, pattern: str, others: int) -> Sequence[Action]:
         """Return what the passes of a search do: they find the first file and some others; the last one closes it."""

@@ -39,7 +39,7 @@ EXTENSIONS = (".rxe", ".rpg", ".rso", _LOG)
 _TRIED = ".rtm"
 """Files of the last item of the main menu."""
 
-_LIST_LEVEL = 2
+_LIST_LEVEL, _PAIR = 2, 2
 
 
 def is_list(menu: Place) -> bool:
@@ -70,6 +70,13 @@ def first_action(page: Place) -> int:
 def action(place: Place) -> int | None:
     """Return what an item of a file's page does; None elsewhere."""
     return actions(place[:-1])[place[-1]] if is_page(place[:-1]) else None
+
+
+def moved(item: int, step: int, items: int) -> int:
+    """Return the item to the left (-1) or right (1) of one: two stop at their ends, more are a ring; 0 are unknown."""
+    if 0 < items <= _PAIR:
+        return max(item - 1, 0) if step < 0 else max(item, items - 1)
+    return (item + step) % items if items else item + step
 
 
 def lists_connections(menu: Place) -> bool:
