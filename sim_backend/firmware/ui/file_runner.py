@@ -250,7 +250,8 @@ class FileRunner:
     def _draw_steps(self) -> None:
         """Draw the next part of a program made on the brick, for which a file is missing."""
         program, drawn = self._menu.program, len(marks.STEPS) - len(self._parts)
-        if drawn == marks.STARTED_WITH - 1 and program.waits():
+        held = {marks.STARTED_WITH - 1: program.waits, marks.STARTED_WITH + 1: program.runs}
+        if drawn in held and held[drawn]():
             return
         program.icons = self._steps
         self._screen.mark(self._parts.pop(0))

@@ -125,6 +125,7 @@ class MenuFiles:
         actions[last] = partial(self._loader.close, 0)
         self._states.draw_last(*marks.NOT_RUN, actions=actions)
         self._states.hold(started - 1 - len(marks.NOT_RUN), program.waits)
+        self._states.hold(started + 1 - len(marks.NOT_RUN), program.runs)
 
     def delete(self, menu: Place) -> bool:
         """Delete the chosen file of a list, and draw what is left of that; return whether anything is."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firmware_protocol.iomap import ProgramStatus
 from firmware_protocol.status import Status
 from sim_backend.firmware.files.loader import Loader
 from sim_backend.firmware.files.names import pack_name
@@ -105,6 +106,10 @@ class ProgramSteps:
     def waits(self) -> bool:
         """Return whether its start waits for the end of a sound."""
         return bool(self._sound.state)
+
+    def runs(self) -> bool:
+        """Return whether a file that runs it was there, and it has not ended."""
+        return self._programs.status == ProgramStatus.RUNNING
 
     def start(self) -> None:
         """Have all steps chosen, and start the program in the next pass, for which a file is missing."""
