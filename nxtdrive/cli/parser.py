@@ -77,7 +77,8 @@ class Parser(argparse.ArgumentParser):
         for name in (str(action.metavar) for action in self._get_positional_actions()):
             if wrong == f"--{name.partition('.')[0].lower()}":
                 return f". {name} is given without an option: `{self.prog} {name}`"
-        file = next((word for word in unknown if word.endswith(".toml")), "")
+        values = (word.partition("=")[2] if word.startswith("--") else word for word in unknown)
+        file = next((value for value in values if value.endswith(".toml")), "")
         if file and not wrong and "--mission" in self._option_string_actions:
             return f". Did you mean `--mission {file}`?"
         address = next((address for address, others in ELSEWHERE.items() if wrong in others), "")

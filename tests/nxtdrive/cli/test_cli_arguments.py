@@ -47,6 +47,7 @@ def test_a_profiles_file_is_no_profile(capsys):
     [
         (["run", "--mission", "my.toml"], "MISSION.toml is given without an option: `nxtdrive run MISSION.toml`"),
         (["run", "my.toml", "--world", "room.toml"], "Did you mean `--nxt sim://room.toml`?"),
+        (["run", "my.toml", "--world=room.toml"], "Did you mean `--nxt sim://room.toml`?"),
         (["run", "my.toml", "room.toml"], "Did you mean `--nxt sim://room.toml`?"),
         (["monitor", "--sim"], "Did you mean `--nxt sim://WORLD.toml`?"),
         (["info", "--port", "usb"], "Did you mean `--nxt usb://`?"),
