@@ -147,7 +147,7 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
     roles, (rows, columns) = {"all": name}, shape[-2:]
     cells = len(_cells(size)[1])
     by_rows, by_columns = rows - 4, columns - 4  # labels of ``yolo``, if each has a row or a column
-    in_rows = columns > rows if named in (0, by_rows) else named != by_columns
+    in_rows = named == by_rows if named in (by_rows, by_columns) else columns > rows
     fits = {
         "yolox": columns >= 6 and rows in (cells, ANCHORS * cells) and (wanted == "yolox" or named in (0, columns - 5)),
         "e2e": columns == 6 and (wanted == "e2e" or named != 2 or rows not in (6, cells)),

@@ -160,6 +160,14 @@ def test_columns_beyond_the_named_labels_are_no_labels(detector, masks, runtime)
 
 
 @pytest.mark.parametrize("runtime", RUNTIMES)
+def test_a_row_for_each_cell_may_have_keypoints_too_if_the_layout_is_named(detector, runtime):
+    columns = np.pad(outputs_of("yolo")["output0"], ((0, 0), (0, 32), (0, 0)), constant_values=50.0)
+    model = constant_model({"output0": columns.transpose(0, 2, 1)})
+    (found,) = detector(model, runtime=runtime, layout="yolo").detect(FRAME)
+    assert found.box == expected("yolo")
+
+
+@pytest.mark.parametrize("runtime", RUNTIMES)
 def test_masks_are_left_out_of_boxes(detector, runtime):
     masks = np.zeros((3, 1, 28, 28), np.float32)
     made = detector(constant_model({**outputs_of("boxes"), "masks": masks}, whole=["labels"]), runtime=runtime)
