@@ -65,7 +65,7 @@ class Pilot:
         controls: The operator's input.
         spotter: Looks for a target, if there is one.
         rest: Waits for a time in seconds, at the end of each step; by default `Brick.sleep`.
-        floor_map: Empty so far; by default that of a robot with sonar and lens above its axle.
+        floor_map: An empty map; by default one for a robot with sonar and lens above its axle.
 
     Attributes:
         map: Cells the robot has driven over, and echoes.

@@ -43,7 +43,7 @@ class MenuMessage:
         return NEVER if self.has_version else _REFUSED_MS
 
     def drop(self) -> None:
-        """Show none; the version waits for its key on."""
+        """Show none; the version still waits for its key."""
         self._goes_on = self._goes_on or (self.has_version and self.shown)
         self.has_version = self._logs.refuses = False
 

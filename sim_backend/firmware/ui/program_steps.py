@@ -89,7 +89,7 @@ class ProgramSteps:
         return marks.STEP if self._moved(by) < len(_CHOICES) else marks.LAST_STEP
 
     def _moved(self, by: int) -> int:
-        """Return the step whose turn is next or was before; once more were chosen than there are nothing changes."""
+        """Return the step whose turn is next (1) or was before (-1); the same if more were chosen than there are."""
         return self._step + by * (self._step <= len(_CHOICES))
 
     def enter(self, place: list[int]) -> None:
