@@ -93,7 +93,7 @@ class Menu:
 
     def show_file(self, name: str) -> None:
         """Go to the page of the file that was started, or up from it to the list if the question was shown."""
-        self.view.shown = False
+        self.view.chosen = self.view.shown = False
         self._place, asked, self._confirms, self.files.chosen = [*places.PROGRAMS, 0, 0], self._confirms, None, name
         if asked:
             self._place.pop()
@@ -127,12 +127,11 @@ class Menu:
             return
         if state in (UiState.MELODY, UiState.ENTRY):
             self.reset()
-        drawn = self._page
-        if self.view.shown:  # it is shown again
-            self.view.shown, self.view.chosen, drawn = False, True, NOTHING
-        later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > state]
-        if state in keys:
-            later = [UiState.MENU, UiState.DRAWING]
+            self.view.chosen = False
+        drawn = NOTHING if self.view.shown else self._page
+        self.view.chosen, self.view.shown = self.view.chosen or self.view.shown, False  # a value is shown again
+        last = UiState.ENTRY if state in keys else state
+        later = [each for each in (UiState.ENTRY, UiState.MENU, UiState.DRAWING) if each > last]
         self.runs = ""
         self.states.begin(*later, drawn=marks.ENTRY if state == UiState.MELODY else NOTHING if later else drawn)
         if later:
@@ -155,7 +154,8 @@ class Menu:
 
     def press(self, key: int) -> None:
         """Follow a key, a value of `Key`; other values do nothing."""
-        if key not in KEY_STATES or (key == Key.EXIT and tuple(self._place[:-1]) == log_menu.START):
+        stays = tuple(self._place[:-1]) == log_menu.START and self._registers.state != UiState.EXIT
+        if key not in KEY_STATES or (key == Key.EXIT and stays):
             return
         if self.naming.shown:
             if self._registers.state == UiState.DRAWING:
@@ -272,7 +272,7 @@ class Menu:
         self._screen.mark(marks.LIST)
         if self.view.chosen:
             self.view.set_up()
-        self._place.pop()
+        self._place = self._place[:-1] or [0]  # a question of the radio has led to the main menu
         self.states.begin()
         self.states.show(UiState.EXIT)
         self.states.draw_last(self._page)

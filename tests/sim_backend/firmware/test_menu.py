@@ -326,3 +326,44 @@ def test_view_sets_a_sensor_until_exit_is_pressed(firmware, before, sensor, left
     assert keypad.press("x")[0].lstrip("6") == left
     assert [port.type, port.mode] == [0, sensor[1]]
     assert keypad.bench.brick.ui.registers.flags == UiFlag.ENABLE_STATUS
+
+
+def _with_enter_on_a_port_of_view(command):
+    """A bench to which a command was sent while the value of a sensor was about to be shown."""
+    keypad = Keypad("a.rxe")
+    keypad.press("rrree")
+    keypad.hold(BUTTONS["e"], 2)
+    keypad.bench.control("!button 0")
+    keypad.send(command)
+    return keypad
+
+
+@pytest.mark.parametrize(
+    ("command", "passes", "keys", "states"),
+    [
+        (UI.field("State").write(3), 20, "re", ["R56", "E566"]),
+        (UI.field("State").write(4), 20, "re", ["R56", "E566"]),
+        (direct.StartProgram("a.rxe"), 900, "xe", ["X56666666", "E56666"]),
+    ],
+)
+def test_what_takes_the_place_of_a_value_is_shown_without_it(command, passes, keys, states):
+    keypad = _with_enter_on_a_port_of_view(command)
+    keypad.bench.control(f"!tick {passes}")
+    assert keypad.press(keys) == states
+    assert keypad.bench.brick.ui.registers.flags == UiFlag.ENABLE_STATUS
+
+
+def test_keys_count_after_a_value_that_follows_a_question_of_the_radio():
+    keypad = _with_enter_on_a_port_of_view(UI.field("State").write(12))
+    for control in ("!tick 30", "!button 8", "!tick 8", "!button 0", "!tick 20"):
+        keypad.bench.control(control)
+    assert [each.lstrip("6") for each in keypad.press("xrr")] == ["X56", "R56", "R56"]
+
+
+def test_exit_from_the_page_that_stores_a_log_leads_up_only_if_its_state_is_written():
+    keypad = Keypad()
+    keypad.press("rreeeeex")
+    assert keypad.press("x") == [""]
+    keypad.send(UI.field("State").write(11))
+    assert keypad.hold(0, 10) == "6" + 9 * "."
+    assert keypad.press("x") == ["X566"]
