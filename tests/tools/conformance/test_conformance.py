@@ -56,6 +56,11 @@ def test_it_follows_the_rule_as_the_firmware_does(rule):
     assert replay(rule, RULES[rule].steps, RULES[rule].firmware).differences == []
 
 
+def test_the_fact_sheet_says_how_many_rules_there_are():
+    text = (Path(__file__).parents[3] / "docs" / "firmware.md").read_text(encoding="utf-8")
+    assert f"| `rules.jsonl` | {len(RULES)} short conversations" in text
+
+
 @pytest.mark.xdist_group("random conversations")
 @pytest.mark.parametrize("wanted", CATEGORIES)
 @pytest.mark.parametrize("firmware", RANDOM)
