@@ -79,7 +79,7 @@ class Parser(argparse.ArgumentParser):
                 return f". {name} is given without an option: `{self.prog} {name}`"
         values = (word.partition("=")[2] if word.startswith("--") else word for word in unknown)
         file = next((value for value in values if value.endswith(".toml")), "")
-        if file and not wrong and "--mission" in self._option_string_actions:
+        if file and not wrong and "--mission" in set(self._option_string_actions) - set(self._given):
             return f". Did you mean `--mission {file}`?"
         address = next((address for address, others in ELSEWHERE.items() if wrong in others), "")
         if file and not wrong:

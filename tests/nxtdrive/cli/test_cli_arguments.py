@@ -52,6 +52,7 @@ def test_a_profiles_file_is_no_profile(capsys):
         (["monitor", "--sim"], "Did you mean `--nxt sim://WORLD.toml`?"),
         (["info", "--port", "usb"], "Did you mean `--nxt usb://`?"),
         (["web", "my.toml"], "Did you mean `--mission my.toml`?"),
+        (["web", "--mission", "my.toml", "room.toml"], "Did you mean `--nxt sim://room.toml`?"),
         (["run", "--camra", "0"], "Did you mean '--camera'?"),
     ],
 )
