@@ -93,6 +93,8 @@ class Sighting:
         bound: Whether the visible part does not show its size: then it is no farther away than `distance_mm`, and its
             middle is at `bearing_deg` or farther out on the side where it is cut off.
         edges_mm: Its edges by its apparent size; None where that is not known.
+        lower_deg: How far below level the lower edge of what is visible of it is seen from the lens; None where that is
+            not known.
     """
 
     target: str
@@ -104,6 +106,7 @@ class Sighting:
     cut: Cut = Cut.NONE
     bound: bool = False
     edges_mm: Edges | None = None
+    lower_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -192,7 +192,8 @@ class Arrival:
         """Return the last echo, if there is one and the target is within the sonar's beam, not below it."""
         if self._echo is None or now_s - self._echo[0] > N.echo_s or abs(sighting.bearing_deg) > N.ahead_deg:
             return None
-        return None if self._passes_over(sighting) else self._echo[1]
+        behind = self._passes_over(sighting) or self._targets.beyond(sighting, self._echo[1])
+        return None if behind else self._echo[1]
 
     def _passes_over(self, sighting: Sighting) -> bool:
         world = self._perception.world

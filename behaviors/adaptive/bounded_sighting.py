@@ -37,17 +37,20 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
 def no_farther_than_heard(sighting: Sighting, heard_mm: float | None) -> Sighting:
     """Return a sighting of a target of unknown size, no farther than an echo: its source is the target, or hides it.
 
-    What is nearer than its size says is smaller in proportion.
-
     Args:
         sighting: With its distance by a guessed size.
         heard_mm: How far in front of the lens the echo comes from, or None.
     """
-    if heard_mm is None or abs(sighting.bearing_deg) > BEAM_DEG or heard_mm >= sighting.distance_mm:
+    return sighting if heard_mm is None or abs(sighting.bearing_deg) > BEAM_DEG else no_farther(sighting, heard_mm)
+
+
+def no_farther(sighting: Sighting, most_mm: float) -> Sighting:
+    """Return a sighting of a target of unknown size, no farther than this: what is nearer is smaller in proportion."""
+    if most_mm >= sighting.distance_mm:
         return sighting
-    share, edges_mm = heard_mm / sighting.distance_mm, sighting.edges_mm
+    share, edges_mm = most_mm / sighting.distance_mm, sighting.edges_mm
     edges_mm = None if edges_mm is None else (edges_mm[0] * share, edges_mm[1] * share)
-    return replace(sighting, distance_mm=heard_mm, edges_mm=edges_mm)
+    return replace(sighting, distance_mm=most_mm, edges_mm=edges_mm)
 
 
 def _aside(sighting: Sighting, remembered_deg: float) -> float:

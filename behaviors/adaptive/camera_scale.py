@@ -26,6 +26,8 @@ class ScaleNumbers:
         prior_sd: Standard deviation of the factor before anything was measured: a webcam's field of view by its data
             sheet may be wrong by this.
         guess_sd: The same of a target whose height is guessed.
+        floor_sd: The same, as a share, if its lower edge is in view: it may stand on something, and the camera's height
+            and tilt are measured by ruler.
         target_sd: Targets differ by this: their heights are measured by ruler.
         least_sd: The factor is never known better.
         growth_sd: Error of the wheels' distance: diameters are measured by ruler.
@@ -50,6 +52,7 @@ class ScaleNumbers:
 
     prior_sd: float = 0.15
     guess_sd: float = 1.0
+    floor_sd: float = 0.3
     target_sd: float = 0.05
     least_sd: float = 0.03
     growth_sd: float = 0.06
@@ -82,14 +85,28 @@ class _Estimate:
     offset_mm: float = 0.0
     offset_variance: float = N.offset_mm**2
     covariance: float = 0.0
-    begin: tuple[Pose, float] | None = None
+    begin: tuple[Pose, float, bool] | None = None
     heard_at: tuple[Pose, float] | None = None
     guessed: bool = False
+    by_floor: float | None = None
+
+    @property
+    def share_sd(self) -> float:
+        """Standard deviation as a share of the factor, which is about 1 unless the height is guessed."""
+        return math.sqrt(self.variance) / self._unit
+
+    @property
+    def _unit(self) -> float:
+        return self.factor if self.guessed else 1.0
 
     @property
     def most(self) -> float:
         """The largest factor that may be measured."""
         return max(2.0, self.factor + N.gate * math.sqrt(self.variance))
+
+    def rescale(self, by: float) -> None:
+        """Multiply the factor by an exact number."""
+        self.factor, self.variance, self.covariance = self.factor * by, self.variance * by**2, self.covariance * by
 
     def forget_offset(self) -> None:
         """Take the next echo for one of something else."""
@@ -106,7 +123,7 @@ class _Estimate:
             return
         self.factor += to_factor / total * surprise
         self.offset_mm += to_offset / total * surprise
-        self.variance = max(N.least_sd**2, self.variance - to_factor**2 / total)
+        self.variance = max((N.least_sd * self._unit) ** 2, self.variance - to_factor**2 / total)
         self.offset_variance = max(N.echo_mm**2, self.offset_variance - to_offset**2 / total)
         limit = 0.99 * math.sqrt(self.variance * self.offset_variance)
         self.covariance = min(limit, max(-limit, self.covariance - to_factor * to_offset / total))
@@ -139,10 +156,14 @@ class CameraScale:
         """Return the factor by which a target's distances by size have to be multiplied."""
         return self._of(target).factor
 
+    def guessed(self, target: str) -> bool:
+        """Return whether a target's height was guessed."""
+        return target in self._guessed
+
     def unknown(self, target: str) -> bool:
         """Return whether a target's height is a guess that no measurement has confirmed or corrected yet."""
         estimate = self._of(target)
-        return estimate.guessed and math.sqrt(estimate.variance) > N.prior_sd * estimate.factor
+        return estimate.guessed and estimate.share_sd > N.prior_sd
 
     def assured_mm(self, target: str, arrive_mm: float, *, heard: bool = True) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
@@ -152,23 +173,46 @@ class CameraScale:
             arrive_mm: What is asked.
             heard: Whether an echo confirms the distance.
         """
-        sd = math.sqrt(self._of(target).variance)
+        sd = self._of(target).share_sd
         return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if heard else max(sd, N.unheard_sd))))
 
-    def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None) -> None:
+    def stand(self, sighting: Sighting, floor_mm: float) -> None:
+        """Take a target whose height is a guess for one that stands on the floor, until it is measured.
+
+        Its distance then remains the same share of the distance by the floor: that depends on no size, and what stands
+        on something has its own share.
+
+        Args:
+            sighting: It is seen whole.
+            floor_mm: Where the ray through its lower edge meets the floor, in front of the lens.
+        """
+        estimate = self._of(sighting.target)
+        if not estimate.guessed:
+            return
+        by_floor = floor_mm / sighting.distance_mm
+        if estimate.by_floor is not None:
+            estimate.rescale(by_floor / estimate.by_floor)
+        elif estimate.variance == N.guess_sd**2:
+            estimate.factor, estimate.variance = by_floor, (N.floor_sd * by_floor) ** 2
+        else:
+            estimate.update(1.0, 0.0, by_floor, (N.floor_sd * by_floor) ** 2)
+        estimate.by_floor = by_floor
+
+    def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None, floor_mm: float | None = None) -> None:
         """Update with a distance by size as measured; one of a target that is cut off is none.
 
         Args:
             sighting: It is not seen from far to the side.
             pose: Where the robot was then.
             range_mm: The echo, or None.
+            floor_mm: See `stand`; None where that is not known.
         """
         estimate = self._of(sighting.target)
         if abs(sighting.bearing_deg) > N.ahead_deg or sighting.cut:
             estimate.begin = None
             return
         before = estimate.variance
-        self._grow(estimate, pose, sighting.distance_mm)
+        self._grow(estimate, pose, sighting.distance_mm, floor_mm if estimate.guessed else None)
         if range_mm is not None:
             self._hear(estimate, pose, sighting.distance_mm, range_mm + self.sonar_ahead_mm)
         if estimate.variance != before and not estimate.guessed:
@@ -181,23 +225,28 @@ class CameraScale:
             self._estimates[target] = _Estimate(self._last.factor, variance, guessed=guessed)
         return self._estimates[target]
 
-    def _grow(self, estimate: _Estimate, pose: Pose, distance_mm: float) -> None:
-        """Compare how much nearer it looks with how far the robot has driven straight."""
+    def _grow(self, estimate: _Estimate, pose: Pose, distance_mm: float, floor_mm: float | None) -> None:
+        """Compare how much nearer it looks with how far the robot has driven straight.
+
+        Where the floor says how near it looks, that counts: a box seen from above shows more of its top from nearby.
+        """
+        looks_mm, by_floor = (distance_mm, False) if floor_mm is None else (floor_mm, True)
         if estimate.begin is not None:
-            then, then_mm = estimate.begin
+            then, then_mm, then_by_floor = estimate.begin
             driven_mm = then.distance_mm_to(pose)
-            nearer_mm = then_mm - distance_mm
-            if abs(pose.heading_deg - then.heading_deg) > N.straight_deg or driven_mm > N.longest_mm:
+            nearer_mm, by_size = then_mm - looks_mm, looks_mm / distance_mm
+            turned_deg = abs(pose.heading_deg - then.heading_deg)
+            if turned_deg > N.straight_deg or driven_mm > N.longest_mm or by_floor != then_by_floor:
                 estimate.begin = None
-            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm / estimate.most:
-                factor = driven_mm / nearer_mm
-                noise = N.size_sd * math.hypot(then_mm, distance_mm) / nearer_mm
+            elif driven_mm >= N.stretch_mm and nearer_mm > driven_mm * by_size / estimate.most:
+                factor = driven_mm / nearer_mm * by_size
+                noise = N.size_sd * math.hypot(then_mm, looks_mm) / nearer_mm
                 if noise < N.prior_sd:
                     share = factor if estimate.guessed else 1.0  # both are shares of the factor, which else is about 1
                     estimate.update(1.0, 0.0, factor, share**2 * (N.growth_sd**2 + noise**2))
                     estimate.begin = None
         if estimate.begin is None:
-            estimate.begin = pose, distance_mm
+            estimate.begin = pose, looks_mm, by_floor
 
     def _hear(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
         at = estimate.heard_at

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.belief import Belief, likely_places
-from behaviors.adaptive.bounded_sighting import estimated, no_farther_than_heard
+from behaviors.adaptive.bounded_sighting import estimated, no_farther, no_farther_than_heard
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.frame_fit import FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
@@ -18,7 +18,7 @@ from behaviors.adaptive.occupancy_grid import OccupancyGrid
 from behaviors.adaptive.slant import Slant
 from behaviors.failures import TargetFinding
 from behaviors.mission import Mission
-from behaviors.ports import Edges, Glimpse, Point, Pose, Sighting
+from behaviors.ports import Cut, Edges, Glimpse, Point, Pose, Sighting
 from behaviors.pose_history import PoseHistory
 
 RANGE_HEIGHTS = {"picture": 21.0, "haar": 7.0, "marker": 10.0, "qr": 6.0, "color": 17.0, "onnx": 12.0}
@@ -45,6 +45,8 @@ class TargetNumbers:
             than `step_mm`.
         step_mm: See `step_deg`.
         inside_mm: A place where a target is seen is at least this far from the map's edge.
+        floor_deg: Where a lower edge is seen less far below level than this, it does not say how far away the floor is.
+        beyond: An echo from this many times farther away than the floor at a target's lower edge is not the target's.
         new_mm: An object that hides a target from a place also hides it from this far beside it, with probability 1/e.
     """
 
@@ -60,6 +62,8 @@ class TargetNumbers:
     step_deg: float = 6.0
     step_mm: float = 120.0
     inside_mm: float = 200.0
+    floor_deg: float = 4.0
+    beyond: float = 1.25
     new_mm: float = 500.0
 
 
@@ -159,12 +163,22 @@ class TargetMemory:
             if target in believed:
                 self._see(target, believed[target])
                 if not self.slant.oblique(believed[target]):
-                    self.scale.learn(glimpse.seen[target], self._poses.at(glimpse.time_s), range_mm)
+                    sighting = glimpse.seen[target]
+                    own_mm = None if self.beyond(sighting, range_mm) else range_mm
+                    floor_mm = self._floor_mm(sighting)
+                    self.scale.learn(sighting, self._poses.at(glimpse.time_s), own_mm, floor_mm)
             else:
                 view = self._camera.view_at(self._poses.at(glimpse.time_s))
                 if not self._too_near(target, view):
                     self._miss(target, view)
         return believed
+
+    def beyond(self, sighting: Sighting, range_mm: float | None) -> bool:
+        """Return whether an echo is from behind a target of which only the frame shows how far away it is at most."""
+        floor_mm = self._floor_mm(sighting)
+        if range_mm is None or floor_mm is None or not self.scale.guessed(sighting.target):
+            return False
+        return range_mm + self.scale.sonar_ahead_mm > N.beyond * floor_mm
 
     def fills_mm(self, target: str) -> float:
         """Return from how near a target fills the frame, by its size as it is believed."""
@@ -290,10 +304,28 @@ class TargetMemory:
         lens, known = self._camera.lens_at(self._poses.at(sighting.time_s)), self.known.get(sighting.target)
         heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
         remembered = None if known is None else lens.polar_to(known.place)
-        corrected = self.scale.corrected(sighting)
+        floor_mm = self._floor_mm(sighting) if self.scale.guessed(sighting.target) else None
+        corrected = self.scale.corrected(sighting) if floor_mm is None else self._standing(sighting, floor_mm)
         if self.scale.unknown(sighting.target):
             corrected = no_farther_than_heard(corrected, heard_mm)
         return estimated(corrected, heard_mm, remembered)
+
+    def _standing(self, sighting: Sighting, floor_mm: float) -> Sighting:
+        """Return a sighting of a target whose height is a guess, corrected by the floor at its lower edge."""
+        whole = Cut.BOTTOM not in sighting.cut
+        if whole and not sighting.bound:
+            self.scale.stand(sighting, floor_mm)
+        elif self.scale.unknown(sighting.target):
+            if not whole:
+                return no_farther(self.scale.corrected(sighting), floor_mm)
+            # where the frame does not show both sides, the target may be farther out
+            return replace(sighting, distance_mm=floor_mm, bound=sighting.cut != Cut.TOP)
+        return self.scale.corrected(sighting)
+
+    def _floor_mm(self, sighting: Sighting) -> float | None:
+        """Return how far in front of the lens the floor is at a target's lower edge: no target is farther."""
+        lower_deg = sighting.lower_deg
+        return None if lower_deg is None or lower_deg < N.floor_deg else self._camera.floor_mm(lower_deg)
 
     def _see(self, target: str, sighting: Sighting) -> None:
         self._unseen.pop(target, None)

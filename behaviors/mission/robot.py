@@ -7,6 +7,7 @@ a positive tilt looks up. Places are measured from the middle between the wheels
 from __future__ import annotations
 
 import datetime
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -97,7 +98,8 @@ class CameraTable(Table):
         hfov_deg: Horizontal field of view.
         forward_mm: How far the lens is in front of the axle.
         right_mm: How far the lens is to the right of the midpoint between the wheels.
-        height_mm: Height of the lens above the floor; with the tilt it shows whether a target is lower than the sonar.
+        height_mm: Height of the lens above the floor; with the tilt it shows whether a target is lower than the sonar,
+            and how far away one of unknown height is.
         yaw_deg: How far the camera looks to the right.
         tilt_deg: How far it looks up; negative is down.
         roll_deg: How far it is turned clockwise about its line of sight.
@@ -118,6 +120,10 @@ class CameraTable(Table):
         x_mm, y_mm = robot.ahead(self.forward_mm)
         x_mm, y_mm = Pose(x_mm, y_mm, robot.heading_deg).ahead(self.right_mm, 90.0)
         return Pose(x_mm, y_mm, robot.heading_deg)
+
+    def floor_mm(self, below_deg: float) -> float:
+        """Return how far in front of the lens a ray that points down by this angle, 0..90, meets the floor."""
+        return self.height_mm / math.tan(math.radians(below_deg))
 
     def view_at(self, robot: Pose) -> Pose:
         """Return the pose of the lens, with the direction in which it looks."""

@@ -250,7 +250,16 @@ def _sighting(target: str, found: Detection, pinhole: Pinhole, height_mm: float,
     confidence = min(1.0, max(0.0, found.score)) if math.isfinite(found.score) else 0.0
     place = pinhole.locate(found, height_mm)
     edges_mm = None if found.bound else pinhole.edges_mm(found, height_mm)
-    return Sighting(target, *place, confidence, time_s, found.box, found.cut, found.bound, edges_mm)
+    return Sighting(
+        target, *place, confidence, time_s, found.box, found.cut, found.bound, edges_mm, _lower_deg(found, pinhole)
+    )
+
+
+def _lower_deg(found: Detection, pinhole: Pinhole) -> float:
+    left, top, width, height = found.box
+    bottom = min(top + height, pinhole.width * pinhole.aspect)
+    _, below_deg = pinhole.directions(np.array([left + width / 2]), np.array([bottom]))
+    return float(below_deg[0])
 
 
 def _floor_rays(ends: NDArray[np.float64], pinhole: Pinhole) -> list[FloorRay]:

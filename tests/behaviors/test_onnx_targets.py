@@ -99,6 +99,22 @@ def test_the_size_of_what_was_not_measured_is_learned_by_driving(factor, echoes)
     assert not scale.unknown("mug")
 
 
+@pytest.mark.parametrize("stands_on_mm", [0.0, 60.0, 100.0])
+@pytest.mark.parametrize("factor", [0.05, 0.3, 1.0, 3.0, 15.0])
+def test_the_descent_of_its_lower_edge_shows_whether_it_stands_on_the_floor(stands_on_mm, factor):
+    scale = CameraScale(0.0, {"mug"})
+    for driven_mm in range(0, 1400, 40):
+        true_mm = 2000.0 - driven_mm
+        seen, floor_mm = _sighting(true_mm / factor), true_mm * 200.0 / (200.0 - stands_on_mm)
+        scale.stand(seen, floor_mm)
+        if driven_mm == 0:
+            assert scale.corrected(seen).distance_mm == pytest.approx(floor_mm)
+            assert scale.unknown("mug")
+        scale.learn(seen, Pose(driven_mm, 0.0, 0.0), None, floor_mm)
+    assert scale.factor("mug") == pytest.approx(factor, rel=0.1)
+    assert not scale.unknown("mug")
+
+
 def test_other_targets_do_not_begin_with_the_factor_of_a_guess():
     scale = CameraScale(0.0, {"mug"})
     for driven_mm in range(0, 1400, 40):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import pytest
 from random_ports import two_targets
 
@@ -25,12 +28,24 @@ class Memory(TargetMemory):
         self.scale = CameraScale(0.0, guessed)
         self._frames = 0
 
-    def show(self, edges_mm=None, distance_mm=2000.0, *, heading_deg=0.0, cut=Cut.NONE, bearing_deg=0.0, echo_mm=None):
+    def show(
+        self,
+        edges_mm=None,
+        distance_mm=2000.0,
+        *,
+        heading_deg=0.0,
+        cut=Cut.NONE,
+        bearing_deg=0.0,
+        echo_mm=None,
+        floor_mm=None,
+    ):
         """Look, by default straight ahead, for a target with these edges if there is one."""
         self._frames += 1
         time_s = 0.1 * self._frames
         self.turned.add(time_s, Pose(heading_deg=heading_deg))
         seen = Sighting("a", bearing_deg, distance_mm, 1.0, time_s, (100, 80, 40, 56), cut, edges_mm=edges_mm)
+        if floor_mm is not None:  # the lens is 200 mm high
+            seen = replace(seen, lower_deg=math.degrees(math.atan2(200.0, floor_mm)))
         self.look(["a"], Glimpse(time_s, {} if edges_mm is None else {"a": seen}), echo_mm)
 
 
@@ -101,3 +116,36 @@ def test_an_echo_that_brings_what_was_not_measured_nearer_does_not_make_it_anoth
         believed,
         believed,
     )
+
+
+@pytest.mark.parametrize(
+    ("cut", "floor_mm", "echo_mm", "distance_mm"),
+    [
+        (Cut.NONE, 600.0, None, 600.0),
+        (Cut.NONE, 600.0, 1400.0, 600.0),  # of what is behind it
+        (Cut.NONE, 600.0, 400.0, 400.0),  # it does not stand on the floor
+        (Cut.NONE, 2500.0, 1400.0, 1400.0),
+        (Cut.NONE, 4000.0, None, 2000.0),  # too near to the horizon to say anything
+        (Cut.BOTTOM, 500.0, None, 500.0),
+        (Cut.BOTTOM, 2500.0, None, 2000.0),  # it may be nearer than where the frame ends
+    ],
+)
+def test_the_floor_at_its_lower_edge_says_how_far_away_what_was_not_measured_is(cut, floor_mm, echo_mm, distance_mm):
+    memory = Memory(guessed={"a"})
+    memory.show(LEVEL, 2000.0, cut=cut, floor_mm=floor_mm, echo_mm=echo_mm)
+    assert memory.known["a"].distance_mm == pytest.approx(distance_mm)
+
+
+def test_a_measured_height_counts_more_than_the_floor():
+    memory = Memory()
+    memory.show(LEVEL, 2000.0, floor_mm=600.0, echo_mm=1400.0)
+    assert memory.known["a"].distance_mm == 2000.0
+
+
+@pytest.mark.parametrize(
+    ("guessed", "echo_mm", "beyond"), [(True, 1400.0, True), (True, 650.0, False), (False, 1400.0, False)]
+)
+def test_an_echo_from_beyond_the_floor_at_its_lower_edge_is_of_something_else(guessed, echo_mm, beyond):
+    memory = Memory(guessed={"a"} if guessed else ())
+    seen = Sighting("a", 0.0, 2000.0, 1.0, 0.0, (100, 80, 40, 56), lower_deg=math.degrees(math.atan2(200.0, 600.0)))
+    assert memory.beyond(seen, echo_mm) is beyond

@@ -155,6 +155,7 @@ def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
         pytest.approx(0.4),
         (200, 100, 40, 60),
         edges_mm=pytest.approx((-400 / 3, 200 / 3)),
+        lower_deg=pytest.approx(math.degrees(math.atan2(40, math.hypot(60, focal_px)))),
     )
 
 
