@@ -118,7 +118,7 @@ class Arrival:
         """Return whether the target's place is well within the camera's view and the detector's range."""
         return (
             abs(bearing_deg - self._perception.world.camera.yaw_deg) <= N.in_view_share * self._targets.half_view_deg
-            and distance_mm <= N.in_view_share * self._targets.detection_range_mm[self._perception.target]
+            and distance_mm <= N.in_view_share * self._targets.found_within_mm(self._perception.target)
             and not self._too_near
         )
 

@@ -180,6 +180,11 @@ class TargetMemory:
             return False
         return range_mm + self.scale.sonar_ahead_mm > N.beyond * floor_mm
 
+    def found_within_mm(self, target: str) -> float:
+        """Return how far away a target's detector finds it; one that is larger than guessed, from farther."""
+        factor = self.scale.factor(target) if self.scale.guessed(target) else 1.0
+        return self.detection_range_mm[target] * max(1.0, factor)
+
     def fills_mm(self, target: str) -> float:
         """Return from how near a target fills the frame, by its size as it is believed."""
         half_mm = self.scale.factor(target) * self._heights_mm[target] / 2

@@ -91,7 +91,7 @@ def test_what_does_not_stand_on_the_floor_is_reached_as_well(tmp_path, centre_mm
     assert _is_there(arrival)
 
 
-@pytest.mark.parametrize("label", ["chair", "cup"])
+@pytest.mark.parametrize("label", ["chair", "cup", "mouse"])
 def test_a_guess_that_is_far_too_large_or_too_small_does_not_matter(tmp_path, label):
     for folder, height_mm in ((tmp_path / "low", 60), (tmp_path / "high", 200)):
         folder.mkdir()
