@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 import sys
 from collections.abc import Mapping, Sequence
@@ -76,17 +77,18 @@ def own_profiles(path: Path) -> dict[str, list[str]]:
     so_far = kept.items() if isinstance(kept, dict) else ()
     found = {name: [str(each) for each in digests] for name, digests in so_far if isinstance(digests, list)}
     for name, package in registry.external_profiles.items():
-        now = _sources(package)
-        found[name] = [*(each for each in found.get(name, []) if each != now), now]
+        if (now := _sources(package)) is not None:
+            found[name] = [*(each for each in found.get(name, []) if each != now), now]
     return found
 
 
-def _sources(package: str) -> str:
-    """Return a digest of a module, or of all modules of a package."""
-    module = sys.modules[package]
+def _sources(package: str) -> str | None:
+    """Return a digest of a module, or of all modules of a package; None if they are in no folder, or not loaded."""
+    module = sys.modules.get(package)
     folders = [Path(each) for each in getattr(module, "__path__", ())]  # a package without __init__.py has no file
     files = {each.relative_to(folder).as_posix(): each for folder in folders for each in folder.rglob("*.py")}
-    return digest_of(files or {package: Path(str(module.__file__))})
+    files = files or {package: Path(str(getattr(module, "__file__", None)))}
+    return digest_of(files) if all(map(os.path.isfile, files.values())) else None
 
 
 def provenance(command: Sequence[str], earlier: Sequence[Any], profiles: Mapping[str, Sequence[str]]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import json
 import platform
 import shlex
 import sys
+import zipfile
 
 import cv2
 import numpy as np
@@ -130,3 +131,15 @@ def test_a_profile_in_a_package_without_init_has_a_digest(tmp_path, monkeypatch)
     assert len(digest) == 64
     for name in ("mine.calm", "mine"):
         sys.modules.pop(name)
+
+
+def test_a_profile_whose_source_is_in_no_folder_has_no_digest(tmp_path, monkeypatch):
+    archive = tmp_path / "mine.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("zipped.py", PROFILE)
+    monkeypatch.setattr(sys, "path", [str(archive), *sys.path])
+    monkeypatch.setattr(registry, "external_profiles", {})
+    registry.find_profile("zipped:Calm")
+    assert own_profiles(tmp_path / "none.summary.json") == {}
+    sys.modules.pop("zipped")
+    assert own_profiles(tmp_path / "none.summary.json") == {}
