@@ -15,6 +15,7 @@ from .program_mutation import COMPILED
 
 CAMPAIGNS: tuple[str, ...] = (
     "telegrams",
+    "menus",
     "programs",
     "replies",
     "links",
