@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NoReturn
 
@@ -92,7 +92,8 @@ class Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             known = [str(choice) for choice in action.choices]
             hint = _suggestion(str(value), known) or f" (choose from {', '.join(known)})"
-            if isinstance(action, argparse._SubParsersAction) and (option := self._option_before(value)):
+            option = self._option_before(value)
+            if isinstance(action, argparse._SubParsersAction) and _some_has(action.choices.values(), option):
                 hint = f" (choose from {', '.join(known)}). Give {option} after the {action.metavar}"
             if "run" in known and str(value).endswith(".toml"):
                 hint = f". Did you mean `{self.prog} run {value}`?"
@@ -106,6 +107,10 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print the mistake and exit."""
         super().error(f"{message}\nSee `{self.prog} --help`.")
+
+
+def _some_has(parsers: Iterable[argparse.ArgumentParser], option: str) -> bool:
+    return any(option in parser._option_string_actions for parser in parsers)
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:

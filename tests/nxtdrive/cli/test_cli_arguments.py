@@ -62,6 +62,14 @@ def test_what_is_given_in_another_way_is_said(command, meant, capsys):
     assert meant in capsys.readouterr().err
 
 
+def test_an_option_that_no_action_has_is_not_to_be_given_after_one(capsys):
+    with pytest.raises(SystemExit):
+        main(["sensor", "--port", "1"])
+    said = capsys.readouterr().err
+    assert "choose from" in said
+    assert "--port after" not in said
+
+
 def test_a_mission_in_the_place_of_a_command_is_to_be_run(capsys):
     with pytest.raises(SystemExit):
         main(["my-mission.toml"])
