@@ -83,10 +83,11 @@ def warnings(mission: Mission) -> Iterator[str]:
 def _unknown_situations(mission: Mission) -> Iterator[str]:
     from behaviors.adaptive.chances import is_situation
 
-    unknown = [each for each in mission.adaptive.chances or {} if not is_situation(each)]
+    counts = mission.adaptive.chances or {}
+    unknown = [each for each in counts if not is_situation(each)]
     if unknown and mission.mission.profile == ADAPTIVE:
         yield (
-            f"adaptive.chances: {len(unknown)} of {len(mission.adaptive.chances or ())} counts have no effect, "
+            f"adaptive.chances: {len(unknown)} of {len(counts)} counts have no effect, "
             f"{excerpt(unknown[0])} for instance: this version of nxtdrive has no such situation. Count the runs again."
         )
 

@@ -104,9 +104,9 @@ def estimate_sonar(track: Track, values: dict[str, float]) -> SonarEstimate:
     middle = float(np.median(forward))
     noise = max(1.0, float(1.4826 * np.median(np.abs(forward - middle))))
     scale = _scale(wall_mm[facing], ranges[facing])
-    if noise > NOISIEST_MM and scale is not None and scale > LEAST_SCALE and (doubt := size_doubt(scale)):
-        raise SheetRefused(f"the sheet has another size: {doubt}")
     if noise > NOISIEST_MM:
+        if scale is not None and scale > LEAST_SCALE and (doubt := size_doubt(scale)):
+            raise SheetRefused(f"the sheet has another size: {doubt}")
         raise CalibrationRefused(
             f"the sonar's echoes scatter by {noise:.0f} mm round the wall's distance.", remedy=REMEDY
         )

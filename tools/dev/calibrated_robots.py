@@ -13,7 +13,6 @@ The results are kept in a file, and an interrupted run continues where it left o
 
 from __future__ import annotations
 
-import argparse
 import datetime
 import json
 import math
@@ -39,6 +38,7 @@ from sim_backend.world.world_file import Camera, Robot
 from ..calibrate.session import calibrate
 from ..sweep.result_file import ResultFile
 from ..sweep.task import UNCHANGED, Task, judge, run_episode
+from .program import parser
 
 GOALS = {
     # value: goal, and whether it is a share of the value
@@ -167,12 +167,14 @@ def _missions(done: dict[tuple[int, str], Line]) -> Iterator[str]:
 
 def main() -> None:
     """Calibrate, run missions, report."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", type=int, default=50)
-    parser.add_argument("--missions", type=int, default=600, help="for each of the two ways to know the robot")
-    parser.add_argument("--most", type=int, default=sys.maxsize, help="missions and calibrations of this run at most")
-    parser.add_argument("--out", type=Path, default=Path("calibrated.jsonl"))
-    args = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("--robots", type=int, default=50)
+    arguments.add_argument("--missions", type=int, default=600, help="for each of the two ways to know the robot")
+    arguments.add_argument(
+        "--most", type=int, default=sys.maxsize, help="missions and calibrations of this run at most"
+    )
+    arguments.add_argument("--out", type=Path, default=Path("calibrated.jsonl"))
+    args = arguments.parse_args()
     with ResultFile(args.out) as out:
         lines: list[Line] = [json.loads(line) for line in args.out.read_text(encoding="utf-8").splitlines()]
         for line in islice(_work(lines, args.robots, args.missions), args.most):

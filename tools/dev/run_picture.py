@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import cv2
@@ -20,6 +19,8 @@ from nxtdrive.recording.output_file import write_file
 from nxtdrive.recording.run_folder import MAP
 from nxtdrive.recording.run_reader import read_run
 
+from .program import parser
+
 MARGIN_PX, GAP_PX = 40, 16
 MOMENTS = {"arrive": 1.0, "wait": -0.2, "reached": -0.2, "finished": -0.2}
 """States whose first entry is shown, and how many seconds later: an approach shows a second after it begins, the
@@ -29,15 +30,15 @@ cause of the others is visible a moment before them.
 
 def main() -> None:
     """Read a run folder and write the picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="a run folder")
-    parser.add_argument("out", type=Path, help="the picture to write")
-    args = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("folder", type=Path, help="a run folder")
+    arguments.add_argument("out", type=Path, help="the picture to write")
+    args = arguments.parse_args()
     try:
         plan = Image.open(args.folder / MAP).convert("RGB")
         frames = telling_frames(args.folder)
     except (ConfigError, OSError) as error:
-        parser.error(f"{args.folder} is not a run with a map: {error}")
+        arguments.error(f"{args.folder} is not a run with a map: {error}")
     args.out.parent.mkdir(parents=True, exist_ok=True)
     write_file(args.out, encoded(above(plan, frames), args.out))
     print(args.out)

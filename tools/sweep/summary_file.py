@@ -87,8 +87,9 @@ def _sources(package: str) -> str | None:
     module = sys.modules.get(package)
     folders = [Path(each) for each in getattr(module, "__path__", ())]  # a package without __init__.py has no file
     files = {each.relative_to(folder).as_posix(): each for folder in folders for each in folder.rglob("*.py")}
-    files = files or {package: Path(str(getattr(module, "__file__", None)))}
-    return digest_of(files) if all(map(os.path.isfile, files.values())) else None
+    if not files and (file := getattr(module, "__file__", None)):
+        files = {package: Path(file)}
+    return digest_of(files) if files and all(map(os.path.isfile, files.values())) else None
 
 
 def provenance(command: Sequence[str], earlier: Sequence[Any], profiles: Mapping[str, Sequence[str]]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from firmware_protocol.direct import GetBatteryLevel, StartProgram, StopProgram
+from firmware_protocol.direct import StartProgram, StopProgram
 from firmware_protocol.iomap import UI
 from firmware_protocol.system import Delete, DeleteUserFlash, SetBrickName
 from firmware_protocol.telegram import Command
@@ -15,6 +15,7 @@ from sim_backend.firmware.versions import FIRMWARES
 
 from .assembler import sample_program, store
 from .campaign import Campaign, Tally, Violation
+from .programs import wrong_reply
 
 BATCH = 80
 """Actions at one brick."""
@@ -67,29 +68,29 @@ def run(seed: int, numbers: range) -> Tally:
     """Do these actions, each batch at a brick of its own; the first ones lead to some page."""
     tally = Tally()
     rng = Random(f"{seed} {numbers.start // BATCH}")  # noqa: S311 - repeatable
-    brick, path = _brick(rng), [*rng.choice(PATHS)]
+    brick, path = _begin(rng)
     for number in numbers:
         name, act, pause_ms = _step(path.pop(0)) if path else _action(rng)
         try:
             act(brick)
             brick.tick(pause_ms)
-            reply = brick.receive(GetBatteryLevel().encode())
-            broken = "" if reply and reply.startswith(GetBatteryLevel.encode_reply()) else f"replies {reply!r}"
+            broken = wrong_reply(brick)
         except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
             broken = repr(error)
         if broken:
             tally.violations.append(Violation(number, f"{name}, firmware {brick.firmware}: {broken}"))
-            brick, path = _brick(rng), [*rng.choice(PATHS)]
+            brick, path = _begin(rng)
         else:
             tally.outcomes[name] += 1
     return tally
 
 
-def _brick(rng: Random) -> SimBrick:
+def _begin(rng: Random) -> tuple[SimBrick, list[int]]:
+    """Return a brick with some files, and the clicks that lead to some page."""
     brick = SimBrick(firmware=rng.choice(FIRMWARES))
     for name in rng.sample(sorted(FILES), rng.randint(0, len(FILES))):
         store(brick, name, FILES[name])
-    return brick
+    return brick, [*rng.choice(PATHS)]
 
 
 def _step(key: int) -> _Action:

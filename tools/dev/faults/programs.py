@@ -140,12 +140,20 @@ def _try(brick: SimBrick, rng: Random, content: bytes) -> str:
     brick.tick(1000)
     brick.loader.erase()
     brick.io_control.power_word = brick.ui.registers.force_off = 0
-    battery = brick.receive(GetBatteryLevel().encode())
+    wrong = wrong_reply(brick)
     if pool != POOL_SIZE:
         return f"violated: the memory pool has {pool} bytes"
-    if battery is None or not battery.startswith(GetBatteryLevel.encode_reply()):
-        return f"violated: GetBatteryLevel gets the reply {battery!r}"
+    if wrong:
+        return f"violated: {wrong}"
     return f"{'started' if loaded and loaded[-1] == ProgramStatus.RUNNING else 'not started'}, {ended.name.lower()}"
+
+
+def wrong_reply(brick: SimBrick) -> str:
+    """Ask a plain question, and return what is wrong with the reply; an empty string if nothing is."""
+    reply = brick.receive(GetBatteryLevel().encode())
+    if reply is None or not reply.startswith(GetBatteryLevel.encode_reply()):
+        return f"GetBatteryLevel gets the reply {reply!r}"
+    return ""
 
 
 def random_program(rng: Random) -> bytes:
