@@ -188,7 +188,8 @@ class FloorPlan:
     def in_the_way(self, start: Point, end: Point, radius_mm: float) -> list[Obstacle]:
         """Return the obstacles that such a robot would run into on the straight path."""
         line = _line(start, end)
-        return [obstacle for obstacle in self.obstacles if np.min(obstacle.distance_mm(line)) < radius_mm]
+        near = self.near(line, radius_mm).obstacles
+        return [obstacle for obstacle in near if np.min(obstacle.distance_mm(line)) < radius_mm]
 
     def sees(self, eye_mm: Floats, eye_height_mm: float, goal: Goal) -> Mask:
         """Return from which of the points `eye_mm`, shape (n, 2), the centre of the picture is not hidden."""
