@@ -17,7 +17,7 @@ from behaviors.chart import MISSION_STATES, MissionChart, results_in
 from behaviors.events import FAILURES, Event, Fact, Reason
 from behaviors.evidence import Evidence, checked_evidence
 from behaviors.failures import Failure
-from behaviors.journal import JOURNAL_FORMAT, Kind, Observer, Record
+from behaviors.journal import JOURNAL_FORMAT, Observer, Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.observers import Observers, error_text
 from behaviors.outages import OutageSupervisor, part_of
@@ -145,7 +145,7 @@ class Executive:
             raise
         finally:
             self._stop_motors()
-            self.note(Kind.END, ending=ending, targets=self._queue.outcomes, error=self._error)
+            self.note(RecordKind.END, ending=ending, targets=self._queue.outcomes, error=self._error)
             self._body.trust_sonar()  # the next mission judges it by echoes of its own
         failures = dict(self._observers.failures)
         return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)
@@ -154,7 +154,7 @@ class Executive:
         """Return the mission time in seconds."""
         return self._clock.now() - self._start_s
 
-    def note(self, kind: Kind, **data: object) -> None:
+    def note(self, kind: RecordKind, **data: object) -> None:
         """Pass a record with the current time, state and target on to the observers."""
         self._observers(Record.of(self.now(), kind, self._chart.mission_state, self._queue.target, data))
 
@@ -168,12 +168,12 @@ class Executive:
         if entered in ("reached", "gave_up"):
             self._queue.current.time_s = self.now()
         reason = {} if fact is None else {"reason": fact.reason, "evidence": fact.measured}
-        self.note(Kind.TRANSITION, source=source.id, to=entered, event=event, **reason)
+        self.note(RecordKind.TRANSITION, source=source.id, to=entered, event=event, **reason)
 
     def _pursue(self) -> Ending:
         table = self._mission.mission
         try:
-            self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
+            self.note(RecordKind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
             self._report(Fact(Event.START, Reason.MISSION_STARTED))
             while not self._chart.is_terminated:
                 self._context.check_time()
@@ -226,9 +226,9 @@ class Executive:
             self._skill = self._new_skill()
         if self._skill_state not in ("search", "arrive", "verify"):
             return self._call(self._skill)
-        self.note(Kind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
+        self.note(RecordKind.CALL, verb="arrive", battery_mv=self._body.battery_mv())
         fact = self._call(self._skill)
-        self.note(Kind.REPLY, verb="arrive", value=REPLIES[fact.event])
+        self.note(RecordKind.REPLY, verb="arrive", value=REPLIES[fact.event])
         return fact
 
     def _call(self, skill: Skill) -> Fact:
@@ -271,13 +271,13 @@ class Executive:
         if self._clock.now() <= self._decided_s:
             raise Livelock(f"two decisions at {self.now():.3f} s; every skill must let time pass")
         self._decided_s = self._clock.now()
-        self.note(Kind.CALL, verb="select")
-        self.note(Kind.REPLY, verb="select", value=int(self._seen_since_search))
+        self.note(RecordKind.CALL, verb="select")
+        self.note(RecordKind.REPLY, verb="select", value=int(self._seen_since_search))
         self._profile.learn(self._failure)
         basis = Evidence(self._queue.target, self._failure.reason, self._seen_since_search, self._researches)
         evidence = checked_evidence(self._profile.evidence, basis)
         choice = checked_choice(self._profile.select, evidence, self._queue.names)
-        self.note(Kind.CHOICE, **choice.record(), evidence=evidence.known())
+        self.note(RecordKind.CHOICE, **choice.record(), evidence=evidence.known())
         return choice
 
     def _stop_motors(self) -> None:

@@ -26,7 +26,7 @@ MAX_TIME_S = 1e9
 Value = str | int | float | bool | None | list["Value"] | dict[str, "Value"]
 
 
-class Kind(StrEnum):
+class RecordKind(StrEnum):
     """What a record is about."""
 
     START = "start"
@@ -54,13 +54,13 @@ class Record:
     """
 
     time_s: float
-    kind: Kind
+    kind: RecordKind
     state: str
     target: str
     data: Mapping[str, Value] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, time_s: float, kind: Kind, state: str, target: str, data: Mapping[str, object]) -> Self:
+    def of(cls, time_s: float, kind: RecordKind, state: str, target: str, data: Mapping[str, object]) -> Self:
         """Return a record of a time not yet rounded, and of data that `plain` converts."""
         return cls(round(time_s, 3), kind, state, target, {key: plain(value) for key, value in data.items()})
 
@@ -86,7 +86,7 @@ class Record:
             raise ValueError("not a record of a journal")  # noqa: TRY004 - as for what is no JSON
         if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S:
             raise ValueError("a time out of range")
-        return cls(float(time_s), Kind(kind), state, target, data)
+        return cls(float(time_s), RecordKind(kind), state, target, data)
 
 
 Observer = Callable[[Record], None]
@@ -95,7 +95,7 @@ Observer = Callable[[Record], None]
 class Note(Protocol):
     """Writes a record with the current time, state and target."""
 
-    def __call__(self, kind: Kind, **data: object) -> None:
+    def __call__(self, kind: RecordKind, **data: object) -> None:
         """Write a record; values are converted by `plain`."""
         ...
 

@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Executive, Report
-from behaviors.journal import Kind, Observer, Record
+from behaviors.journal import Observer, Record, RecordKind
 from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, Status, Verb, Why, failure_reply
 from behaviors.mission import Mission
 from behaviors.observers import Observers
@@ -128,17 +128,17 @@ class Session:
             if request.error is ErrorReply.BAD_ARGUMENT:
                 self._why = Why.BAD_ARGUMENT
             why = request.error.name.lower()
-            self._note(Kind.REPLY, verb=request.text, argument="", value=request.reply, why=why, error="")
+            self._note(RecordKind.REPLY, verb=request.text, argument="", value=request.reply, why=why, error="")
             return request.reply
         asked = {"verb": request.verb, "argument": request.argument}
-        self._note(Kind.CALL, **asked)
+        self._note(RecordKind.CALL, **asked)
         self.error = ""
         if request.verb not in KEEPS_MISSION:
             self._end_mission()
         value = self._execute(request)
         with_reason = request.verb in WITH_REASON or self.error or value == ErrorReply.BAD_ARGUMENT
         why = self._why.name.lower() if with_reason else ""  # else it is that of an earlier request
-        self._note(Kind.REPLY, **asked, value=value, why=why, error=self.error)
+        self._note(RecordKind.REPLY, **asked, value=value, why=why, error=self.error)
         return value
 
     def end(self) -> None:
@@ -320,6 +320,6 @@ class Session:
         if fact.event in (Event.OBSTACLE, Event.OBSTACLE_GONE):
             self._held = fact.reason is Reason.OBSTACLE_AHEAD
 
-    def _note(self, kind: Kind, **data: object) -> None:
+    def _note(self, kind: RecordKind, **data: object) -> None:
         now_s = self._clock.now() - self._start_s
         self._observers(Record.of(now_s, kind, self._state, self._target, data))

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.pause import Paused
 from behaviors.ports import CameraLost, Outage, RobotUnreachable, SensorLost
 from behaviors.skills import SkillContext
@@ -94,7 +94,7 @@ class OutageSupervisor:
             if outage.permanent or left_s <= 0:
                 raise outage from None
             if now_s - noted_s >= NOTE_S:
-                self._context.note(Kind.OUTAGE, part=part, left_s=left_s)
+                self._context.note(RecordKind.OUTAGE, part=part, left_s=left_s)
                 noted_s = now_s
             try:
                 self._clock.sleep(RETRY_S)
@@ -141,4 +141,4 @@ class OutageSupervisor:
         return True
 
     def _sensor_changed(self, sensor: str, error: str) -> None:
-        self._context.note(Kind.SENSOR, sensor=sensor, answers=not error, error=error)
+        self._context.note(RecordKind.SENSOR, sensor=sensor, answers=not error, error=error)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from behaviors.events import Event, Fact, Reason
-from behaviors.journal import Kind, Note
+from behaviors.journal import Note, RecordKind
 from behaviors.mission import ThesisParameters
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.pause import Pause
@@ -127,7 +127,7 @@ def note_look(context: SkillContext, pose: Pose, range_mm: float | None, sightin
         WrongWiring: The looks so far show that the motors are not connected as the mission says.
     """
     context.note(
-        Kind.LOOK,
+        RecordKind.LOOK,
         pose=pose_values(pose),
         range_mm=range_mm,
         sighting=None if sighting is None else sighting_values(sighting),

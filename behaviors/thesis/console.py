@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.thesis.skills import Reply
 
 PREFIX = "[client2] "
@@ -38,11 +38,11 @@ class Console:
 
 def _line(record: Record) -> str | None:
     data = record.data
-    if record.kind is Kind.CALL and data["verb"] == "arrive":
+    if record.kind is RecordKind.CALL and data["verb"] == "arrive":
         return f"Arriving at {record.target}"
-    if record.kind is Kind.REPLY and data["verb"] == "arrive":
+    if record.kind is RecordKind.REPLY and data["verb"] == "arrive":
         return _ANSWERS.get(data["value"])
     # when the last target is given up there is nothing to change to
-    if record.kind is Kind.TRANSITION and data["source"] in ("left", "gave_up") and data["to"] == "search":
+    if record.kind is RecordKind.TRANSITION and data["source"] in ("left", "gave_up") and data["to"] == "search":
         return "change target!"
     return None

@@ -23,7 +23,7 @@ from enum import IntEnum
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.failures import Failure
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.obstacle_watch import surroundings
 from behaviors.ports import MotionResult, Sighting
@@ -217,7 +217,9 @@ class MoveTo:
         return 0
 
     def _note(self, what: str, result: MotionResult, **came: float) -> None:
-        self._context.note(Kind.STEP, what=what, stop=result.stop, **came, pose=pose_values(self._context.body.pose()))
+        self._context.note(
+            RecordKind.STEP, what=what, stop=result.stop, **came, pose=pose_values(self._context.body.pose())
+        )
 
 
 class ThesisMoveSkill:
@@ -239,9 +241,9 @@ class ThesisMoveSkill:
         done = 0
         while not done:
             self._context.check_time()
-            self._context.note(Kind.CALL, verb="move_to", direction_deg=self._direction_deg)
+            self._context.note(RecordKind.CALL, verb="move_to", direction_deg=self._direction_deg)
             done = self._service.call(self._direction_deg)
-            self._context.note(Kind.REPLY, verb="move_to", value=done)
+            self._context.note(RecordKind.REPLY, verb="move_to", value=done)
             self._calls += 1
         return Fact(Event.RECOVERY_DONE, Reason.MOVED, {"calls": self._calls})
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.events import Event, Reason
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import brick_id
 from behaviors.mission.targets import MarkerTarget, PictureTarget, QrTarget
 from behaviors.plausibility import TOLERANCE_MM, contradicts
@@ -102,13 +102,13 @@ class RunReview:
 
     def __call__(self, record: Record) -> None:
         """Learn from a record."""
-        if record.kind is Kind.LOOK:
+        if record.kind is RecordKind.LOOK:
             self._look = record.data
             if record.data["sighting"] is not None:
                 self._seen.add(record.target)
-        elif record.kind is Kind.TRANSITION:
+        elif record.kind is RecordKind.TRANSITION:
             self._transition(record)
-        elif record.kind is Kind.END:
+        elif record.kind is RecordKind.END:
             self._end()
 
     def _transition(self, record: Record) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from behaviors.chart import MISSION_STATES
 from behaviors.events import Event
 from behaviors.evidence import Evidence, evidence_from
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.operator import OperatorChoice, WeighingPolicy, candidates
 from behaviors.recoveries import Choice, RecoveryPolicy, choice_from
 from behaviors.return_types import checked
@@ -119,7 +119,7 @@ class Replay:
 
 def decisions(records: Sequence[Record]) -> list[Decision]:
     """Return every decision of a journal, in order."""
-    chosen = [i for i, record in enumerate(records) if record.kind is Kind.CHOICE]
+    chosen = [i for i, record in enumerate(records) if record.kind is RecordKind.CHOICE]
     # a failure is written just after the choice it led to, since the chart chooses while it enters `select`
     failed = [_failure_at(records, i, end) for i, end in pairwise([*chosen, len(records)])]
     spans = pairwise([*failed, len(records)])
@@ -173,7 +173,7 @@ def _failure_at(records: Sequence[Record], choice: int, end: int) -> int:
 
 
 def _enters(record: Record, state: str) -> bool:
-    return record.kind is Kind.TRANSITION and record.data.get("to") == state
+    return record.kind is RecordKind.TRANSITION and record.data.get("to") == state
 
 
 def _decision(record: Record, failure: Record | None, after: Sequence[Record]) -> Decision:
@@ -220,7 +220,7 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
         if _enters(record, "reached"):
             return outcome(Result.REACHED, record)
         if _enters(record, "finished"):
-            end = next((each for each in after if each.kind is Kind.END), None)
+            end = next((each for each in after if each.kind is RecordKind.END), None)
             return outcome(Result.FINISHED, record, str(end.data.get("ending", "")) if end else "")
         entered = record
     last = after[-1] if after else choice
@@ -232,7 +232,7 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
 def _entered(record: Record) -> str:
     """Return the other state of the mission region that a transition entered, or an empty string."""
     data = record.data
-    if record.kind is not Kind.TRANSITION or data.get("to") == data.get("source"):
+    if record.kind is not RecordKind.TRANSITION or data.get("to") == data.get("source"):
         return ""
     if data.get("event") in (Event.RESUME, Event.RETREATED):
         return record.state  # the transition leads to where it was before

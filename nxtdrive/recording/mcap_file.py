@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission.robot import RobotTable
 from input_files.plain import InputFileError, is_number, read_bytes
 from nxtdrive.host.environment import require
@@ -134,7 +134,7 @@ def _of_record(record: Record, robot: RobotTable) -> Iterator[Message]:
         )
     if is_number(battery_mv := data.get("battery_mv")):
         yield Message(now_s, "/battery", {"voltage": battery_mv / 1000})
-    if record.kind is Kind.CHOICE:
+    if record.kind is RecordKind.CHOICE:
         choice = state_words(str(data.get("choice", "")))
         yield Message(now_s, "/decisions", _log(WARNING, f"{record.target}: {choice}, since {data.get('why', '')}"))
 

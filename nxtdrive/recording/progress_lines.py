@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from behaviors.events import Event, Reason
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import choice_from
 from nxtdrive.recording.wording import outage_words, reason_words, spaced
 
@@ -44,21 +44,21 @@ class ProgressLines:
     def lines(self, record: Record) -> Iterator[str]:
         """Yield what a record says, without its time."""
         data = record.data
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             # the failure that it answers comes with the next record
             self._choice = f"{choice_from(data).words()}: {data['why']}"
             return
         match record.kind:
-            case Kind.TRANSITION if data["to"] == "select":
+            case RecordKind.TRANSITION if data["to"] == "select":
                 yield f"{record.target}: {reason_words(str(data.get('reason', 'failed')), data.get('evidence'))}"
                 yield f"-> {self._choice}"
-            case Kind.TRANSITION:
+            case RecordKind.TRANSITION:
                 yield from _transition(record.target, data)
-            case Kind.OUTAGE:
+            case RecordKind.OUTAGE:
                 yield f"suspended: {outage_words(record)}"
-            case Kind.SENSOR if data["answers"]:
+            case RecordKind.SENSOR if data["answers"]:
                 yield f"the {data['sensor']} answers again"
-            case Kind.SENSOR:
+            case RecordKind.SENSOR:
                 yield f"continuing without the {data['sensor']}: {data['error']}"
 
 
@@ -99,7 +99,7 @@ def lines_of(records: Sequence[Record]) -> list[tuple[float, str]]:
         now_s = record.time_s
         with suppress(*UNKNOWN_FORM):
             progress(record)
-        if record.kind is Kind.END:
+        if record.kind is RecordKind.END:
             lines.append((now_s, spaced(str(record.data.get("ending", "ended")))))
     return lines
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from behaviors.executive import Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
 from behaviors.ports import Clock, Sighting
 from nxtdrive.drawing.sheet import encoded
@@ -54,7 +54,7 @@ class Recording:
     def __call__(self, record: Record) -> None:
         """Write a record into the journal."""
         self.folder(record)
-        if record.kind is Kind.START:
+        if record.kind is RecordKind.START:
             self._start_s = self._clock.now() - record.time_s
 
     def look(self, frame: Frame, target: str, sighting: Sighting | None, found: Sequence[Detection]) -> None:

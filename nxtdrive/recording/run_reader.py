@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviors.journal import JOURNAL_FORMAT, Kind, Record
+from behaviors.journal import JOURNAL_FORMAT, Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.profile_names import PAST
 from firmware_protocol.errors import ConfigError
@@ -49,12 +49,12 @@ class PastRun:
     @property
     def end(self) -> Record | None:
         """The journal's last record; None if the run was killed or is in progress."""
-        return next((record for record in reversed(self.records) if record.kind is Kind.END), None)
+        return next((record for record in reversed(self.records) if record.kind is RecordKind.END), None)
 
 
 def start_of(records: Sequence[Record]) -> Record | None:
     """Return the record of the mission's start; None if it did not begin."""
-    return next((record for record in records if record.kind is Kind.START), None)
+    return next((record for record in records if record.kind is RecordKind.START), None)
 
 
 def read_run(path: Path) -> PastRun:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import Recovery, recovery_in
 from firmware_protocol.printable import printable
 from nxtdrive.recording.wording import outage_words
@@ -59,11 +59,11 @@ class StatusLine:
         """Update the line with a record."""
         if not self._shown:
             return
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             self._why = str(record.data["why"])
-        if record.kind is Kind.OUTAGE:
+        if record.kind is RecordKind.OUTAGE:
             self._outage = outage_words(record)
-        if record.kind is Kind.LOOK:
+        if record.kind is RecordKind.LOOK:
             sighting = record.data.get("sighting")
             self._sighting = _sighting(sighting) if isinstance(sighting, dict) else "-"
         battery_mv = record.data.get("battery_mv")

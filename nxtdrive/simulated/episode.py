@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 
-from behaviors.journal import Kind, Observer, Record
+from behaviors.journal import Observer, Record, RecordKind
 from nxtdrive.brick import Brick
 from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import Scenario
@@ -52,7 +52,7 @@ class Episode:
 
     def judge(self, record: Record) -> None:
         """Judge each stop by the ground truth at that moment; an observer of the journal."""
-        if record.kind is Kind.TRANSITION and record.data["to"] == "reached":
+        if record.kind is RecordKind.TRANSITION and record.data["to"] == "reached":
             self.arrive(record.target)
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from statistics import median
 from typing import Any
 
 from behaviors.adaptive.grid_cells import CELL_MM
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.ports import Point, Pose
 from nxtdrive.recording.map.scene import MapScene, gather, pose_of, sighted_at
@@ -117,7 +117,7 @@ class _Look:
 
 def _looks(records: Sequence[Record], mission: Mission) -> Iterator[_Look]:
     for record in records:
-        pose = pose_of(record) if record.kind is Kind.LOOK else None
+        pose = pose_of(record) if record.kind is RecordKind.LOOK else None
         place = pose and sighted_at(record, pose, mission.camera)
         if pose and place:
             yield _Look(record.target, pose, place)

@@ -14,7 +14,7 @@ from typing import Self
 from firmware_protocol.errors import AddressError, NXTError
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import Transport
-from nxtdrive.transports.trace_file import Entry, Kind, Trace, TraceWriter
+from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter
 
 
 class RecordTransport:
@@ -58,19 +58,19 @@ class RecordTransport:
         try:
             self.inner.send(telegram)
         except NXTError as error:
-            self._write(Kind.TO_BRICK, telegram, error)
+            self._write(EntryKind.TO_BRICK, telegram, error)
             raise
-        self._write(Kind.TO_BRICK, telegram)
+        self._write(EntryKind.TO_BRICK, telegram)
 
     def receive(self, timeout_s: float) -> bytes | None:
         """Receive and record a telegram."""
         try:
             telegram = self.inner.receive(timeout_s)
         except NXTError as error:
-            self._write(Kind.ERROR, b"", error)
+            self._write(EntryKind.ERROR, b"", error)
             raise
         if telegram is not None:
-            self._write(Kind.FROM_BRICK, telegram)
+            self._write(EntryKind.FROM_BRICK, telegram)
         return telegram
 
     def waiting(self) -> bool:
@@ -78,7 +78,7 @@ class RecordTransport:
         try:
             return self.inner.waiting()
         except NXTError as error:
-            self._write(Kind.ERROR, b"", error)
+            self._write(EntryKind.ERROR, b"", error)
             raise
 
     def close(self) -> None:
@@ -95,10 +95,10 @@ class RecordTransport:
         inner = reopen_transport(self.inner, timeout_s=timeout_s)
         self._writer.reopen()
         again = type(self)(inner, self._writer, self._started_s)
-        again._write(Kind.REOPENED)
+        again._write(EntryKind.REOPENED)
         return again
 
-    def _write(self, kind: Kind, telegram: bytes = b"", error: NXTError | None = None) -> None:
+    def _write(self, kind: EntryKind, telegram: bytes = b"", error: NXTError | None = None) -> None:
         name, text = (type(error).__name__, str(error)) if error else ("", "")
         self._writer.write(Entry(self.now() - self._started_s, kind, telegram, name, text))
 

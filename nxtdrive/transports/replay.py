@@ -20,7 +20,7 @@ from firmware_protocol.errors import AddressError, LinkError, LinkLost, LinkTime
 from firmware_protocol.explain import explain
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.base import closed
-from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, Kind, Trace, read_trace
+from nxtdrive.transports.trace_file import HOUSEKEEPING, Entry, EntryKind, Trace, read_trace
 
 EARLY_S = 0.001
 """Tolerance for replies recorded after the deadline: times are recorded after the call has returned."""
@@ -69,9 +69,9 @@ class ReplayTransport:
         if telegram == HOUSEKEEPING:
             return
         expected = self._peek()
-        if expected is None or expected.kind in (Kind.FROM_BRICK, Kind.REOPENED):
+        if expected is None or expected.kind in (EntryKind.FROM_BRICK, EntryKind.REOPENED):
             raise self._different(telegram, expected)
-        if expected.kind is Kind.TO_BRICK and expected.telegram != telegram:
+        if expected.kind is EntryKind.TO_BRICK and expected.telegram != telegram:
             raise self._different(telegram, expected)
         self._take(expected)
         if expected.error:
@@ -87,7 +87,7 @@ class ReplayTransport:
         self._check_open()
         entry, deadline_s = self._peek(), self._now_s + timeout_s
         due = entry is not None and entry.time_s <= deadline_s + EARLY_S
-        if entry is None or not due or entry.kind not in (Kind.FROM_BRICK, Kind.ERROR):
+        if entry is None or not due or entry.kind not in (EntryKind.FROM_BRICK, EntryKind.ERROR):
             self._pause_until(deadline_s)
             if entry is None:
                 raise LinkTimeout("the recording ends here, without a reply to the last request.")
@@ -101,7 +101,7 @@ class ReplayTransport:
         """Return whether the program received something here, before its next request."""
         self._check_open()
         entry = self._peek()
-        return entry is not None and entry.kind in (Kind.FROM_BRICK, Kind.ERROR)
+        return entry is not None and entry.kind in (EntryKind.FROM_BRICK, EntryKind.ERROR)
 
     def close(self) -> None:
         """End the replay."""
@@ -114,7 +114,7 @@ class ReplayTransport:
             LinkLost: The recorded link was not opened again at this point.
         """
         entry = self._peek()
-        if entry is None or entry.kind is not Kind.REOPENED:
+        if entry is None or entry.kind is not EntryKind.REOPENED:
             raise LinkLost("the link was not opened again at this point of the recording.")
         self._take(entry)
         again = copy(self)  # for the driver, the same object is the same link
@@ -133,7 +133,7 @@ class ReplayTransport:
     def _pause_until(self, time_s: float) -> None:
         """Advance to `time_s`, or to the next recorded request if that is within the tolerance."""
         entry = self._peek()
-        if entry and entry.kind is Kind.TO_BRICK and abs(entry.time_s - time_s) <= STEP_S:
+        if entry and entry.kind is EntryKind.TO_BRICK and abs(entry.time_s - time_s) <= STEP_S:
             time_s = entry.time_s
         self._now_s = max(self._now_s, time_s)
 
@@ -151,11 +151,11 @@ class ReplayTransport:
     def _different(self, telegram: bytes, expected: Entry | None) -> NXTError:
         if expected is None:
             then = "the recording ends here"
-        elif expected.kind is Kind.TO_BRICK:
+        elif expected.kind is EntryKind.TO_BRICK:
             then = f"recorded is {in_words(expected.telegram)}"
         else:
             then = f"recorded is {expected.error or in_words(expected.telegram) or 'a new link'}"
-        number = sum(entry.kind is Kind.TO_BRICK for entry in self._entries[: self._next]) + 1
+        number = sum(entry.kind is EntryKind.TO_BRICK for entry in self._entries[: self._next]) + 1
         return LinkError(
             f"the program does not do what was recorded: its request {number} at {self._now_s:.3f} s is "
             f"{in_words(telegram)}, {then}.",
@@ -169,7 +169,7 @@ def _worth_replaying(entries: Iterable[Entry]) -> Iterator[Entry]:
         if entry.telegram != HOUSEKEEPING:
             yield entry
         elif entry.error:
-            yield replace(entry, kind=Kind.ERROR, telegram=b"")
+            yield replace(entry, kind=EntryKind.ERROR, telegram=b"")
 
 
 def _recorded(entry: Entry) -> Exception:

@@ -42,7 +42,7 @@ HOUSEKEEPING = bytes((NO_REPLY, 0x0D))
 log = logging.getLogger(__name__)
 
 
-class Kind(StrEnum):
+class EntryKind(StrEnum):
     """The kind of an entry."""
 
     TO_BRICK = "to"
@@ -64,7 +64,7 @@ class Entry:
     """
 
     time_s: float
-    kind: Kind
+    kind: EntryKind
     telegram: bytes = b""
     error: str = ""
     text: str = ""
@@ -72,8 +72,8 @@ class Entry:
     def to_json(self) -> str:
         """Return the entry as a line of the file."""
         value: dict[str, Any] = {"t": round(self.time_s, 6)}
-        if self.kind is not Kind.ERROR:
-            value[self.kind] = True if self.kind is Kind.REOPENED else self.telegram.hex()
+        if self.kind is not EntryKind.ERROR:
+            value[self.kind] = True if self.kind is EntryKind.REOPENED else self.telegram.hex()
         if self.error:
             value |= {"error": self.error, "text": self.text}
         return json.dumps(value, ensure_ascii=False)
@@ -96,7 +96,7 @@ class Exchange:
     @property
     def replies(self) -> tuple[bytes, ...]:
         """The received telegrams."""
-        return tuple(entry.telegram for entry in self.outcome if entry.kind is Kind.FROM_BRICK)
+        return tuple(entry.telegram for entry in self.outcome if entry.kind is EntryKind.FROM_BRICK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,11 +124,11 @@ class Trace:
         """Return the conversation, request by request, without keep-alives."""
         groups: list[tuple[Entry, list[Entry]]] = []
         for entry in self.entries:
-            if entry.kind is not Kind.TO_BRICK:
+            if entry.kind is not EntryKind.TO_BRICK:
                 if groups:
                     groups[-1][1].append(entry)
             elif entry.telegram != HOUSEKEEPING:
-                failure = [replace(entry, kind=Kind.ERROR, telegram=b"")] if entry.error else []
+                failure = [replace(entry, kind=EntryKind.ERROR, telegram=b"")] if entry.error else []
                 groups.append((entry, failure))
         return [Exchange(entry.time_s, entry.telegram, tuple(outcome)) for entry, outcome in groups]
 
@@ -261,19 +261,19 @@ def _entries(path: Path, lines: Iterable[str]) -> Iterator[Entry]:
 
 def _entry(value: dict[str, Any]) -> Entry:
     time_s, error, text = value.get("t"), value.get("error", ""), value.get("text", "")
-    texts = (error, text, *(value.get(kind, "") for kind in (Kind.TO_BRICK, Kind.FROM_BRICK)))
+    texts = (error, text, *(value.get(kind, "") for kind in (EntryKind.TO_BRICK, EntryKind.FROM_BRICK)))
     if not isinstance(time_s, int | float) or not all(isinstance(each, str) for each in texts):
         raise ValueError(value)
     if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S:
         raise ValueError(value)
-    for kind in (Kind.TO_BRICK, Kind.FROM_BRICK):
+    for kind in (EntryKind.TO_BRICK, EntryKind.FROM_BRICK):
         if kind in value:
             telegram = bytes.fromhex(value[kind])
-            if kind is Kind.TO_BRICK and not telegram:
+            if kind is EntryKind.TO_BRICK and not telegram:
                 raise ValueError(value)
             return Entry(time_s, kind, telegram, error, text)
     if error:
-        return Entry(time_s, Kind.ERROR, error=error, text=text)
-    if Kind.REOPENED in value:
-        return Entry(time_s, Kind.REOPENED)
+        return Entry(time_s, EntryKind.ERROR, error=error, text=text)
+    if EntryKind.REOPENED in value:
+        return Entry(time_s, EntryKind.REOPENED)
     raise ValueError(value)

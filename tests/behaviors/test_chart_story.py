@@ -10,7 +10,7 @@ from random_ports import RandomPorts, two_targets
 from behaviors.chart import MISSION_STATES
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
-from behaviors.journal import JOURNAL_FORMAT, Kind, Record
+from behaviors.journal import JOURNAL_FORMAT, Record, RecordKind
 from behaviors.ports import FloorRay, Glimpse, MotionResult, Ports, Pose, RobotUnreachable, Sighting, StopReason
 
 SAFETY = {("clear", "obstacle", "held"), ("held", "contact", "held"), ("held", "obstacle_gone", "clear")}
@@ -23,7 +23,7 @@ def _journal(ports: RandomPorts, **table: object) -> list[Record]:
 
 
 def _taken(records: list[Record]) -> list[tuple[object, object, object]]:
-    data = [record.data for record in records if record.kind is Kind.TRANSITION]
+    data = [record.data for record in records if record.kind is RecordKind.TRANSITION]
     return [(each["source"], each["event"], each["to"]) for each in data]
 
 
@@ -135,7 +135,9 @@ def test_a_retreat_that_an_outage_cuts_short_is_completed():
     records = _journal(ports, targets=["a"], time_limit_s=1.0)
     assert list(_states(records))[2:7] == ["arrive", "retreat", "suspended", "retreat", "select"]
     assert ports.driven_mm == [-80.0, -40.0]
-    replies = [record.data["value"] for record in records if record.kind is Kind.REPLY and record.state == "retreat"]
+    replies = [
+        record.data["value"] for record in records if record.kind is RecordKind.REPLY and record.state == "retreat"
+    ]
     assert replies == [2]
 
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 
 
 @pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, np.float32(np.inf)])
 def test_a_measurement_that_is_not_finite_leaves_its_record_readable(value):
-    record = Record.of(1.0, Kind.STEP, "search", "lena", {"range_mm": value, "extra": [value, 2.0]})
+    record = Record.of(1.0, RecordKind.STEP, "search", "lena", {"range_mm": value, "extra": [value, 2.0]})
     assert Record.from_json(record.to_json()).data == {"range_mm": None, "extra": [None, 2.0]}
 
 

@@ -11,7 +11,7 @@ from behaviors.chart import MISSION_STATES
 from behaviors.events import Reason
 from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint
 from behaviors.failures import Blocker
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.recoveries import RECOVERIES, Choice
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "journal.md").read_text(encoding="utf-8")
@@ -22,7 +22,7 @@ KEYS = {
 }
 
 
-@pytest.mark.parametrize("name", [*Kind, *Reason, *sorted(KEYS - {"kind"})])
+@pytest.mark.parametrize("name", [*RecordKind, *Reason, *sorted(KEYS - {"kind"})])
 def test_every_kind_reason_and_key_is_explained(name):
     assert f"`{name}`" in DOCUMENT
 

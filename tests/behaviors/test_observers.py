@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
 
-RECORD = Record(0.0, Kind.START, "idle", "lena")
+RECORD = Record(0.0, RecordKind.START, "idle", "lena")
 
 
 def _failing(error):

@@ -12,7 +12,7 @@ from behaviors.adaptive.policy import AdaptivePolicy
 from behaviors.events import Reason
 from behaviors.evidence import AlternativeTarget, Detour, Evidence, Viewpoint, evidence_from
 from behaviors.failures import Blocker
-from behaviors.journal import Kind, Record, plain
+from behaviors.journal import Record, RecordKind, plain
 from behaviors.operator import OPERATOR_CHOSE, ConfirmedPolicy, Question, question
 from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RECOVERIES, WAIT, Choice, choice_from
 from behaviors.thesis.policy import ThesisPolicy
@@ -80,7 +80,9 @@ def test_anything_that_is_not_evidence_is_refused(known):
         evidence_from("lena", known)
 
 
-@given(st.sampled_from(Kind), st.dictionaries(st.text().filter(lambda key: key not in HEAD), st.text() | st.none()))
+@given(
+    st.sampled_from(RecordKind), st.dictionaries(st.text().filter(lambda key: key not in HEAD), st.text() | st.none())
+)
 def test_a_record_is_read_as_it_was_written(kind, data):
     record = Record(1.5, kind, "search", "lena", data)
     assert Record.from_json(record.to_json()) == record
@@ -102,7 +104,7 @@ def test_a_line_of_anything_else_is_refused_with_a_reason(line):
     st.fixed_dictionaries(
         {
             "t": st.sampled_from([0, 1.5]) | ODD,
-            "kind": st.sampled_from([kind.value for kind in Kind]) | ODD,
+            "kind": st.sampled_from([kind.value for kind in RecordKind]) | ODD,
             "state": st.just("search") | ODD,
             "target": st.just("lena") | ODD,
         },

@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.tools.dev.faults import missions
 from nxtdrive.tools.dev.faults.random_missions import draw
 from sim_backend.simulation import Simulation
@@ -27,16 +27,16 @@ def referee(tmp_path):
 
 
 def test_a_claim_of_a_target_that_the_robot_is_not_at_is_found(referee):
-    referee(Record(3.0, Kind.TRANSITION, "verify", "nothing here", {"to": "reached"}))
+    referee(Record(3.0, RecordKind.TRANSITION, "verify", "nothing here", {"to": "reached"}))
     assert "wrong stop" in referee.wrong[0]
 
 
 def _choice(time_s: float, what: str = "move_to") -> Record:
-    return Record(time_s, Kind.CHOICE, "select", "lena", {"choice": what, "evidence": {"reason": "no_way"}})
+    return Record(time_s, RecordKind.CHOICE, "select", "lena", {"choice": what, "evidence": {"reason": "no_way"}})
 
 
 def _look(x_mm: float) -> Record:
-    return Record(0.0, Kind.LOOK, "search", "lena", {"pose": [x_mm, 0.0, 0.0]})
+    return Record(0.0, RecordKind.LOOK, "search", "lena", {"pose": [x_mm, 0.0, 0.0]})
 
 
 @pytest.mark.parametrize(

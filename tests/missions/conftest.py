@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from behaviors.executive import Executive, Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.operator import Ask
 from behaviors.pause import Pause
@@ -45,7 +45,7 @@ class Performance:
     lines: list[str] = field(default_factory=list)
     track: list[tuple[float, TruePose, float]] = field(default_factory=list)
 
-    def of(self, kind: Kind, **values: object) -> list[Record]:
+    def of(self, kind: RecordKind, **values: object) -> list[Record]:
         """Records of a kind with these values."""
         return [r for r in self.records if r.kind is kind and all(r.data.get(k) == v for k, v in values.items())]
 
@@ -56,7 +56,7 @@ class Performance:
     def in_state(self, state: str) -> list[tuple[float, float]]:
         """Spans of mission time in a state."""
         spans, begun = [], None
-        for record in self.of(Kind.TRANSITION):
+        for record in self.of(RecordKind.TRANSITION):
             if record.data["to"] == state:
                 begun = record.time_s
             elif begun is not None and record.data["to"] != state:

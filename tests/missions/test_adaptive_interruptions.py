@@ -17,7 +17,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 from behaviors.operator import Ask, Question
 from behaviors.recoveries import DETOUR, MOVE_TO, RECOVERIES, Choice
@@ -114,8 +114,8 @@ def test_ctrl_c_in_any_state_stops_the_motors(perform, visit, state):
     done = perform(scenario.world, mission, geometric=True, ask=ask, interrupt_at_s=moment_s)
     assert done.report.ending is Ending.INTERRUPTED
     assert done.report.path[-2:] == [state, "finished"]
-    assert done.records[-1].kind is Kind.END
-    (trip,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_STOP, event="trip")
+    assert done.records[-1].kind is RecordKind.END
+    (trip,) = done.of(RecordKind.TRANSITION, reason=Reason.OPERATOR_STOP, event="trip")
     assert trip.time_s == pytest.approx(moment_s, abs=0.01)
     after = done.between(moment_s + 0.5, math.inf)
     assert len(after) > 5
@@ -129,15 +129,15 @@ def test_a_link_that_falls_silent_in_any_state_suspends_the_mission_which_then_g
     back_s = moment_s + SILENT_S
     faults = LinkFaults(silent_ms=((round(moment_s * 1000), round(back_s * 1000)),))
     done = perform(scenario.world, _mission(scenario, back_s + 10.0), geometric=True, ask=ask, faults=faults)
-    suspended = done.of(Kind.TRANSITION, to="suspended")
-    resumed = done.of(Kind.TRANSITION, event="resume")
+    suspended = done.of(RecordKind.TRANSITION, to="suspended")
+    resumed = done.of(RecordKind.TRANSITION, event="resume")
     assert suspended
     assert moment_s <= suspended[0].time_s <= moment_s + 2.5
     assert len(resumed) == len(suspended)
     assert {record.state for record in resumed} == {state}, "it goes on where it was"
     assert _stands_still(done.between(moment_s + LEASE_S + 0.5, back_s - 0.1)), "the lease has stopped it"
     assert done.report.ending is not Ending.LINK_LOST
-    assert any(record.time_s > back_s + 0.5 for record in done.of(Kind.LOOK))
+    assert any(record.time_s > back_s + 0.5 for record in done.of(RecordKind.LOOK))
 
 
 @pytest.mark.slow

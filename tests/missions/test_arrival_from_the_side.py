@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.task import run_episode
 
@@ -27,7 +27,9 @@ def test_a_slanted_print_is_not_farther_away_than_its_echo_says(kind, seed):
     world = world.model_copy(update={"robot": robot, "camera": world.camera.model_copy(update={"hfov_deg": 51.0})})
     trace, _ = run_episode(replace(scenario, world=world), "adaptive", "geometric")
     stops = [
-        entry for entry in trace.judged if entry.record.kind is Kind.TRANSITION and entry.record.data["to"] == "reached"
+        entry
+        for entry in trace.judged
+        if entry.record.kind is RecordKind.TRANSITION and entry.record.data["to"] == "reached"
     ]
     assert len(stops) == 2
     for stop in stops:

@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 
 TRUE_HEIGHT_MM = 297.0
@@ -32,7 +32,7 @@ def test_a_target_that_is_higher_than_its_mission_says_is_not_reached_from_afar(
 ):
     done = perform("open", _mission(mission_for("lena"), height_mm), geometric=geometric)
     assert done.report.ending is Ending.TIME_UP
-    failures = [record.data["evidence"] for record in done.of(Kind.TRANSITION, reason=Reason.RANGE_MISMATCH)]
+    failures = [record.data["evidence"] for record in done.of(RecordKind.TRANSITION, reason=Reason.RANGE_MISMATCH)]
     assert failures
     assert failures[0]["range_mm"] > failures[0]["distance_mm"] + 250
 
@@ -61,7 +61,7 @@ def test_a_stop_before_a_target_of_another_height_is_at_the_target(perform, miss
 def test_a_height_that_is_measured_roughly_will_do(perform, mission_for, share, geometric):
     done = perform("open", _mission(mission_for("lena"), share * TRUE_HEIGHT_MM), geometric=geometric)
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, to="reached")[0].data["evidence"]["range_mm"] < 600
+    assert done.of(RecordKind.TRANSITION, to="reached")[0].data["evidence"]["range_mm"] < 600
 
 
 @pytest.mark.slow

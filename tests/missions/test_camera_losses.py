@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.task import run_episode
 from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
@@ -24,5 +24,7 @@ def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
     assert [record.data["reason"] for record in lost] == [Reason.CAMERA_LOST] * len(unplugged_s)
     for record, since_s in zip(lost, unplugged_s, strict=True):
         assert record.time_s - since_s <= UNSEEING_TURN_S + 2 * GLANCE_TIMEOUT_S
-    assert not [record for record in referee.records if record.kind is Kind.CHOICE], "it goes on with what it was doing"
+    assert not [record for record in referee.records if record.kind is RecordKind.CHOICE], (
+        "it goes on with what it was doing"
+    )
     assert trace.ending is Ending.ACHIEVED

@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from sim_backend.link import LinkFaults
 
 
@@ -19,7 +19,7 @@ def test_ctrl_c_stops_the_motors_and_is_reported(perform, mission_for, moment_s)
     done = perform("open", mission_for("lena"), geometric=True, interrupt_at_s=moment_s)
     assert done.report.ending is Ending.INTERRUPTED
     assert _at_rest(done)
-    assert done.records[-1].kind is Kind.END
+    assert done.records[-1].kind is RecordKind.END
     assert any(record.data.get("reason") == Reason.OPERATOR_STOP for record in done.records)
 
 
@@ -30,7 +30,7 @@ def test_a_lost_link_ends_the_mission_and_the_robot_stops_by_itself(perform, mis
     assert done.report.ending is Ending.LINK_LOST
     assert "unplugged" in done.report.error
     assert _at_rest(done), "the tacho limit of the lease has stopped the motors"
-    assert [record.data["reason"] for record in done.of(Kind.TRANSITION, to="down")] == ["link_lost"]
+    assert [record.data["reason"] for record in done.of(RecordKind.TRANSITION, to="down")] == ["link_lost"]
 
 
 FOREVER_MS = 10**9
@@ -44,12 +44,12 @@ def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, missio
     faults = LinkFaults(unplugged_ms=((lost_ms, lost_ms + 12_000),))
     done = perform("open", mission_for("lena", profile=profile), geometric=True, faults=faults, reconnecting=True)
     assert done.report.achieved
-    (lost,) = done.of(Kind.TRANSITION, to="suspended")
+    (lost,) = done.of(RecordKind.TRANSITION, to="suspended")
     assert lost.time_s == pytest.approx(moment_s, abs=0.5)
-    (back,) = done.of(Kind.TRANSITION, to="up")
+    (back,) = done.of(RecordKind.TRANSITION, to="up")
     assert back.data["reason"] == Reason.LINK_BACK
     assert back.time_s == pytest.approx(moment_s + 12, abs=3)
-    assert not done.of(Kind.CHOICE), "it drives on to the target it was driving to"
+    assert not done.of(RecordKind.CHOICE), "it drives on to the target it was driving to"
     stood = [pose[:2] for _, pose, _ in done.between(lost.time_s + 1.5, back.time_s)]
     assert all(place == stood[0] for place in stood), "nothing moves while the brick is not heard"
     assert done.simulation.truth.distance_mm("lena") < 600
@@ -66,7 +66,7 @@ def test_a_link_that_stays_away_ends_the_mission_after_its_patience(perform, mis
         reconnecting=True,
     )
     assert done.report.ending is Ending.LINK_LOST
-    (lost,) = done.of(Kind.TRANSITION, to="suspended")
+    (lost,) = done.of(RecordKind.TRANSITION, to="suspended")
     assert done.report.duration_s - lost.time_s == pytest.approx(20.0, abs=1.0)
     assert _at_rest(done)
 
@@ -85,7 +85,7 @@ def test_the_journal_names_an_error_that_has_no_text(perform, mission_for):
             arrange=lambda simulation: simulation.at(2000, break_down),
             observer=records.append,
         )
-    assert (records[-1].kind, records[-1].data["error"]) == (Kind.END, "AssertionError")
+    assert (records[-1].kind, records[-1].data["error"]) == (RecordKind.END, "AssertionError")
 
 
 def test_a_mission_without_its_target_is_given_up_not_broken(perform, mission_for):
@@ -106,7 +106,7 @@ def test_a_mission_that_sets_no_time_limit_ends_after_ten_minutes(perform, missi
         faults=LinkFaults(unplugged_ms=((20_000, 570_000),)),  # most of the time, which then takes little to simulate
         reconnecting=True,
     )
-    assert done.of(Kind.TRANSITION, to="up"), "it goes on with its search"
+    assert done.of(RecordKind.TRANSITION, to="up"), "it goes on with its search"
     assert done.report.ending is Ending.TIME_UP
     assert 600 <= done.report.duration_s < 605
     assert _at_rest(done)
@@ -135,4 +135,4 @@ def test_a_time_limit_ends_the_mission_in_any_state_within_two_seconds(perform, 
     assert done.report.ending is Ending.TIME_UP
     assert limit_s <= done.report.duration_s <= limit_s + 2.0
     assert _at_rest(done)
-    assert [record.data["reason"] for record in done.of(Kind.TRANSITION, event="abort")] == [Reason.TIME_UP]
+    assert [record.data["reason"] for record in done.of(RecordKind.TRANSITION, event="abort")] == [Reason.TIME_UP]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 
 SAMPLE_MS = 50
 """As in conftest."""
@@ -44,7 +44,7 @@ def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_
     assert end.heading_deg - start.heading_deg == pytest.approx(90, abs=3)
     assert math.hypot(end.x_mm - start.x_mm, end.y_mm - start.y_mm) == pytest.approx(1500, abs=50)
     assert math.degrees(math.atan2(end.y_mm - start.y_mm, end.x_mm - start.x_mm)) == pytest.approx(90, abs=4)
-    steps = [record.time_s for record in done.of(Kind.STEP, what="advance")]
+    steps = [record.time_s for record in done.of(RecordKind.STEP, what="advance")]
     halts = [done.between(time_s, time_s + SAMPLE_MS / 1000)[0] for time_s in steps]
     assert len(halts) == 10
     assert all(speed < 10 for _, _, speed in halts), "the robot halts after each advance"
@@ -55,10 +55,10 @@ def test_figure_5_not_recognised_turns_right_by_ninety_degrees_and_advances_ten_
 @pytest.mark.slow
 def test_figure_5_is_eleven_calls_of_move_to(perform, mission_for):
     done = perform("figure5", mission_for("lena"), geometric=True)
-    replies = [record.data["value"] for record in done.of(Kind.REPLY, verb="move_to")]
+    replies = [record.data["value"] for record in done.of(RecordKind.REPLY, verb="move_to")]
     assert replies == [0] * 10 + [1]
-    assert len(done.of(Kind.STEP, what="turn")) == 1
-    assert len(done.of(Kind.STEP, what="advance")) == 10
+    assert len(done.of(RecordKind.STEP, what="turn")) == 1
+    assert len(done.of(RecordKind.STEP, what="advance")) == 10
 
 
 @pytest.mark.slow
@@ -76,5 +76,5 @@ def test_figure_6_recognised_but_not_reached_waits_fifteen_seconds_at_rest(perfo
 
 def test_figure_6_select_answers_that_the_target_exists(perform, mission_for):
     done = perform("figure6", mission_for("lena"), geometric=True)
-    assert [record.data["value"] for record in done.of(Kind.REPLY, verb="select")] == [1]
-    assert [record.data["choice"] for record in done.of(Kind.CHOICE)] == ["wait"]
+    assert [record.data["value"] for record in done.of(RecordKind.REPLY, verb="select")] == [1]
+    assert [record.data["choice"] for record in done.of(RecordKind.CHOICE)] == ["wait"]

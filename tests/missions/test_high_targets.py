@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 from sim_backend.bundled import PICTURES
 
@@ -46,7 +46,7 @@ def _performed(perform, folder, *, height_mm, centre_mm, lens_mm=160, start_mm=7
 def test_a_picture_at_any_height_is_reached_at_the_first_attempt(perform, tmp_path, height_mm, centre_mm, lens_mm):
     done = _performed(perform, tmp_path, height_mm=height_mm, centre_mm=centre_mm, lens_mm=lens_mm)
     assert done.report.achieved
-    assert not done.of(Kind.CHOICE)
+    assert not done.of(RecordKind.CHOICE)
     x_mm, y_mm, _ = done.track[-1][1]
     assert 300 < ((2900 - x_mm) ** 2 + (1300 - y_mm) ** 2) ** 0.5 < 560  # the lens is 60 mm ahead of the axle
 
@@ -54,16 +54,16 @@ def test_a_picture_at_any_height_is_reached_at_the_first_attempt(perform, tmp_pa
 def test_one_that_is_cut_off_from_the_start_is_looked_at_from_farther_away(perform, tmp_path):
     done = _performed(perform, tmp_path, height_mm=297, centre_mm=300, start_mm=2350)
     assert done.report.achieved
-    assert not done.of(Kind.TRANSITION, event="mistaken")
+    assert not done.of(RecordKind.TRANSITION, event="mistaken")
 
 
 def test_a_robot_that_starts_too_near_to_see_all_of_it_soon_looks_from_farther_away(perform, tmp_path):
     """Where it stands it cannot learn more, so it does not wait there."""
     done = _performed(perform, tmp_path, height_mm=297, centre_mm=200, lens_mm=200, start_mm=2570)
     assert done.report.achieved
-    (failed,) = done.of(Kind.TRANSITION, event="arrive_failed")
+    (failed,) = done.of(RecordKind.TRANSITION, event="arrive_failed")
     assert failed.data["evidence"]["too_near"]
-    assert failed.time_s - done.of(Kind.TRANSITION, event="doubted")[0].time_s < 1.0
+    assert failed.time_s - done.of(RecordKind.TRANSITION, event="doubted")[0].time_s < 1.0
 
 
 @pytest.mark.slow
@@ -71,4 +71,4 @@ def test_a_robot_that_starts_too_near_to_see_all_of_it_soon_looks_from_farther_a
 def test_a_target_that_is_found_even_where_the_frame_cuts_it_off_is_reached_likewise(perform, tmp_path, centre_mm):
     done = _performed(perform, tmp_path, height_mm=210, centre_mm=centre_mm, picture=RED)
     assert done.report.achieved
-    assert not done.of(Kind.CHOICE)
+    assert not done.of(RecordKind.CHOICE)

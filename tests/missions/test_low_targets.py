@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from behaviors.events import Reason
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 from behaviors.plausibility import passes_over
 from behaviors.ports import Sighting
@@ -52,8 +52,8 @@ def _world(folder: Path, height_mm: float, aside_mm: float = 1200.0) -> str:
 def test_an_echo_from_behind_a_low_target_contradicts_nothing(perform, tmp_path, height_mm, aside_mm):
     done = perform(_world(tmp_path, height_mm, aside_mm), _mission(height_mm))
     assert done.report.achieved
-    assert not done.of(Kind.TRANSITION, reason=Reason.RANGE_MISMATCH)
-    assert done.of(Kind.TRANSITION, to="reached")[0].data["evidence"]["passes_over"]
+    assert not done.of(RecordKind.TRANSITION, reason=Reason.RANGE_MISMATCH)
+    assert done.of(RecordKind.TRANSITION, to="reached")[0].data["evidence"]["passes_over"]
 
 
 @pytest.mark.slow

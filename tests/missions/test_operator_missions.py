@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import CHANGE_TARGET, WAIT
 from nxtdrive.recording.decisions import Result, decisions, replay, weighed_by
@@ -41,10 +41,10 @@ def test_what_the_operator_wants_is_done_and_both_are_in_the_journal(perform, mi
         return next(each.choice for each in due.candidates if each.choice.kind is wanted)
 
     done = perform("figure5", mission_for("lena", wait_s=2.0), geometric=True, ask=wait_first)
-    first = done.of(Kind.CHOICE)[0].data
+    first = done.of(RecordKind.CHOICE)[0].data
     assert (first["choice"], first["operator"]) == ("wait", True)
     assert first["proposed"]["choice"] == "move_to"
-    assert [record.data["choice"] for record in done.of(Kind.CHOICE)] == ["wait", "change_target"]
+    assert [record.data["choice"] for record in done.of(RecordKind.CHOICE)] == ["wait", "change_target"]
     ((begun_s, ended_s),) = done.in_state("wait")
     assert ended_s - begun_s == pytest.approx(2.0, abs=0.1)
 
@@ -60,8 +60,8 @@ def test_confirming_everything_changes_nothing_but_the_journal(perform, mission_
     confirmed = perform("figure6", mission_for("lena"), geometric=True, ask=confirm)
     assert asked
     assert confirmed.report.duration_s == plain.report.duration_s
-    assert [record.data["operator"] for record in confirmed.of(Kind.CHOICE)] == [True] * len(asked)
-    assert not any("proposed" in record.data for record in confirmed.of(Kind.CHOICE))
+    assert [record.data["operator"] for record in confirmed.of(RecordKind.CHOICE)] == [True] * len(asked)
+    assert not any("proposed" in record.data for record in confirmed.of(RecordKind.CHOICE))
 
 
 def test_an_operator_who_stops_the_mission_is_reported_like_ctrl_c(perform, mission_for):
@@ -70,6 +70,6 @@ def test_an_operator_who_stops_the_mission_is_reported_like_ctrl_c(perform, miss
 
     done = perform("figure5", mission_for("lena"), geometric=True, ask=stop)
     assert done.report.ending is Ending.INTERRUPTED
-    assert not done.of(Kind.CHOICE)
-    assert done.records[-1].kind is Kind.END
+    assert not done.of(RecordKind.CHOICE)
+    assert done.records[-1].kind is RecordKind.END
     assert done.simulation.truth.speed_mm_s < 1.0

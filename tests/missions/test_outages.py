@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from sim_backend.devices.digital import UltrasonicSensor
 from sim_backend.link import LinkFaults
 
@@ -33,16 +33,16 @@ def _with_table(mission, table, **values):
 def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile, moment_s, away_s):
     done = perform("open", mission_for("lena", profile=profile), geometric=True, arrange=_camera_away(moment_s, away_s))
     assert done.report.achieved
-    (lost,) = done.of(Kind.TRANSITION, to="suspended")
-    (back,) = done.of(Kind.TRANSITION, event="camera_back", to="up")
-    assert [each.time_s for each in done.of(Kind.TRANSITION, to="blind")] == [lost.time_s]
-    assert [each.time_s for each in done.of(Kind.TRANSITION, to="seeing")] == [back.time_s]
+    (lost,) = done.of(RecordKind.TRANSITION, to="suspended")
+    (back,) = done.of(RecordKind.TRANSITION, event="camera_back", to="up")
+    assert [each.time_s for each in done.of(RecordKind.TRANSITION, to="blind")] == [lost.time_s]
+    assert [each.time_s for each in done.of(RecordKind.TRANSITION, to="seeing")] == [back.time_s]
     assert lost.time_s == pytest.approx(moment_s, abs=1.5)
     assert back.time_s == pytest.approx(moment_s + away_s, abs=1.5)
-    assert [record.data["reason"] for record in done.of(Kind.TRANSITION, to="down")] == [Reason.CAMERA_LOST]
+    assert [record.data["reason"] for record in done.of(RecordKind.TRANSITION, to="down")] == [Reason.CAMERA_LOST]
     stood = [pose[:2] for _, pose, _ in done.between(lost.time_s + 1.0, back.time_s)]
     assert all(place == stood[0] for place in stood)
-    assert not done.of(Kind.CHOICE), "it goes on with what it was doing"
+    assert not done.of(RecordKind.CHOICE), "it goes on with what it was doing"
 
 
 @pytest.mark.nightly
@@ -50,7 +50,7 @@ def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile,
 def test_real_eyes_outlast_it_too(perform, mission_for, profile):
     done = perform("open", mission_for("lena", profile=profile), arrange=_camera_away(APPROACHING_S, 4.0))
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, event="camera_back")
+    assert done.of(RecordKind.TRANSITION, event="camera_back")
 
 
 @PROFILES
@@ -69,8 +69,8 @@ def test_a_brick_that_answers_nonsense_is_a_lost_link(perform, mission_for, prof
     faults = LinkFaults(corrupt_replies=range(300, 320))
     done = perform("open", mission_for("lena", profile=profile), geometric=True, faults=faults)
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, to="suspended")
-    assert done.of(Kind.TRANSITION, event="link_back")
+    assert done.of(RecordKind.TRANSITION, to="suspended")
+    assert done.of(RecordKind.TRANSITION, event="link_back")
 
 
 @pytest.mark.slow
@@ -78,19 +78,19 @@ def test_a_brick_that_answers_nonsense_is_a_lost_link(perform, mission_for, prof
 def test_an_interrupted_move_to_is_completed(perform, mission_for, during):
     """The thesis's move_to turns 90 degrees and advances 1.5 m, whatever comes between."""
     mission = mission_for("rilakkuma", max_researches=1, advances=3)
-    begun = perform("open", mission, geometric=True).of(Kind.CALL, verb="move_to")[0].time_s
+    begun = perform("open", mission, geometric=True).of(RecordKind.CALL, verb="move_to")[0].time_s
     moment_ms = round((begun + (0.6 if during == "turn" else 2.6)) * 1000)
     whole, cut = (
         perform("open", mission, geometric=True, faults=faults)
         for faults in (LinkFaults(), LinkFaults(silent_ms=((moment_ms, moment_ms + 4000),)))
     )
-    assert not whole.of(Kind.TRANSITION, to="suspended")
-    assert [record.state for record in cut.of(Kind.TRANSITION, event="resume")] == ["move_to"]
-    (turn,) = cut.of(Kind.STEP, what="turn")
+    assert not whole.of(RecordKind.TRANSITION, to="suspended")
+    assert [record.state for record in cut.of(RecordKind.TRANSITION, event="resume")] == ["move_to"]
+    (turn,) = cut.of(RecordKind.STEP, what="turn")
     assert turn.data["turned_deg"] == pytest.approx(90.0, abs=2.0)
-    advances = cut.of(Kind.STEP, what="advance")
+    advances = cut.of(RecordKind.STEP, what="advance")
     assert [record.data["distance_mm"] for record in advances] == [pytest.approx(150.0, abs=10.0)] * 3
-    ends = [done.of(Kind.STEP, what="advance")[-1].data["pose"] for done in (whole, cut)]
+    ends = [done.of(RecordKind.STEP, what="advance")[-1].data["pose"] for done in (whole, cut)]
     assert ends[1] == pytest.approx(ends[0], abs=20.0)
 
 
@@ -100,9 +100,9 @@ def test_an_interrupted_search_goes_on_at_the_stop_where_it_was(perform, mission
         perform("open", mission, geometric=True, faults=faults)
         for faults in (LinkFaults(), LinkFaults(silent_ms=((8000, 12_000),)))
     )
-    assert cut.of(Kind.TRANSITION, event="resume")
-    assert len(cut.of(Kind.LOOK)) == len(whole.of(Kind.LOOK))
-    headings = [[look.data["pose"][2] for look in done.of(Kind.LOOK)] for done in (whole, cut)]
+    assert cut.of(RecordKind.TRANSITION, event="resume")
+    assert len(cut.of(RecordKind.LOOK)) == len(whole.of(RecordKind.LOOK))
+    headings = [[look.data["pose"][2] for look in done.of(RecordKind.LOOK)] for done in (whole, cut)]
     assert headings[1] == pytest.approx(headings[0], abs=2.0)
 
 
@@ -127,11 +127,11 @@ def test_a_sonar_that_is_pulled_out_slows_the_robot_and_no_more(perform, mission
     cruise_mm_s = getattr(mission, profile).cruise_mm_s
     done = perform("open", mission, geometric=True, arrange=_sonar_out(moment_s))
     assert done.report.achieved
-    (lost,) = done.of(Kind.SENSOR)
+    (lost,) = done.of(RecordKind.SENSOR)
     assert (lost.data["sensor"], lost.data["answers"]) == ("sonar", False)
     assert "cable" in lost.data["error"]
     assert max(_speeds(done, lost.time_s + 1.0)) < 0.6 * cruise_mm_s
-    assert all(look.data["range_mm"] is None for look in done.of(Kind.LOOK) if look.time_s > lost.time_s)
+    assert all(look.data["range_mm"] is None for look in done.of(RecordKind.LOOK) if look.time_s > lost.time_s)
 
 
 class _Repeating:
@@ -166,7 +166,7 @@ def test_a_sonar_that_repeats_a_near_echo_everywhere_does_not_hold_the_robot(
     mission = mission_for("lena", profile="adaptive")
     done = perform("open", mission, geometric=True, arrange=arrange)
     assert done.report.achieved
-    (lost,) = done.of(Kind.SENSOR)
+    (lost,) = done.of(RecordKind.SENSOR)
     assert lost.data["sensor"] == "sonar"
     assert f"{10 * distance_cm} mm wherever the robot turns" in lost.data["error"]
     speeds = sorted(_speeds(done, lost.time_s + 1.0))
@@ -176,9 +176,9 @@ def test_a_sonar_that_repeats_a_near_echo_everywhere_does_not_hold_the_robot(
 @PROFILES
 def test_a_sonar_that_is_back_is_used_again(perform, mission_for, profile):
     done = perform("open", mission_for("lena", profile=profile), geometric=True, arrange=_sonar_out(1.0, 4.0))
-    assert [record.data["answers"] for record in done.of(Kind.SENSOR)] == [False, True]
-    back_s = done.of(Kind.SENSOR)[-1].time_s
-    assert any(look.data["range_mm"] is not None for look in done.of(Kind.LOOK) if look.time_s > back_s)
+    assert [record.data["answers"] for record in done.of(RecordKind.SENSOR)] == [False, True]
+    back_s = done.of(RecordKind.SENSOR)[-1].time_s
+    assert any(look.data["range_mm"] is not None for look in done.of(RecordKind.LOOK) if look.time_s > back_s)
 
 
 @PROFILES
@@ -187,11 +187,11 @@ def test_without_any_safety_sensor_it_waits_and_then_ends_with_a_sentence(perfor
     done = perform("open", mission, geometric=True, arrange=_sonar_out(APPROACHING_S))
     assert done.report.ending is Ending.SENSOR_LOST
     assert "sonar" in done.report.error
-    (lost,) = done.of(Kind.TRANSITION, to="suspended")
+    (lost,) = done.of(RecordKind.TRANSITION, to="suspended")
     assert done.report.duration_s - lost.time_s == pytest.approx(30.0, abs=1.0)
     done = perform("open", mission, geometric=True, arrange=_sonar_out(APPROACHING_S, APPROACHING_S + 8.0))
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, event="sensor_back")
+    assert done.of(RecordKind.TRANSITION, event="sensor_back")
 
 
 @PROFILES
@@ -199,7 +199,7 @@ def test_a_compass_that_is_not_there_leaves_the_wheels(perform, mission_for, pro
     mission = _with_table(mission_for("lena", profile=profile), "robot", compass=2)
     done = perform("open", mission, geometric=True)
     assert done.report.achieved
-    assert [record.data["sensor"] for record in done.of(Kind.SENSOR)] == ["compass"]
+    assert [record.data["sensor"] for record in done.of(RecordKind.SENSOR)] == ["compass"]
 
 
 def test_a_dead_bumper_leaves_the_sonar(perform, mission_for):
@@ -233,5 +233,5 @@ def test_an_observer_that_fails_as_a_lost_link_would_is_none(perform, mission_fo
 
     done = perform("open", mission_for("lena", profile=profile), geometric=True, observer=leave)
     assert done.report.achieved
-    assert not done.of(Kind.TRANSITION, to="suspended")
+    assert not done.of(RecordKind.TRANSITION, to="suspended")
     assert list(done.report.observer_failures.values()) == ["nobody reads"]

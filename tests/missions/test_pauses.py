@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.pause import Pause
 from sim_backend.link import LinkFaults
 
@@ -57,28 +57,28 @@ def test_the_robot_stands_and_the_mission_goes_on_where_it_was(perform, mission_
     mission = mission_for("lena", profile=profile)
     done = perform("open", mission, geometric=True, arrange=operator.arrange, pause=operator)
     assert done.report.achieved
-    (paused,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_PAUSE)
-    (resumed,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_RESUME)
+    (paused,) = done.of(RecordKind.TRANSITION, reason=Reason.OPERATOR_PAUSE)
+    (resumed,) = done.of(RecordKind.TRANSITION, reason=Reason.OPERATOR_RESUME)
     assert (paused.state, resumed.state) == ("suspended", state)
     assert paused.time_s == pytest.approx(moment_ms / 1000, abs=0.3), "it begins at once"
     assert resumed.data["evidence"]["paused_s"] == pytest.approx(120.0, abs=1.0), "reconnect_timeout_s is no limit"
     assert operator.slid_mm < BRAKING_MM
     assert operator.crept_mm < 1.0
-    assert not done.of(Kind.CHOICE)
+    assert not done.of(RecordKind.CHOICE)
 
 
 @pytest.mark.slow
 def test_a_pause_in_a_motion_lets_the_skill_complete_it(perform, mission_for):
     mission = mission_for("rilakkuma", max_researches=1, advances=2)
     whole = perform("open", mission, geometric=True)
-    moment_ms = round(whole.of(Kind.CALL, verb="move_to")[0].time_s * 1000) + 600
+    moment_ms = round(whole.of(RecordKind.CALL, verb="move_to")[0].time_s * 1000) + 600
     operator = Operator(moment_ms)
     done = perform("open", mission, geometric=True, arrange=operator.arrange, pause=operator)
-    (resumed,) = done.of(Kind.TRANSITION, reason=Reason.OPERATOR_RESUME)
+    (resumed,) = done.of(RecordKind.TRANSITION, reason=Reason.OPERATOR_RESUME)
     assert resumed.state == "move_to"
-    (turn,) = done.of(Kind.STEP, what="turn")
+    (turn,) = done.of(RecordKind.STEP, what="turn")
     assert turn.data["turned_deg"] == pytest.approx(90.0, abs=2.0)
-    assert len(done.of(Kind.STEP, what="advance")) == 2
+    assert len(done.of(RecordKind.STEP, what="advance")) == 2
 
 
 def test_the_time_of_a_pause_does_not_count_against_the_time_limit(perform, mission_for):
@@ -105,7 +105,7 @@ def test_a_pause_during_an_outage_stops_the_clock_of_the_outage(perform, mission
     limited = mission.model_copy(update={"mission": mission.mission.model_copy(update={"reconnect_timeout_s": 20.0})})
     done = perform("open", limited, geometric=True, faults=faults, arrange=operator.arrange, pause=operator)
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, event="link_back")
+    assert done.of(RecordKind.TRANSITION, event="link_back")
 
 
 def test_a_pause_asked_for_before_the_start_begins_with_the_mission(perform, mission_for):
@@ -113,7 +113,7 @@ def test_a_pause_asked_for_before_the_start_begins_with_the_mission(perform, mis
     operator.request()
     done = perform("open", mission_for("lena"), geometric=True, arrange=operator.arrange, pause=operator)
     assert done.report.achieved
-    assert done.of(Kind.TRANSITION, reason=Reason.OPERATOR_PAUSE)[0].time_s == pytest.approx(0.0, abs=0.1)
+    assert done.of(RecordKind.TRANSITION, reason=Reason.OPERATOR_PAUSE)[0].time_s == pytest.approx(0.0, abs=0.1)
 
 
 def test_ending_a_mission_that_is_paused_ends_it(perform, mission_for):
@@ -136,7 +136,7 @@ def test_the_time_of_a_pause_does_not_count_as_time_spent_on_a_target(perform, m
         done = perform(
             "open", mission, geometric=True, arrange=arrange, pause=operator, interrupt_at_s=30 + for_ms / 1000
         )
-        spent_s.append(done.of(Kind.CHOICE)[0].data["evidence"]["spent_s"])
+        spent_s.append(done.of(RecordKind.CHOICE)[0].data["evidence"]["spent_s"])
     assert spent_s[1] == pytest.approx(spent_s[0], abs=2.0)
 
 

@@ -8,7 +8,7 @@ import cv2
 import pytest
 
 from behaviors.events import Event, Reason
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission, described_by, load_mission
 from behaviors.mission.robot import load_robot_file
 from nxtdrive.brick import open_brick
@@ -49,7 +49,7 @@ def _with(mission: Mission, height_mm: float, profile: str, limit_s: float = 20.
 
 def _unsuccessful(target: str) -> Record:
     data = {"source": "search", "to": "select", "event": Event.SEARCH_FAILED, "reason": Reason.NEVER_SEEN}
-    return Record(10.0, Kind.TRANSITION, "select", target, {**data, "evidence": {}})
+    return Record(10.0, RecordKind.TRANSITION, "select", target, {**data, "evidence": {}})
 
 
 def test_a_target_that_the_simulated_world_does_not_have_is_named_with_what_it_has(perform, mission_for):
@@ -138,7 +138,7 @@ def test_a_real_room_in_which_nothing_looks_like_the_target_leads_to_what_to_try
 def test_a_target_that_was_seen_before_is_not_called_invisible(mission_for):
     review = RunReview(mission_for("lena"), None, lambda _: None)
     sighting = {"bearing_deg": 0.0, "distance_mm": 900.0, "confidence": 0.9, "box": [0, 0, 9, 9]}
-    review(Record(1.0, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
+    review(Record(1.0, RecordKind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": 860.0, "sighting": sighting}))
     review(_unsuccessful("lena"))
     assert review.hints == []
 
@@ -166,8 +166,8 @@ def test_an_arrival_and_a_failure_without_measurements_are_no_defect(mission_for
     """As a skill of another package may report them."""
     review = RunReview(mission_for("lena"), Simulation("open").truth, lambda _: None)
     bare = {"source": "arrive", "event": Event.MISTAKEN, "reason": Reason.RANGE_MISMATCH, "evidence": {}}
-    review(Record(1.0, Kind.TRANSITION, "select", "lena", {**bare, "to": "select"}))
-    review(Record(2.0, Kind.TRANSITION, "reached", "lena", {**bare, "to": "reached", "event": Event.ARRIVED}))
+    review(Record(1.0, RecordKind.TRANSITION, "select", "lena", {**bare, "to": "select"}))
+    review(Record(2.0, RecordKind.TRANSITION, "reached", "lena", {**bare, "to": "reached", "event": Event.ARRIVED}))
     [arrival] = review.arrivals
     assert (arrival["believed_mm"], arrival["sonar_mm"]) == (None, None)
     assert arrival["true_mm"] > 0
@@ -197,7 +197,7 @@ def test_a_box_seen_from_above_may_look_nearer_than_it_is(target, hints, mission
     review = RunReview(Mission.model_validate(described), Simulation("colors").truth, said.append, by_name=True)
     evidence = {"sighting": {"distance_mm": 500.0, "bearing_deg": 0.0}}
     arrived = {"source": "arrive", "to": "reached", "event": Event.ARRIVED, "reason": Reason.WITHIN_REACH}
-    review(Record(2.0, Kind.TRANSITION, "reached", "green", {**arrived, "evidence": evidence}))
+    review(Record(2.0, RecordKind.TRANSITION, "reached", "green", {**arrived, "evidence": evidence}))
     assert (review.arrivals[0]["there"], len(said)) == (True, hints)
 
 
@@ -219,7 +219,7 @@ def test_after_an_approach_without_an_arrival_the_ports_of_the_motors_are_asked_
     review = RunReview(mission_for("lena"), None, said.append)
     data = {"source": "arrive", "to": "select", "event": Event.ARRIVE_FAILED, "reason": Reason.APPROACH_TIMEOUT}
     for time_s in (60.0, 120.0):
-        review(Record(time_s, Kind.TRANSITION, "select", "lena", {**data, "evidence": {}}))
+        review(Record(time_s, RecordKind.TRANSITION, "select", "lena", {**data, "evidence": {}}))
     [hint] = said
     assert "is the left wheel's motor on port B and the right one's on port C?" in hint
     assert "nxtdrive motor turn B 360 --nxt ADDRESS" in hint

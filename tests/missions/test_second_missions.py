@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from behaviors.executive import Ending, Executive, Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.ports import Ports
 from nxtdrive.brick import Brick
@@ -46,7 +46,7 @@ class Robot:
         at_ms = self.simulation.now_ms + round(1000 * delay_s)
         self.simulation.at(at_ms, lambda: self.simulation.brick.attach_sensor(4, sonar))
 
-    def of(self, kind: Kind) -> list[Record]:
+    def of(self, kind: RecordKind) -> list[Record]:
         """Records of a kind."""
         return [record for record in self.records if record.kind is kind]
 
@@ -63,7 +63,7 @@ def test_a_failing_sensor_is_recorded_once_however_many_missions_the_robot_has_h
         assert robot.pursue().achieved
     robot.sonar_after(0.0, works=False)
     robot.pursue()
-    assert [record.data["answers"] for record in robot.of(Kind.SENSOR)] == [False]
+    assert [record.data["answers"] for record in robot.of(RecordKind.SENSOR)] == [False]
 
 
 def test_a_mission_that_begins_without_its_only_safety_sensor_goes_on_when_that_answers_again(robot):
@@ -72,7 +72,7 @@ def test_a_mission_that_begins_without_its_only_safety_sensor_goes_on_when_that_
     robot.records.clear()
     robot.sonar_after(3.0, works=True)
     assert robot.pursue().achieved
-    assert [record.data["answers"] for record in robot.of(Kind.SENSOR)] == [True]
+    assert [record.data["answers"] for record in robot.of(RecordKind.SENSOR)] == [True]
 
 
 def test_the_distrust_of_a_sonar_ends_with_the_mission(robot):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 from behaviors.recoveries import CHANGE_TARGET
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
@@ -24,9 +24,9 @@ def _events(scenario: Scenario) -> tuple[Ending, list[tuple[str, str]]]:
     trace, referee = run_episode(scenario, "adaptive", "geometric")
     events = []
     for record in referee.records:
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             events.append((record.target, record.data.get("instead", record.data["choice"])))
-        elif record.kind is Kind.TRANSITION and record.data["to"] == "reached":
+        elif record.kind is RecordKind.TRANSITION and record.data["to"] == "reached":
             events.append((record.target, "reached"))
     return trace.ending, events
 

@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.events import Event, Reason
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import Mission
 
 CAMERA_LOOKS_BACK = {"left": "C", "right": "B", "left_reversed": True, "right_reversed": True}
@@ -33,7 +33,7 @@ def test_a_wrong_wiring_ends_the_mission(perform, mission_for, robot, keys, with
     assert done.report.duration_s < within_s
     assert keys in done.report.error.replace("right_reversed = false, left_reversed", "left_reversed")
     assert done.simulation.truth.speed_mm_s < 1.0
-    trip = done.of(Kind.TRANSITION, event=Event.TRIP)[-1]
+    trip = done.of(RecordKind.TRANSITION, event=Event.TRIP)[-1]
     assert trip.data["reason"] == Reason.WRONG_WIRING
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from nxtdrive.cli.main import main
 from nxtdrive.simulated.rebuilt_room import OVER_MM, rebuilt
@@ -28,7 +28,7 @@ def _look(x_mm: float, y_mm: float, range_mm: float | None, *, seen: bool = Fals
     """A look at lena, who hangs straight ahead of the start."""
     sighting = {"distance_mm": LENA_MM - x_mm, "bearing_deg": 0.0} if seen else None
     data = {"pose": [x_mm, y_mm, 0.0], "range_mm": range_mm, "sighting": sighting}
-    return Record(0.0, Kind.LOOK, "search", "lena", data)
+    return Record(0.0, RecordKind.LOOK, "search", "lena", data)
 
 
 def _mission(**tables: dict[str, object]) -> Mission:
@@ -71,7 +71,7 @@ def test_targets_that_were_never_seen_are_not_there():
 
 def test_a_journal_without_a_path_makes_no_room():
     with pytest.raises(ValueError, match="nowhere"):
-        rebuilt([Record(0.0, Kind.START, "idle", "", {})], Mission.model_validate(MISSION))
+        rebuilt([Record(0.0, RecordKind.START, "idle", "", {})], Mission.model_validate(MISSION))
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from nxtdrive.motion.rover import SafetyLimits
 from nxtdrive.transports.record import RecordTransport, recorded
 from nxtdrive.transports.replay import ReplayTransport
 from nxtdrive.transports.sim import SimTransport
-from nxtdrive.transports.trace_file import Entry, Kind, Trace, TraceWriter, read_trace
+from nxtdrive.transports.trace_file import Entry, EntryKind, Trace, TraceWriter, read_trace
 from sim_backend.simulation import LinkFaults, Simulation
 
 BATTERY = GetBatteryLevel().encode()
@@ -26,10 +26,10 @@ BATTERY = GetBatteryLevel().encode()
 entries = st.builds(
     Entry,
     st.floats(0, 1e6).map(lambda value: round(value, 6)),
-    st.sampled_from([Kind.TO_BRICK, Kind.FROM_BRICK]),
+    st.sampled_from([EntryKind.TO_BRICK, EntryKind.FROM_BRICK]),
     st.binary(min_size=1, max_size=64),
     st.sampled_from(["", "LinkLost"]),
-) | st.builds(Entry, st.just(1.5), st.just(Kind.ERROR), st.just(b""), st.just("LinkTimeout"), st.text())
+) | st.builds(Entry, st.just(1.5), st.just(EntryKind.ERROR), st.just(b""), st.just("LinkTimeout"), st.text())
 
 
 @given(st.lists(entries), st.lists(st.text(min_size=1), max_size=3))
@@ -134,7 +134,7 @@ def test_what_went_wrong_goes_wrong_again(record):
     faults = LinkFaults(drop_replies=[2], delay_replies_ms={4: 150}, unplugged_ms=((1000, 1500),))
     path, outcomes = record(talk, faults, timeout_s=0.1)
     assert "LinkTimeout" in outcomes
-    assert any(entry.kind is Kind.REOPENED for entry in read_trace(path).entries)
+    assert any(entry.kind is EntryKind.REOPENED for entry in read_trace(path).entries)
     with Brick(ReplayTransport(read_trace(path), "replay://"), timeout_s=0.1) as brick:
         assert talk(brick) == outcomes
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.ports import Eyes
 from nxtdrive.brick import Brick
@@ -87,7 +87,7 @@ class Served:
         return [
             (f"{record.data['verb']} {record.data['argument']}".rstrip(), record.data["value"])
             for record in self.records
-            if record.kind is Kind.REPLY
+            if record.kind is RecordKind.REPLY
         ]
 
 

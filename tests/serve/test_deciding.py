@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.line_protocol import Request, Verb
 from behaviors.profiles import registry
 from behaviors.profiles.adaptive import AdaptiveProfile
@@ -102,7 +102,7 @@ def test_a_client_that_leaves_at_a_decision_ends_the_mission(serve):
     while other.ask("status") == -6:
         pass
     assert evidence(other) == {"open": False}
-    assert [record.data["ending"] for record in served.records if record.kind is Kind.END] == ["interrupted"]
+    assert [record.data["ending"] for record in served.records if record.kind is RecordKind.END] == ["interrupted"]
     assert served.at_rest
 
 

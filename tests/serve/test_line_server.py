@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.line_protocol import ErrorReply, Status, Why
 from behaviors.ports import Glimpse
 from firmware_protocol import status
@@ -122,7 +122,7 @@ def test_a_reason_is_journaled_with_the_request_that_it_is_about(serve):
     client = served.client()
     for line in ("target santa", "status", "select", "target lena", "why"):
         client.ask(line)
-    told = [record.data["why"] for record in served.records if record.kind is Kind.REPLY]
+    told = [record.data["why"] for record in served.records if record.kind is RecordKind.REPLY]
     assert told == ["bad_argument", "", "", "", "bad_argument"]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 from PIL import Image
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from firmware_protocol.errors import ConfigError
 from nxtdrive.drawing.sheet import PAPER, encoded
 from nxtdrive.recording.camera_index import read_pictures
@@ -48,7 +48,7 @@ def telling_frames(folder: Path) -> list[Image.Image]:
     """Return one frame each of a sighting, a wait, an arrival and the end, where there is one."""
     entered: dict[str, float] = {}
     for record in read_run(folder).records:
-        if record.kind is Kind.TRANSITION:
+        if record.kind is RecordKind.TRANSITION:
             entered.setdefault(str(record.data["to"]), record.time_s)
     moments = [entered[state] + later_s for state, later_s in MOMENTS.items() if state in entered]
     pictures = read_pictures(folder)

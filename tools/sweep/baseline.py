@@ -11,7 +11,7 @@ from contextlib import suppress
 
 from behaviors.events import Event, Fact, Reason
 from behaviors.executive import Ending, Report
-from behaviors.journal import JOURNAL_FORMAT, Kind, Record
+from behaviors.journal import JOURNAL_FORMAT, Record, RecordKind
 from behaviors.motions import ResumableStraight, ResumableTurn
 from behaviors.observers import Observers
 from behaviors.outages import OutageSupervisor, part_of
@@ -52,7 +52,7 @@ class Baseline(ABC):
         """Pursue the targets in order and return the report, as `behaviors.executive.Executive.run` does."""
         ending, error = Ending.BROKEN, ""
         table = self.mission.mission
-        self.note(Kind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
+        self.note(RecordKind.START, format=JOURNAL_FORMAT, mission=table.name, targets=list(table.targets))
         try:
             with self._outages.recording_sensors():
                 ending = self._pursue_all()
@@ -64,14 +64,14 @@ class Baseline(ABC):
             with suppress(Outage):
                 self.body.stop()
             outcomes = {progress.target: progress.outcome.value for progress in self.queue.targets}
-            self.note(Kind.END, ending=ending, targets=outcomes, error=error)
+            self.note(RecordKind.END, ending=ending, targets=outcomes, error=error)
         return Report(ending, self.queue.targets, self._path, self.now(), error, dict(self._observers.failures))
 
     def now(self) -> float:
         """Return the mission time in seconds."""
         return self.clock.now() - self._start_s
 
-    def note(self, kind: Kind, **data: object) -> None:
+    def note(self, kind: RecordKind, **data: object) -> None:
         """Pass a record with the current time, state and target on to the observers."""
         self._observers(Record.of(self.now(), kind, self._state, self.queue.target, data))
 
@@ -80,11 +80,11 @@ class Baseline(ABC):
         source, self._state = self._state, state
         self._path.append(state)
         why = {} if reason is None else {"reason": reason}
-        self.note(Kind.TRANSITION, source=source, to=state, event=event, **why)
+        self.note(RecordKind.TRANSITION, source=source, to=state, event=event, **why)
 
     def choose(self, choice: str, why: str, **evidence: object) -> None:
         """Journal a decision."""
-        self.note(Kind.CHOICE, choice=choice, why=why, evidence=evidence)
+        self.note(RecordKind.CHOICE, choice=choice, why=why, evidence=evidence)
 
     def search(self, target: str) -> Reason:
         """Search as the thesis does; return SIGHTED or the reason for the failure."""

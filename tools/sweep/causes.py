@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
 from sim_backend.judge import CAMERA_HEIGHT_MM
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
@@ -67,7 +67,7 @@ def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
     return [
         judgement
         for i, entry in enumerate(trace.judged)
-        if entry.record.kind is Kind.CHOICE and entry.record.data["choice"] != CHANGE_TARGET.name
+        if entry.record.kind is RecordKind.CHOICE and entry.record.data["choice"] != CHANGE_TARGET.name
         if (judgement := _judge(trace, i, entry)) is not None
     ]
 
@@ -123,7 +123,9 @@ def _at_one_place(one: JudgedRecord, other: JudgedRecord) -> bool:
 
 
 def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
-    return (entry for entry in trace.judged if entry.record.kind is Kind.CHOICE and entry.sample.time_s >= since_s)
+    return (
+        entry for entry in trace.judged if entry.record.kind is RecordKind.CHOICE and entry.sample.time_s >= since_s
+    )
 
 
 def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:

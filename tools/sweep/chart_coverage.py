@@ -6,14 +6,14 @@ from collections.abc import Iterable, Sequence
 
 from behaviors.diagram import arrows
 from behaviors.events import Event
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 
 from .mission_result import MissionResult
 
 
 def taken(records: Iterable[Record]) -> list[str]:
     """Return the transitions that a journal shows, by name; none if it is not the chart's, as those of baselines."""
-    data = [record.data for record in records if record.kind is Kind.TRANSITION]
+    data = [record.data for record in records if record.kind is RecordKind.TRANSITION]
     if not any(each.get("event") == Event.START for each in data):
         return []
     return sorted({_name(str(each["source"]), str(each["event"] or ""), str(each["to"])) for each in data})

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from nxtdrive.motion.drive_settings import USUAL
 from sim_backend.judge import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
 from sim_backend.scenarios.floor_plan import Pace, Path
@@ -86,7 +86,9 @@ def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[TruthSample
     return [
         entry.sample
         for entry in trace.judged
-        if entry.record.kind is Kind.TRANSITION and entry.record.target == target and entry.record.data["to"] in states
+        if entry.record.kind is RecordKind.TRANSITION
+        and entry.record.target == target
+        and entry.record.data["to"] in states
     ]
 
 

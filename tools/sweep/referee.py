@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from behaviors.executive import Ending
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from sim_backend.judge import Scene, scene
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
 
 SAMPLE_MS = 100
 """Sampling period of the ground truth."""
-JUDGED = (Kind.START, Kind.TRANSITION, Kind.CHOICE, Kind.END)
+JUDGED = (RecordKind.START, RecordKind.TRANSITION, RecordKind.CHOICE, RecordKind.END)
 """Kinds of records that are kept together with the ground truth of their time."""
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import cast
 
 from behaviors.executive import Ending, Executive, Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question
@@ -160,7 +160,7 @@ def read_recorded(path: Path) -> RecordedRun | RebuiltRun:
             return RebuiltRun(path, rebuilt(past.records, past.mission))
         except ValueError as error:
             raise ConfigError(f"{path} cannot be repeated in the simulator: {error}.", remedy=OTHER_RUN) from None
-    choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is Kind.CHOICE]
+    choices = [(each.time_s, str(each.data.get("choice"))) for each in past.records if each.kind is RecordKind.CHOICE]
     nxt = replace(nxt, options={**nxt.options, "pace": "fast"})
     return RecordedRun(path, past.mission, nxt, camera, tuple(choices))
 
@@ -270,11 +270,11 @@ def _decide(
 def _note(
     outcome: EpisodeOutcome, simulation: Simulation, tell: Callable[[DecisionPoint], None], record: Record
 ) -> None:
-    if record.kind is Kind.CHOICE:
+    if record.kind is RecordKind.CHOICE:
         made = outcome.decisions[-1]
         made.time_s, made.chose = record.time_s, str(record.data["choice"])
         tell(made)
-    claimed = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
+    claimed = record.kind is RecordKind.TRANSITION and record.data["to"] == "reached"
     if claimed and stop_counts(simulation.truth.pose, scene(simulation), record.target):
         outcome.reached.setdefault(record.target, record.time_s)
 

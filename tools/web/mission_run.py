@@ -9,7 +9,7 @@ from threading import Lock
 from typing import Any
 
 from behaviors.executive import Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.observers import Observers
 from behaviors.operator import Question, question_values
@@ -41,7 +41,7 @@ WAITING = {"select": "waiting for your choice"}
 
 def doing(record: Record) -> str:
     """Return what the robot is doing, in the words of the terminal: "look elsewhere: lena"."""
-    if record.kind is Kind.END:
+    if record.kind is RecordKind.END:
         return f"ended: {spaced(str(record.data['ending']))}"
     if record.state == "finished":  # whatever target was the last one: it need not have been reached
         return record.state
@@ -245,10 +245,10 @@ class ShownMission:
         self._hub.publish("record", {"record": record.values()})
         self._measured |= {key: record.data[key] for key in ("range_mm", "battery_mv") if key in record.data}
         self._show_status(doing(record))
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             self._hub.publish("decision", made(record, self._policy))
         true_room.show()
-        if record.kind is Kind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
+        if record.kind is RecordKind.LOOK and record.time_s - self._map_s >= MAP_EVERY_S:
             self._map_s = record.time_s
             self._show_map(record)
 

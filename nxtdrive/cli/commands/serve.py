@@ -95,10 +95,10 @@ def _say_where(served: tuple[str, int], brick: str, camera: str, mission: Missio
 
 
 def _say_reply(record: Record) -> None:
-    from behaviors.journal import Kind
+    from behaviors.journal import RecordKind
 
     data = record.data
-    if record.kind is Kind.REPLY and "argument" in data:  # a mission's own replies have none
+    if record.kind is RecordKind.REPLY and "argument" in data:  # a mission's own replies have none
         asked = f"{data['verb']} {data['argument']}".rstrip()
         value = "a line of JSON" if isinstance(data["value"], str) else data["value"]
         print_line(f"{record.time_s:8.1f} s  {asked} -> {value}  {data['why']}".rstrip())

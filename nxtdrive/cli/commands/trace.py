@@ -75,14 +75,14 @@ def _show(args: argparse.Namespace) -> int:
 def _in_words(entry: Entry, *, full: bool) -> str:
     from firmware_protocol.explain import explain
     from nxtdrive.transports.replay import in_words
-    from nxtdrive.transports.trace_file import Kind
+    from nxtdrive.transports.trace_file import EntryKind
 
-    arrow = {Kind.TO_BRICK: "->", Kind.FROM_BRICK: "<-"}.get(entry.kind, "!!")
+    arrow = {EntryKind.TO_BRICK: "->", EntryKind.FROM_BRICK: "<-"}.get(entry.kind, "!!")
     said = in_words(entry.telegram)
     if full and entry.telegram:
         said = str(explain(entry.telegram)).replace("\n", "\n" + " " * 14)
     failure = printable(f"{entry.error}: {entry.text}") if entry.error else ""
-    reopened = "the link was opened again" if entry.kind is Kind.REOPENED else ""
+    reopened = "the link was opened again" if entry.kind is EntryKind.REOPENED else ""
     return f"{entry.time_s:9.3f} {arrow} " + ", ".join(filter(None, (said, failure, reopened)))
 
 
@@ -120,7 +120,7 @@ def _repeat(exchanges: Sequence[Exchange], brick: Brick) -> list[Exchange]:
     Raises:
         LinkError: The link is lost.
     """
-    from nxtdrive.transports.trace_file import Entry, Exchange, Kind
+    from nxtdrive.transports.trace_file import Entry, EntryKind, Exchange
 
     transport, started_s = brick.link.transport, brick.now()
     repeated = []
@@ -135,7 +135,7 @@ def _repeat(exchanges: Sequence[Exchange], brick: Brick) -> list[Exchange]:
             telegram = transport.receive(REPLY_TIMEOUT_S)
             if telegram is None:
                 break
-            outcome.append(Entry(brick.now() - started_s, Kind.FROM_BRICK, telegram))
+            outcome.append(Entry(brick.now() - started_s, EntryKind.FROM_BRICK, telegram))
         repeated.append(Exchange(sent_s, exchange.request, tuple(outcome)))
     return repeated
 

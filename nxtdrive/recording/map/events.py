@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from behaviors.events import Event
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.ports import Pose
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES, Recovery
 from nxtdrive.recording.progress_lines import UNKNOWN_FORM, ProgressLines
@@ -94,7 +94,7 @@ class EventReader:
             words = tuple(self._progress.lines(record))
         except UNKNOWN_FORM:
             return None
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             self._choice = str(record.data["choice"])
             return None
         if not words or record.data.get("to") in QUIET:
@@ -110,7 +110,7 @@ class EventReader:
 
 
 def _kind(record: Record) -> str:
-    if record.kind is Kind.OUTAGE or record.data.get("to") in ("suspended", "down"):
+    if record.kind is RecordKind.OUTAGE or record.data.get("to") in ("suspended", "down"):
         return "outage"
     known = {"select": "failed", "reached": "reached", "retreat": "retreat"}
     seen = record.data.get("event") == Event.TARGET_SEEN

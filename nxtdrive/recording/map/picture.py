@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from PIL import Image
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.mission.robot import CameraTable
 from nxtdrive.drawing.blocks import Note, Tag
@@ -99,7 +99,7 @@ def _result(records: Sequence[Record], mission: Mission | None) -> Iterator[str]
     """Yield the profile, how the mission ended, and the outcome for each target."""
     if mission:
         yield f"profile {mission.mission.profile}"
-    end = next((record for record in reversed(records) if record.kind is Kind.END), None)
+    end = next((record for record in reversed(records) if record.kind is RecordKind.END), None)
     if end is None:
         yield f"the record stops at {records[-1].time_s:.1f} s" if records else "nothing was recorded"
         return

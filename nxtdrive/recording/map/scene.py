@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from behaviors.adaptive.occupancy_grid import OccupancyGrid
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.mission.robot import CameraTable, RobotTable
 from behaviors.ports import Point, Pose
@@ -87,7 +87,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
             if stood.distance_mm_to(here) >= FOOTPRINT_STEP_MM:
                 stood = here
                 scene.floor.clear_footprint(here)
-            if record.kind is Kind.LOOK:
+            if record.kind is RecordKind.LOOK:
                 _add_look(scene, record, here, camera)
         event = reader.read(record, here)
         if event:

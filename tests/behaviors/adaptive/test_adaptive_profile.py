@@ -23,7 +23,7 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.events import Event, Reason
 from behaviors.evidence import Evidence, evidence_from
 from behaviors.failures import Blocker, Failure, TargetFinding
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.ports import Glimpse, Pose, Sighting, StopReason
 from behaviors.profiles.adaptive import MIN_INTERVAL_S, AdaptiveProfile
 from behaviors.skills import SkillContext
@@ -265,7 +265,7 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 def test_a_person_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
     trace, referee = run_episode(generate_scenario("doorway", 3013), "adaptive", "geometric")
-    waits = [each for each in referee.records if each.kind is Kind.CHOICE and each.data["choice"] == "wait"]
+    waits = [each for each in referee.records if each.kind is RecordKind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY
     assert evidence["blocker"]["moving"]

@@ -20,7 +20,7 @@ from behaviors.events import Event, Fact, Reason
 from behaviors.evidence import Detour, Evidence, Viewpoint
 from behaviors.executive import Ending, Executive
 from behaviors.failures import Blocker
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.ports import Point, Ports, Pose
 from behaviors.recoveries import CHANGE_TARGET, MOVE_TO, Choice
 from behaviors.target_queue import TargetQueue
@@ -197,7 +197,7 @@ class Witness:
     made: list[Made] = field(default_factory=list)
 
     def __call__(self, record: Record) -> None:
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             kind, reason = record.data["choice"], record.data["evidence"]["reason"]
             self.made.append(Made(record.time_s, record.target, kind, self.ports.here, reason))
 

@@ -2,15 +2,18 @@
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import RECOVERIES
 from behaviors.thesis.console import Console
 
 SILENT = [
-    *(Record(1.0, Kind.CHOICE, "select", "lena", {"choice": name, "why": "it pays"}) for name in sorted(RECOVERIES)),
-    Record(1.0, Kind.SENSOR, "search", "lena", {"sensor": "sonar", "answers": False, "error": "no cable"}),
-    Record(1.0, Kind.TRANSITION, "search", "lena", {"source": "up", "to": "down", "reason": "camera_lost"}),
-    Record(1.0, Kind.OUTAGE, "suspended", "lena", {"part": "camera", "left_s": 60.0}),
+    *(
+        Record(1.0, RecordKind.CHOICE, "select", "lena", {"choice": name, "why": "it pays"})
+        for name in sorted(RECOVERIES)
+    ),
+    Record(1.0, RecordKind.SENSOR, "search", "lena", {"sensor": "sonar", "answers": False, "error": "no cable"}),
+    Record(1.0, RecordKind.TRANSITION, "search", "lena", {"source": "up", "to": "down", "reason": "camera_lost"}),
+    Record(1.0, RecordKind.OUTAGE, "suspended", "lena", {"part": "camera", "left_s": 60.0}),
 ]
 
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from nxtdrive.cli.main import DONE, USAGE, main
 from tests import small_mission
@@ -23,9 +23,15 @@ def _run(folder, seen: bool):
     after = "arrive" if seen else "select"
     moves = [("search", "select"), ("select", "rescan"), ("rescan", after)]
     records = [
-        Record(1.0, Kind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": KNOWN}),
+        Record(1.0, RecordKind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": KNOWN}),
         *(
-            Record(2.0 + i, Kind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": "never_seen"})
+            Record(
+                2.0 + i,
+                RecordKind.TRANSITION,
+                to,
+                "a",
+                {"source": source, "to": to, "event": "", "reason": "never_seen"},
+            )
             for i, (source, to) in enumerate([*moves, (after, "finished")])
         ),
     ]

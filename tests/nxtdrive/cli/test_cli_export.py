@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.camera_folder import CameraFolder
 from nxtdrive.recording.camera_index import looked
@@ -20,7 +20,7 @@ def _run(tmp_path, monkeypatch):
     path = tmp_path / "run-001"
     path.mkdir()
     folder = RunFolder(path)
-    folder(Record(0.0, Kind.START, "idle", CLEARS_SCREEN, {"mission": "m", "rounds": 1, "targets": []}))
+    folder(Record(0.0, RecordKind.START, "idle", CLEARS_SCREEN, {"mission": "m", "rounds": 1, "targets": []}))
     folder.close()
     camera = CameraFolder(path / "camera")
     camera.add(np.full((48, 64, 3), 120, np.uint8), 0.0, looked("a", None, []))

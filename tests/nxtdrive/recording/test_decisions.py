@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from behaviors.adaptive.policy import AdaptivePolicy
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.recording.decisions import decisions, replay, same, weighed_by
 
 BEFORE = {
@@ -19,7 +19,7 @@ BEFORE = {
 
 
 def _decision(**chosen):
-    record = Record(1.0, Kind.CHOICE, "select", "lena", {"choice": "change_target", "why": "", **chosen})
+    record = Record(1.0, RecordKind.CHOICE, "select", "lena", {"choice": "change_target", "why": "", **chosen})
     (decision,) = decisions([record])
     return decision
 

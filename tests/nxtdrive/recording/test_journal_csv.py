@@ -9,20 +9,26 @@ from pathlib import Path
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.recording.journal_csv import COLUMNS, journal_csv
 
 SIGHTING = {"bearing_deg": -3.5, "distance_mm": 900.0, "confidence": 1.0, "box": [10, 10, 20, 20]}
 RECORDS = [
-    Record(0.0, Kind.START, "idle", "lena", {"format": 3, "mission": "m", "targets": ["lena"]}),
-    Record(0.574, Kind.LOOK, "search", "lena", {"pose": [0.0, 1.5, 90.0], "range_mm": 1500, "sighting": None}),
-    Record(1.0, Kind.LOOK, "search", "lena", {"pose": [5, 0, 0], "range_mm": None, "sighting": SIGHTING}),
+    Record(0.0, RecordKind.START, "idle", "lena", {"format": 3, "mission": "m", "targets": ["lena"]}),
+    Record(0.574, RecordKind.LOOK, "search", "lena", {"pose": [0.0, 1.5, 90.0], "range_mm": 1500, "sighting": None}),
+    Record(1.0, RecordKind.LOOK, "search", "lena", {"pose": [5, 0, 0], "range_mm": None, "sighting": SIGHTING}),
     Record(
-        1.5, Kind.STEP, "arrive", "lena", {"what": "advance", "stop": "done", "distance_mm": 250, "pose": [1, 2, 3]}
+        1.5,
+        RecordKind.STEP,
+        "arrive",
+        "lena",
+        {"what": "advance", "stop": "done", "distance_mm": 250, "pose": [1, 2, 3]},
     ),
-    Record(2.0, Kind.CHOICE, "search", "lena", {"choice": "wait", "why": "it moves", "wait_s": 4, "operator": True}),
-    Record(3.3, Kind.END, "finished", "lena", {"ending": "achieved", "targets": [], "error": ""}),
+    Record(
+        2.0, RecordKind.CHOICE, "search", "lena", {"choice": "wait", "why": "it moves", "wait_s": 4, "operator": True}
+    ),
+    Record(3.3, RecordKind.END, "finished", "lena", {"ending": "achieved", "targets": [], "error": ""}),
 ]
 
 
@@ -66,12 +72,14 @@ def test_nothing_of_a_record_is_left_out():
     ids=str,
 )
 def test_values_of_another_type_are_kept_as_they_are(data):
-    (row,) = _rows(journal_csv([Record(0.0, Kind.LOOK, "search", "lena", data)]))
+    (row,) = _rows(journal_csv([Record(0.0, RecordKind.LOOK, "search", "lena", data)]))
     assert json.loads(row["more"]) == data
 
 
 def test_no_text_is_a_formula_to_a_spreadsheet():
-    (row,) = _rows(journal_csv([Record(0.0, Kind.CHOICE, "search", '=HYPERLINK("x")', {"why": "+1", "choice": "-"})]))
+    (row,) = _rows(
+        journal_csv([Record(0.0, RecordKind.CHOICE, "search", '=HYPERLINK("x")', {"why": "+1", "choice": "-"})])
+    )
     assert (row["target"], row["why"], row["choice"]) == ('\'=HYPERLINK("x")', "'+1", "'-")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from behaviors.evidence import Evidence
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.recoveries import RECOVERIES, WAIT, Choice
 from nxtdrive.drawing.floor_view import FloorView
@@ -25,23 +25,27 @@ from nxtdrive.recording.map.style import PATHS
 from nxtdrive.recording.progress_lines import ProgressLines
 
 SIGHTING = {"bearing_deg": 90.0, "distance_mm": 1000.0, "confidence": 1.0, "box": [0, 0, 10, 10]}
-START = Record(0.0, Kind.START, "search", "lena", {"format": 2, "mission": "find Bär, Αθήνα, Жук", "targets": ["lena"]})
-END = Record(90.0, Kind.END, "finished", "lena", {"ending": "achieved", "targets": {"lena": "reached"}, "error": ""})
+START = Record(
+    0.0, RecordKind.START, "search", "lena", {"format": 2, "mission": "find Bär, Αθήνα, Жук", "targets": ["lena"]}
+)
+END = Record(
+    90.0, RecordKind.END, "finished", "lena", {"ending": "achieved", "targets": {"lena": "reached"}, "error": ""}
+)
 
 
 def _look(time_s, state, pose, *, sighting=None, range_mm=None, target="lena"):
-    return Record(time_s, Kind.LOOK, state, target, {"pose": pose, "range_mm": range_mm, "sighting": sighting})
+    return Record(time_s, RecordKind.LOOK, state, target, {"pose": pose, "range_mm": range_mm, "sighting": sighting})
 
 
 def _transition(time_s, source, to, event, target="lena", **data):
-    return Record(time_s, Kind.TRANSITION, to, target, {"source": source, "to": to, "event": event, **data})
+    return Record(time_s, RecordKind.TRANSITION, to, target, {"source": source, "to": to, "event": event, **data})
 
 
 def _failure(time_s, reason="target_lost", recovery=WAIT, target="lena"):
     """The records of a failure and of the choice that follows."""
     choice = Choice(recovery, "it was seen a moment ago", wait_s=4.0)
     known = Evidence(target, reason, seen_since_search=True, researches=0).known()
-    yield Record(time_s, Kind.CHOICE, "arrive", target, {**choice.record(), "evidence": known})
+    yield Record(time_s, RecordKind.CHOICE, "arrive", target, {**choice.record(), "evidence": known})
     yield _transition(time_s, "arrive", "select", "arrive_failed", target, reason=reason, evidence={})
 
 
@@ -117,7 +121,7 @@ def test_the_robot_has_the_size_that_the_mission_gives(radius_mm):
 @pytest.mark.parametrize("evidence", [None, [], "seen", {"sighting": []}])
 def test_a_record_of_an_unknown_form_is_no_event(evidence):
     data = {"to": "arrive", "event": "target_seen", "evidence": evidence}
-    assert gather([Record(1.0, Kind.TRANSITION, "arrive", "lena", data)]).events == []
+    assert gather([Record(1.0, RecordKind.TRANSITION, "arrive", "lena", data)]).events == []
 
 
 def test_sightings_and_echoes_are_where_the_robot_saw_them():
@@ -208,10 +212,10 @@ def test_the_true_room_is_in_the_legend_only_where_it_is_shown():
         [START, _look(1.0, "search", [5e5, -5e5, 0.0]), _look(2.0, "arrive", [0.0, 3.0, 0.0])],
         [
             START,
-            Record(1.0, Kind.TRANSITION, "reached", "lena", {"to": "reached"}),
-            Record(1.0, Kind.CHOICE, "select", "", {}),
+            Record(1.0, RecordKind.TRANSITION, "reached", "lena", {"to": "reached"}),
+            Record(1.0, RecordKind.CHOICE, "select", "", {}),
         ],
-        [START, Record(1.0, Kind.LOOK, "search", "lena", {"pose": ["a"], "range_mm": "b", "sighting": {"x": 1}})],
+        [START, Record(1.0, RecordKind.LOOK, "search", "lena", {"pose": ["a"], "range_mm": "b", "sighting": {"x": 1}})],
     ],
     ids=["nothing", "begun", "ended", "one-point", "no-poses", "not-finite", "far", "other-version", "damaged"],
 )

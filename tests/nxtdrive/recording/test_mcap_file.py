@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.ports import Sighting
 from nxtdrive.cli.main import DONE, USAGE, main
@@ -26,16 +26,16 @@ SIGHTING = {"bearing_deg": 3.0, "distance_mm": 900.0, "confidence": 1.0, "box": 
 
 
 def _look(time_s, pose, range_mm):
-    return Record(time_s, Kind.LOOK, "search", "lena", {"pose": pose, "range_mm": range_mm, "sighting": SIGHTING})
+    return Record(time_s, RecordKind.LOOK, "search", "lena", {"pose": pose, "range_mm": range_mm, "sighting": SIGHTING})
 
 
 RECORDS = [
-    Record(0.0, Kind.START, "idle", "lena", {"format": 2, "mission": "m", "targets": ["lena"]}),
-    Record(0.1, Kind.CALL, "idle", "lena", {"verb": "arrive", "battery_mv": 7412}),
+    Record(0.0, RecordKind.START, "idle", "lena", {"format": 2, "mission": "m", "targets": ["lena"]}),
+    Record(0.1, RecordKind.CALL, "idle", "lena", {"verb": "arrive", "battery_mv": 7412}),
     _look(0.574, [0.0, 0.0, 0.0], 1500),
     _look(1.0, [1000.0, 500.0, 90.0], None),
-    Record(2.001, Kind.CHOICE, "search", "lena", {"choice": "move_to", "why": "it was not seen", "evidence": {}}),
-    Record(3.3, Kind.END, "finished", "lena", {"ending": "achieved", "targets": [], "error": ""}),
+    Record(2.001, RecordKind.CHOICE, "search", "lena", {"choice": "move_to", "why": "it was not seen", "evidence": {}}),
+    Record(3.3, RecordKind.END, "finished", "lena", {"ending": "achieved", "targets": [], "error": ""}),
 ]
 
 
@@ -155,7 +155,7 @@ def test_without_camera_there_are_no_pictures(run):
     ids=range(4),
 )
 def test_values_of_an_unknown_form_are_left_out(tmp_path, data):
-    records = [Record(2.0, kind, "x", "\ud800", data) for kind in Kind] + [RECORDS[0]]
+    records = [Record(2.0, kind, "x", "\ud800", data) for kind in RecordKind] + [RECORDS[0]]
     write_mcap(_past(records), None, tmp_path / "x.mcap")
     assert set(_read(tmp_path / "x.mcap")) <= {"/state", "/decisions", "/sonar", "/log"}
 

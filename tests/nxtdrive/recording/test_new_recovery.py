@@ -12,7 +12,7 @@ from statemachine import State, StateChart
 from behaviors.chart import MissionChart
 from behaviors.events import Reason
 from behaviors.evidence import Evidence
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.recoveries import RECOVERIES, WAIT, Choice, Recovery
 from nxtdrive.recording.decisions import decisions
 from nxtdrive.recording.map.picture import draw_map, map_page
@@ -29,10 +29,10 @@ BACK_UP = Recovery(
 EVIDENCE = Evidence("lena", Reason.BLOCKED_SHORT, seen_since_search=True, researches=0)
 CHOICE = {"choice": BACK_UP.name, "why": "it is free there", "evidence": EVIDENCE.known()}
 RECORDS = [
-    Record(2.0, Kind.CHOICE, "select", "lena", CHOICE),
-    Record(2.0, Kind.TRANSITION, "back_up", "lena", {"source": "select", "to": "back_up"}),
-    Record(2.5, Kind.LOOK, "back_up", "lena", {"pose": [-50.0, 0.0, 0.0], "range_mm": None, "sighting": None}),
-    Record(3.0, Kind.LOOK, "back_up", "lena", {"pose": [-400.0, 0.0, 0.0], "range_mm": None, "sighting": None}),
+    Record(2.0, RecordKind.CHOICE, "select", "lena", CHOICE),
+    Record(2.0, RecordKind.TRANSITION, "back_up", "lena", {"source": "select", "to": "back_up"}),
+    Record(2.5, RecordKind.LOOK, "back_up", "lena", {"pose": [-50.0, 0.0, 0.0], "range_mm": None, "sighting": None}),
+    Record(3.0, RecordKind.LOOK, "back_up", "lena", {"pose": [-400.0, 0.0, 0.0], "range_mm": None, "sighting": None}),
 ]
 
 
@@ -66,7 +66,7 @@ def test_the_progress_lines_say_it():
     lines: list[str] = []
     progress = ProgressLines(lines.append)
     failed = {"source": "arrive", "to": "select", "event": "arrive_failed", "reason": "blocked_short", "evidence": {}}
-    for record in (RECORDS[0], Record(2.0, Kind.TRANSITION, "select", "lena", failed)):
+    for record in (RECORDS[0], Record(2.0, RecordKind.TRANSITION, "select", "lena", failed)):
         progress(record)
     assert lines[-1].endswith("drive back a little: it is free there")
 
@@ -82,7 +82,7 @@ def test_the_status_line_names_it_with_its_reason():
 
 def test_the_map_has_its_mark_and_its_colour():
     failed = {"source": "arrive", "to": "select", "event": "arrive_failed", "reason": "blocked_short", "evidence": {}}
-    records = [RECORDS[0], Record(2.0, Kind.TRANSITION, "select", "lena", failed), *RECORDS[1:]]
+    records = [RECORDS[0], Record(2.0, RecordKind.TRANSITION, "select", "lena", failed), *RECORDS[1:]]
     assert {"failed, then: drive back", "path: drive back"} <= {key.text for key in map_page(records).keys}
     drawn = np.asarray(draw_map(records))
     assert np.any(np.all(drawn == np.array(BACK_UP.color, np.uint8), axis=2))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.recording.progress_lines import ProgressLines
 
 
@@ -19,7 +19,7 @@ def _lines(*records: Record) -> list[str]:
 def _transition(source: str, to: str, event: str | None = None, reason: str = "", **evidence: object) -> Record:
     data = {"source": source, "to": to, "event": event}
     return Record(
-        57.72, Kind.TRANSITION, to, "lena", data | ({"reason": reason, "evidence": evidence} if event else {})
+        57.72, RecordKind.TRANSITION, to, "lena", data | ({"reason": reason, "evidence": evidence} if event else {})
     )
 
 
@@ -38,7 +38,9 @@ def test_a_sighting_says_where(sighting, where):
 
 
 def test_a_failure_is_followed_by_what_is_done_about_it_and_why():
-    choice = Record(57.72, Kind.CHOICE, "select", "lena", {"choice": "wait", "why": "it may leave", "wait_s": 15.0})
+    choice = Record(
+        57.72, RecordKind.CHOICE, "select", "lena", {"choice": "wait", "why": "it may leave", "wait_s": 15.0}
+    )
     lines = _lines(choice, _transition("arrive", "select", "arrive_failed", "target_lost"))
     assert lines == [
         "   57.7 s  lena: it went out of view on the way there",
@@ -109,9 +111,9 @@ def test_wrong_wiring_says_what_to_change():
 def test_an_outage_says_what_happened_and_the_seconds_left():
     lines = _lines(
         _transition("up", "down", "link_lost", "link_lost", error="The brick has gone away."),
-        Record(57.72, Kind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 60.0}),
+        Record(57.72, RecordKind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 60.0}),
         _transition("active", "suspended"),
-        Record(62.8, Kind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 54.9}),
+        Record(62.8, RecordKind.OUTAGE, "suspended", "lena", {"part": "link", "left_s": 54.9}),
         _transition("down", "up", "link_back", "link_back", silent_s=6.2),
         _transition("suspended", "search", "resume", ""),
     )
@@ -131,7 +133,9 @@ def test_an_outage_says_what_happened_and_the_seconds_left():
     ],
 )
 def test_a_sensor_that_fails_or_works_again_is_named(data, line):
-    assert _lines(Record(1.0, Kind.SENSOR, "search", "lena", {"sensor": "sonar", **data})) == [f"    1.0 s  {line}"]
+    assert _lines(Record(1.0, RecordKind.SENSOR, "search", "lena", {"sensor": "sonar", **data})) == [
+        f"    1.0 s  {line}"
+    ]
 
 
 def test_an_approach_that_goes_on_says_nothing_new():

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from behaviors.executive import Ending, Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
 from behaviors.target_queue import TargetOutcome, TargetProgress
 from firmware_protocol.errors import ConfigError
@@ -35,7 +35,7 @@ class _Clock:
         raise AssertionError
 
 
-START = Record(0.0, Kind.START, "idle", "lena", {"mission": "x"})
+START = Record(0.0, RecordKind.START, "idle", "lena", {"mission": "x"})
 
 
 def _picture(time_s, value=0):
@@ -44,7 +44,7 @@ def _picture(time_s, value=0):
 
 
 def _look(time_s, state, pose, range_mm=None):
-    return Record(time_s, Kind.LOOK, state, "lena", {"pose": pose, "range_mm": range_mm, "sighting": None})
+    return Record(time_s, RecordKind.LOOK, state, "lena", {"pose": pose, "range_mm": range_mm, "sighting": None})
 
 
 RECORDS = [

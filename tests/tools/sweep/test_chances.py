@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sweep_results import mission_result
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from nxtdrive.recording.predictions import Prediction, predictions
 from nxtdrive.tools.sweep.calibration import calibration_error, error_of_true_chances, pairs, reliability
@@ -23,9 +23,9 @@ SEEN = ("full_turn_without_sighting", {"here": {"travel_s": 0.0, "scan_s": 8.0, 
 def _journal(*after):
     reason, known = SEEN
     evidence = {"reason": reason, "seen_since_search": False, "researches": 0, **known}
-    choice = Record(1.0, Kind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": evidence})
+    choice = Record(1.0, RecordKind.CHOICE, "select", "a", {"choice": "rescan", "why": "", "evidence": evidence})
     moves = [
-        Record(2.0 + i, Kind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": why})
+        Record(2.0 + i, RecordKind.TRANSITION, to, "a", {"source": source, "to": to, "event": "", "reason": why})
         for i, (source, to, why) in enumerate([("search", "select", reason), ("select", "rescan", ""), *after])
     ]
     return [choice, *moves]

@@ -5,7 +5,7 @@ from sweep_results import broken_result, mission_result
 
 from behaviors.diagram import arrows
 from behaviors.executive import Executive
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.ports import Ports
 from nxtdrive.tools.sweep.chart_coverage import coverage_words, never, taken
 from nxtdrive.tools.sweep.mission_result import MissionResult
@@ -30,6 +30,8 @@ def test_transitions_of_all_missions_count_and_the_others_are_named():
 
 
 def test_a_journal_that_the_chart_did_not_write_is_left_out():
-    baseline = Record(1.0, Kind.TRANSITION, "search", "a", {"source": "arrive", "to": "reached", "event": "arrived"})
+    baseline = Record(
+        1.0, RecordKind.TRANSITION, "search", "a", {"source": "arrive", "to": "reached", "event": "arrived"}
+    )
     assert taken([baseline]) == []
     assert coverage_words([mission_result(transitions=[]), broken_result()]) == ""

@@ -3,7 +3,7 @@
 import pytest
 
 from behaviors.executive import Ending
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.agents import ABLATIONS, ALL_NAMES, NAMES
 from nxtdrive.tools.sweep.task import run_episode
@@ -23,15 +23,15 @@ def test_every_agent_ends_a_mission_with_the_robot_at_rest(agent):
     trace, referee = run_episode(_limited(generate_scenario("absent", 100), 40.0), agent, "geometric")
     assert trace.ending in (Ending.TIME_UP, Ending.GIVEN_UP)
     assert trace.duration_s <= 43.0
-    assert [record.kind for record in (referee.records[0], referee.records[-1])] == [Kind.START, Kind.END]
-    assert trace.judged[-1].record.kind is Kind.END
+    assert [record.kind for record in (referee.records[0], referee.records[-1])] == [RecordKind.START, RecordKind.END]
+    assert trace.judged[-1].record.kind is RecordKind.END
 
 
 @pytest.mark.slow
 def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
     _, referee = run_episode(generate_scenario("absent", 101), "nav2-list", "geometric")
     first = referee.records[0].data["targets"][0]
-    choices = [r.data["choice"] for r in referee.records if r.kind is Kind.CHOICE and r.target == first]
+    choices = [r.data["choice"] for r in referee.records if r.kind is RecordKind.CHOICE and r.target == first]
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
 
 
@@ -39,7 +39,7 @@ def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
 @pytest.mark.parametrize("kind", ["link", "camera_loss"])
 def test_outages_suspend_a_mission_which_then_goes_on(kind, agent):
     _, referee = run_episode(_limited(generate_scenario(kind, 100), 60.0), agent, "geometric")
-    went = [record.data["to"] for record in referee.records if record.kind is Kind.TRANSITION]
+    went = [record.data["to"] for record in referee.records if record.kind is RecordKind.TRANSITION]
     if kind == "camera_loss" and agent == "oracle":
         assert "suspended" not in went, "it needs no camera"
         return
@@ -58,4 +58,4 @@ def test_the_oracle_outlasts_outages_of_the_link():
 def test_real_eyes_see_the_same_scenario():
     trace, referee = run_episode(_limited(generate_scenario("camera_loss", 101), 12.0), "thesis", "camera")
     assert trace.ending is Ending.TIME_UP
-    assert any(record.kind is Kind.LOOK for record in referee.records)
+    assert any(record.kind is RecordKind.LOOK for record in referee.records)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from behaviors.executive import Ending
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import judge_target
 from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, JudgedRecord, TruthSample
@@ -54,17 +54,17 @@ class EpisodeBuilder:
         return self
 
     def enter(self, state, target="lena"):
-        return self.note(Kind.TRANSITION, target, source="", to=state)
+        return self.note(RecordKind.TRANSITION, target, source="", to=state)
 
     def choose(self, choice, target="lena", reason="blocked_long"):
-        return self.note(Kind.CHOICE, target, choice=choice, why="", evidence={"reason": reason})
+        return self.note(RecordKind.CHOICE, target, choice=choice, why="", evidence={"reason": reason})
 
     def disturb(self, blocker="", target="lena"):
         self.disturbances.append(Disturbance(self.time_s, target, blocker))
         return self
 
     def end(self):
-        self.note(Kind.END)
+        self.note(RecordKind.END)
         return EpisodeTrace(
             ["lena"],
             self.samples,

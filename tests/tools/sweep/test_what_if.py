@@ -383,9 +383,9 @@ def test_a_run_that_looked_with_the_camera_is_repeated(tmp_path):
 
 
 def _records():
-    from behaviors.journal import Kind, Record
+    from behaviors.journal import Record, RecordKind
 
-    yield Record(0.0, Kind.START, "idle", "lena", {"format": 3})
+    yield Record(0.0, RecordKind.START, "idle", "lena", {"format": 3})
 
 
 @pytest.mark.parametrize("name", ["nowhere:1", "open:x", "runs/none"])

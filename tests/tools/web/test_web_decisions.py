@@ -11,7 +11,7 @@ import pytest
 from behaviors.events import Reason
 from behaviors.evidence import Detour, Evidence, Viewpoint
 from behaviors.failures import Blocker
-from behaviors.journal import Kind, Record, plain
+from behaviors.journal import Record, RecordKind, plain
 from behaviors.operator import OperatorChoice
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import CHANGE_TARGET, Candidate, Choice
@@ -34,7 +34,7 @@ def _choice(profile: str) -> tuple[Record, Choice]:
     policy = make_policy(profile, read_mission_file(None))
     choice = policy.select(KNOWN)
     data = plain({**choice.record(), "evidence": KNOWN.known()})
-    return Record(12.5, Kind.CHOICE, "select", "lena", data), choice
+    return Record(12.5, RecordKind.CHOICE, "select", "lena", data), choice
 
 
 def test_a_decision_shows_its_cause_its_candidates_and_the_choice():
@@ -80,7 +80,9 @@ def test_a_rule_that_weighs_nothing_shows_no_candidates():
 
 @pytest.mark.parametrize("data", [{}, {"choice": "fly", "why": "it can", "evidence": {"reason": "bored"}}])
 def test_a_decision_of_another_version_is_shown_as_far_as_it_is_understood(data):
-    shown = made(Record(1.0, Kind.CHOICE, "select", "lena", data), make_policy("adaptive", read_mission_file(None)))
+    shown = made(
+        Record(1.0, RecordKind.CHOICE, "select", "lena", data), make_policy("adaptive", read_mission_file(None))
+    )
     assert shown["choice"] == data.get("choice", "")
     json.dumps(shown, allow_nan=False)
 
@@ -89,7 +91,7 @@ def test_a_replay_has_the_decisions_of_its_journal():
     journal = Path(__file__).parents[2] / "nxtdrive/cli/journals/format-1.jsonl"
     run = read_run(journal)
     shown = decisions_of(run)
-    assert [each["t"] for each in shown] == [each.time_s for each in run.records if each.kind is Kind.CHOICE]
+    assert [each["t"] for each in shown] == [each.time_s for each in run.records if each.kind is RecordKind.CHOICE]
     assert all(each["choice"] for each in shown)
 
 

@@ -21,7 +21,7 @@ from starlette.responses import FileResponse, JSONResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
 from behaviors.ports import Sighting
 from nxtdrive.cli.main import DONE, USAGE, main
@@ -40,23 +40,23 @@ COLOURS = {0.0: 40, 4.0: 120, 8.0: 200}
 
 
 def _look(time_s, x_mm):
-    return Record(time_s, Kind.LOOK, "arrive", HOSTILE, {"pose": [x_mm, 0, 0], "range_mm": 800, "sighting": None})
+    return Record(time_s, RecordKind.LOOK, "arrive", HOSTILE, {"pose": [x_mm, 0, 0], "range_mm": 800, "sighting": None})
 
 
 def _choice(time_s, choice):
     return Record(
-        time_s, Kind.CHOICE, "arrive", HOSTILE, {"choice": choice, "why": HOSTILE, "evidence": {"reason": "x"}}
+        time_s, RecordKind.CHOICE, "arrive", HOSTILE, {"choice": choice, "why": HOSTILE, "evidence": {"reason": "x"}}
     )
 
 
 def _entered(time_s, state):
     data = {"source": "idle", "to": state, "event": None}
-    return Record(time_s, Kind.TRANSITION, state, HOSTILE, data)
+    return Record(time_s, RecordKind.TRANSITION, state, HOSTILE, data)
 
 
 TARGETS = {HOSTILE: "reached", "lena": "gave_up"}
 RECORDS = [
-    Record(0.0, Kind.START, "idle", HOSTILE, {"format": 2, "mission": HOSTILE, "targets": [HOSTILE]}),
+    Record(0.0, RecordKind.START, "idle", HOSTILE, {"format": 2, "mission": HOSTILE, "targets": [HOSTILE]}),
     _entered(0.0, "search"),
     _look(1.0, 0),
     _choice(3.0, "wait"),
@@ -65,7 +65,7 @@ RECORDS = [
     _choice(6.0, "detour"),
     _entered(6.0, "detour"),
     _look(9.0, 4000),
-    Record(10.0, Kind.END, "finished", HOSTILE, {"ending": "achieved", "targets": TARGETS, "error": ""}),
+    Record(10.0, RecordKind.END, "finished", HOSTILE, {"ending": "achieved", "targets": TARGETS, "error": ""}),
 ]
 
 

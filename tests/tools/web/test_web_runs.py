@@ -8,7 +8,7 @@ import os
 import pytest
 from starlette.testclient import TestClient
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from firmware_protocol.errors import ConfigError
 from nxtdrive.mission.files import read_mission_file
 from nxtdrive.tools.web.app import Server
@@ -19,8 +19,8 @@ from nxtdrive.tools.web.runs import Runs
 from nxtdrive.transports.address import Address
 
 JOURNAL = [
-    Record(0.0, Kind.START, "idle", "lena", {"format": 2, "mission": "<b>a mission</b>", "targets": ["lena"]}),
-    Record(4.5, Kind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": None, "sighting": None}),
+    Record(0.0, RecordKind.START, "idle", "lena", {"format": 2, "mission": "<b>a mission</b>", "targets": ["lena"]}),
+    Record(4.5, RecordKind.LOOK, "search", "lena", {"pose": [0, 0, 0], "range_mm": None, "sighting": None}),
 ]
 WRITTEN_S = 1_600_000_000.0
 SUMMARY = {"mission": "m", "ending": "achieved", "achieved": True, "duration_s": 4.5}

@@ -15,7 +15,7 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.profiles import registry
 from nxtdrive import run_mission
 from nxtdrive.mission.files import read_mission_file
@@ -295,10 +295,10 @@ def test_a_page_that_comes_during_a_mission_gets_the_whole_state(tmp_path):
 
 
 def test_what_the_robot_does_is_said_in_the_words_of_the_terminal():
-    assert doing(Record(0.0, Kind.STEP, "move_to", "lena")) == "look elsewhere: lena"
-    assert doing(Record(0.0, Kind.STEP, "gave_up", "lena")) == "gave up: lena"
-    assert doing(Record(0.0, Kind.TRANSITION, "finished", "lena", {"to": "done"})) == "finished"
-    assert doing(Record(0.0, Kind.END, "finished", "lena", {"ending": "time_limit"})) == "ended: time limit"
+    assert doing(Record(0.0, RecordKind.STEP, "move_to", "lena")) == "look elsewhere: lena"
+    assert doing(Record(0.0, RecordKind.STEP, "gave_up", "lena")) == "gave up: lena"
+    assert doing(Record(0.0, RecordKind.TRANSITION, "finished", "lena", {"to": "done"})) == "finished"
+    assert doing(Record(0.0, RecordKind.END, "finished", "lena", {"ending": "time_limit"})) == "ended: time limit"
 
 
 @pytest.mark.slow

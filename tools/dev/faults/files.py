@@ -22,7 +22,7 @@ from random import Random
 import cv2
 import numpy as np
 
-from behaviors.journal import Kind
+from behaviors.journal import RecordKind
 from behaviors.mission import BUILT_IN
 from firmware_protocol.errors import AddressError, CameraError, ConfigError, LocalProtocolError
 from nxtdrive.cli.main import main
@@ -212,7 +212,7 @@ def _run_folder() -> dict[str, bytes]:
     from behaviors.mission import load_mission
 
     _, referee = run_episode(generate_scenario("block_transient", 100), "adaptive", "geometric")
-    lines = [record.to_json() for record in referee.records if record.kind not in (Kind.LOOK, Kind.STEP)]
+    lines = [record.to_json() for record in referee.records if record.kind not in (RecordKind.LOOK, RecordKind.STEP)]
     mission = load_mission(BUILT_IN, [PICTURES])
     summary = {"ending": "achieved", "achieved": True, "targets": []}
     return {
@@ -262,7 +262,7 @@ KINDS: dict[str, tuple[int, str, tuple[Callable[[], bytes], ...], Read]] = {
     "address": (5, "none", (lambda: b"",), _address),
     "name on the brick": (2, "none", (lambda: b"",), _name),
 }
-"""Kind -> its share of the trials in per cent, the file's name, good contents, and how it is read."""
+"""RecordKind -> its share of the trials in per cent, the file's name, good contents, and how it is read."""
 
 
 def _run(seed: int, numbers: range) -> Tally:

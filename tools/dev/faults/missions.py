@@ -17,7 +17,7 @@ from typing import cast
 import numpy as np
 
 from behaviors.executive import Executive, Report
-from behaviors.journal import Kind, Record
+from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
 from behaviors.ports import Eyes, Point
 from behaviors.profile_names import ADAPTIVE
@@ -69,9 +69,9 @@ class Referee:
         if isinstance(pose := record.data.get("pose"), list):
             x_mm, y_mm, _ = cast("list[float]", pose)
             self.here = (x_mm, y_mm)  # by odometry: a robot cannot know how its wheels slip
-        if record.kind is Kind.CHOICE:
+        if record.kind is RecordKind.CHOICE:
             self.choices.append((record, self.here))
-        claims = record.kind is Kind.TRANSITION and record.data["to"] == "reached"
+        claims = record.kind is RecordKind.TRANSITION and record.data["to"] == "reached"
         if claims and self.trial.described and not self._is_at(record.target):
             here, there = self.simulation.truth.pose, self._goals().get(record.target)
             self.wrong.append(f"wrong stop at {record.time_s} s: {record.target} is at {there}, the robot at {here}")
