@@ -67,8 +67,8 @@ class Session:
         mission: Its targets can be named, the first one is the current one; its parameters and its profile apply.
         ports: The robot, its camera, and time.
         connect: Makes sure that the brick answers; raises `RobotUnreachable` when it does not.
-        faults: Errors other than an `Outage` that body and eyes raise on a fault. Any other error is a defect of the
-            program: it is answered as a fault as well, and logged with its traceback.
+        faults: Errors other than an `Outage` that `body` and `vision` raise on a fault. Any other error is a defect of
+            the program: it is answered as a fault as well, and logged with its traceback.
         observers: Receive a record of each call, reply and look; one that fails is left out.
 
     Attributes:

@@ -44,7 +44,7 @@ class OutageSupervisor:
 
     def __init__(self, context: SkillContext, timeout_s: float) -> None:
         self._context = context
-        self._body, self._eyes, self._clock = context.body, context.eyes, context.clock
+        self._body, self._vision, self._clock = context.body, context.vision, context.clock
         self._timeout_s = timeout_s
         self._pause = context.pause
 
@@ -131,7 +131,7 @@ class OutageSupervisor:
             self._body.stop()
             self._body.battery_mv()  # stopping takes no answer, and silence is not a failure of it
             if part == "camera":
-                self._eyes.glance(())
+                self._vision.glance(())
             elif part == "sensor":
                 self._body.range_mm()
                 self._body.touching()

@@ -80,7 +80,7 @@ class Cut(Flag):
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """A target that was detected in a frame; those that `Eyes` return are confirmed by other frames.
+    """A target that was detected in a frame; those that `Vision` returns are confirmed by other frames.
 
     Attributes:
         target: Name of the target.
@@ -294,8 +294,8 @@ class Body(Protocol):
         ...
 
 
-class Eyes(Protocol):
-    """The camera with its detectors. `look` and `glance` raise `CameraLost` when there is no picture."""
+class Vision(Protocol):
+    """The camera with its detectors. `look` and `glance` raise `CameraLost` when no frame arrives."""
 
     def look(self, target: str) -> Sighting | None:
         """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
@@ -323,10 +323,10 @@ class Ports(NamedTuple):
 
     Attributes:
         body: The robot.
-        eyes: Its camera.
+        vision: Its camera and detectors.
         clock: Mission time.
     """
 
     body: Body
-    eyes: Eyes
+    vision: Vision
     clock: Clock

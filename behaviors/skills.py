@@ -12,7 +12,7 @@ from behaviors.journal import Note, RecordKind
 from behaviors.mission import ThesisParameters
 from behaviors.obstacle_watch import ObstacleWatch
 from behaviors.pause import Pause
-from behaviors.ports import Body, Clock, Eyes, Pose, Sighting
+from behaviors.ports import Body, Clock, Pose, Sighting, Vision
 from behaviors.wiring import WiringCheck
 
 
@@ -44,7 +44,7 @@ class SkillContext:
 
     Attributes:
         body: The robot.
-        eyes: Its camera.
+        vision: Its camera and detectors.
         clock: Mission time.
         thesis: The parameters of the thesis profile.
         note: Writes a record.
@@ -57,7 +57,7 @@ class SkillContext:
     """
 
     body: Body
-    eyes: Eyes
+    vision: Vision
     clock: Clock
     thesis: ThesisParameters
     note: Note

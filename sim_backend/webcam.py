@@ -140,7 +140,7 @@ class Webcam:
 
     @property
     def generator(self) -> Random:
-        """The random generator of geometric eyes."""
+        """The random generator of geometric vision."""
         return self._sensor.generator
 
     @property

@@ -129,7 +129,7 @@ class Perception:
         context = self.context
         context.check_time()
         looked_for = [self.target, *self._others()]
-        glimpses = [context.eyes.glance(looked_for) for _ in range(self.frames)]
+        glimpses = [context.vision.glance(looked_for) for _ in range(self.frames)]
         asked_s = self.now()
         range_mm = context.body.range_mm()
         pose = context.body.pose()
@@ -141,7 +141,7 @@ class Perception:
         self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
         self.world.travel_mm_s = self._travel_mm_s
         free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
-        rays = context.eyes.free_floor(free_at_s) if self.parameters.sees_floor else ()
+        rays = context.vision.free_floor(free_at_s) if self.parameters.sees_floor else ()
         if self._turn_tests:
             self.turns.add(pose, range_mm)
         self.world.floor.weight = float(len(glimpses))

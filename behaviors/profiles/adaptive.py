@@ -28,7 +28,7 @@ from behaviors.thesis.skills import ThesisMoveSkill
 
 MIN_INTERVAL_S = 1.0
 """Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""
-EYES_ONLY_S = 20.0
+MAP_IGNORED_S = 20.0
 """A map without any path is more likely wrong than the robot is shut in: it is ignored for this time."""
 
 
@@ -94,7 +94,7 @@ class AdaptiveProfile:
         self._policy = policy or checked(self.own_policy, RecoveryPolicy, mission)  # type: ignore[type-abstract]
         self._pursuit: tuple[str, int] | None = None
         self._pursued_s = 0.0
-        self._eyes_only_s: float | None = None
+        self._map_ignored_s: float | None = None
         self._decided: tuple[float, Point] | None = None
         self._destined: Viewpoint | None = None
 
@@ -167,7 +167,7 @@ class AdaptiveProfile:
     def select(self, evidence: Evidence) -> Choice:
         """Choose by the policy, and remember where; without a path past the blocker, distrust the map."""
         if evidence.blocker and evidence.detour is None:
-            self._eyes_only_s = self._perception.now()
+            self._map_ignored_s = self._perception.now()
             self._report(Event.MAP_DISTRUSTED, Reason.NO_WAY)
         choice = checked_choice(self._policy.select, evidence, self._queue.names)
         destination = choice.route[-1] if choice.route else None
@@ -179,10 +179,10 @@ class AdaptiveProfile:
 
     def _trusts_map(self) -> bool:
         """Return whether an approach that begins now takes account of the obstacles on the map."""
-        if self._eyes_only_s is not None and self._perception.now() - self._eyes_only_s > EYES_ONLY_S:
-            self._eyes_only_s = None
+        if self._map_ignored_s is not None and self._perception.now() - self._map_ignored_s > MAP_IGNORED_S:
+            self._map_ignored_s = None
             self._report(Event.MAP_TRUSTED, Reason.DISTRUST_OVER)
-        return self._eyes_only_s is None
+        return self._map_ignored_s is None
 
     def _report(self, event: Event, reason: Reason) -> None:
         self._perception.context.report(Fact(event, reason))

@@ -108,7 +108,7 @@ class ThesisSearchSkill:
         context.clock.sleep(context.thesis.settle_s)
         sighting = None
         for _ in range(context.thesis.looks_per_stop):
-            sighting = context.eyes.look(self._target)
+            sighting = context.vision.look(self._target)
             if sighting:
                 break
         note_look(context, context.body.pose(), context.body.range_mm(), sighting)
@@ -147,7 +147,7 @@ class ThesisArriveSkill:
     def _step(self) -> Fact | None:
         """Look once and steer by it; a fact when the approach is over."""
         context, thesis = self._context, self._context.thesis
-        sighting = context.eyes.look(self._target)
+        sighting = context.vision.look(self._target)
         now_s = context.clock.now()
         note_look(context, context.body.pose(), context.body.range_mm(), sighting)
         if sighting:

@@ -83,7 +83,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
         profile: The profile that drives and proposes.
-        eyes: ``geometric`` or ``camera``.
+        eyes: How targets are seen: ``geometric`` or ``camera``.
         cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:

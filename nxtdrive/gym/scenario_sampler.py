@@ -83,13 +83,13 @@ def episode_info(episode: Episode) -> dict[str, Any]:
 
 
 def check_eyes(eyes: str) -> str:
-    """Return the name of the eyes.
+    """Return `eyes`, the name of how targets are seen.
 
     Raises:
-        ConfigError: There are no such eyes.
+        ConfigError: It is not a known name.
     """
     if eyes not in (GEOMETRIC, CAMERA):
-        raise ConfigError(f"{eyes!r} is not a kind of eyes.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
+        raise ConfigError(f"eyes = {eyes!r} is not valid.", remedy=f"Use {GEOMETRIC!r} or {CAMERA!r}.")
     return eyes
 
 

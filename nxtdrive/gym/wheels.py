@@ -45,13 +45,13 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     The observation has ``sonar`` (mm, 2550 without an echo), ``bumper``, ``odometry`` (x and y in mm, heading in
     degrees, positive right, from the start), ``targets`` (for each in order: whether it is yet to be reached, and with
-    geometric eyes whether it is seen, its bearing in degrees and its distance in mm), ``left_s``, and with
+    geometric vision whether it is seen, its bearing in degrees and its distance in mm), ``left_s``, and with
     ``eyes="camera"`` the ``image``, blue, green, red.
 
     Args:
         kinds: Classes of scenarios, drawn from for each episode; see docs/evaluation.md.
         seeds: Seeds, drawn from likewise.
-        eyes: ``geometric`` or ``camera``.
+        eyes: How targets are seen: ``geometric`` or ``camera``.
         cost_per_s: Reward that each second costs; 0.01 makes a target worth 100 s.
 
     Raises:
@@ -144,7 +144,7 @@ class WheelEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         began_s, robot, names = episode.time_s, episode.robot.ports, self._targets(episode)
         seen: dict[str, Sighting] = {}
         with suppress(Outage):
-            seen = dict(robot.eyes.glance(names).seen)
+            seen = dict(robot.vision.glance(names).seen)
         sonar, bumper, odometry = NO_ECHO_MM, 0, np.zeros(3, np.float32)
         with suppress(Outage):
             pose = robot.body.pose()

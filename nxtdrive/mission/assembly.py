@@ -14,21 +14,21 @@ from nxtdrive.brick import Brick, open_brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import default_camera, open_mission_camera, watch_frames
-from nxtdrive.mission.eyes import mission_eyes
 from nxtdrive.mission.run_review import RunReview
 from nxtdrive.mission.truth import simulated_room_of, truth_of
+from nxtdrive.mission.vision import mission_vision
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import CAMERA, JOURNAL, MISSION, SUMMARY, VIDEO, new_run_folder, summary
 from nxtdrive.recording.video import VIDEO_FPS, Follow
 from nxtdrive.signals import held
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.record import brick_address
-from nxtdrive.vision.eyes import CameraEyes, OnLook
+from nxtdrive.vision.target_vision import CameraVision, OnLook
 
 if TYPE_CHECKING:
     from behaviors.mission import Mission
     from behaviors.pause import Pause
-    from behaviors.ports import Eyes
+    from behaviors.ports import Vision
     from behaviors.profiles.profile import MakeProfile
     from nxtdrive.vision.camera import Camera, Frame
 
@@ -61,9 +61,9 @@ class OpenRobot:
         """Call `observer` with the camera's frames; see `nxtdrive.mission.camera.watch_frames`."""
         watch_frames(self.camera, self.brick, observer, fps, wanted)
 
-    def eyes(self, mission: Mission) -> Eyes:
-        """Return eyes for the targets of a mission; see `nxtdrive.mission.eyes.mission_eyes`."""
-        return mission_eyes(mission, self.brick, self.camera, self.source)
+    def vision(self, mission: Mission) -> Vision:
+        """Return the vision of a mission; see `nxtdrive.mission.vision.mission_vision`."""
+        return mission_vision(mission, self.brick, self.camera, self.source)
 
 
 @contextmanager
@@ -128,19 +128,19 @@ class MissionRun:
         self.robot, self._mission, self._pause = robot, mission, pause
         self._report: Report | None = None
         self._error = ""
-        self._eyes = robot.eyes(mission)
-        ports = mission_ports(robot.brick, mission, self._eyes)
+        self._vision = robot.vision(mission)
+        ports = mission_ports(robot.brick, mission, self._vision)
         self._executive = Executive(mission, ports, observers, make_profile, pause)
-        by_name = not isinstance(self._eyes, CameraEyes)
+        by_name = not isinstance(self._vision, CameraVision)
         world = brick_address(Address.parse(robot.address)).target
         self._review = RunReview(
             mission, truth_of(robot.brick), say_hint, file, by_name=by_name, camera=robot.source, world=world
         )
 
     def on_look(self, observer: OnLook) -> None:
-        """Call `observer` after each look at a frame; eyes that look at no frames never do."""
-        if isinstance(self._eyes, CameraEyes):
-            self._eyes.on_look(observer)
+        """Call `observer` after each look at a frame; geometric vision has no frames and never calls it."""
+        if isinstance(self._vision, CameraVision):
+            self._vision.on_look(observer)
 
     def record(self, parent: Path, *, video: bool = True, watch: WatchFrames | None = None) -> Recording:
         """Record the run in a new folder, which is complete when `pursue` ends.

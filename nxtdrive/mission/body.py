@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from behaviors.ports import Eyes, MotionResult, Ports, Pose, RobotUnreachable, SensorListener, SensorLost, StopReason
+from behaviors.ports import MotionResult, Ports, Pose, RobotUnreachable, SensorListener, SensorLost, StopReason, Vision
 from firmware_protocol.errors import BrickError, BrickNotFound, LinkError, RemoteProtocolError
 from nxtdrive.motion.obstacle_monitor import SafetyLimits
 
@@ -200,9 +200,9 @@ def build_body(brick: Brick, mission: Mission) -> MissionBody:
     return MissionBody(build_rover(brick, mission.robot), safety_sensors(mission.robot))
 
 
-def mission_ports(brick: Brick, mission: Mission, eyes: Eyes) -> Ports:
-    """Return what a mission works with: the robot that it describes, these eyes, and the brick's clock."""
-    return Ports(build_body(brick, mission), eyes, MissionClock(brick))
+def mission_ports(brick: Brick, mission: Mission, vision: Vision) -> Ports:
+    """Return what a mission works with: the robot that it describes, this vision, and the brick's clock."""
+    return Ports(build_body(brick, mission), vision, MissionClock(brick))
 
 
 def safety_sensors(robot: RobotTable) -> list[str]:

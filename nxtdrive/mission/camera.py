@@ -73,7 +73,7 @@ def watch_frames(
         transport.on_frame(lambda image, time_s: observer(Frame(image, time_s, number)), fps, due)
 
 
-def simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - it serves both kinds of eyes
+def simulated_webcam(brick: Brick) -> Any:  # noqa: ANN401 - both kinds of vision use it
     """Return the webcam of a simulated brick's robot; None for any other brick."""
     transport = recorded(brick.link.transport)
     return transport.webcam if isinstance(transport, SimTransport) else None

@@ -18,7 +18,7 @@ from behaviors.journal import Observer
 from behaviors.line_protocol import MOTIONS, BadLine, ErrorReply, Request, RequestReader, Verb, failure_reply
 from behaviors.line_session import Preempted, Session
 from behaviors.mission import Mission
-from behaviors.ports import Eyes, Ports, RobotUnreachable, SensorListener
+from behaviors.ports import Ports, RobotUnreachable, SensorListener, Vision
 from firmware_protocol.errors import LinkError, NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.host.listening import LOOPBACK, listen
@@ -40,7 +40,7 @@ TICK_S = 0.02
 def sessions(
     mission: Mission,
     brick: Brick,
-    eyes: Eyes,
+    vision: Vision,
     observers: Sequence[Observer],
     on_sensor_change: SensorListener = lambda _sensor, _error: None,
 ) -> Callable[[], Session]:
@@ -49,7 +49,7 @@ def sessions(
     Args:
         mission: Gives the targets, the robot's measures and the parameters.
         brick: The robot's brick.
-        eyes: The robot's camera.
+        vision: The robot's camera and detectors.
         observers: Called with the records of every session.
         on_sensor_change: Called when a sensor fails and when it answers again.
     """
@@ -63,7 +63,7 @@ def sessions(
             with link_errors_as_outages():
                 brick.link.reconnect()
 
-    ports = Ports(body, eyes, MissionClock(brick))
+    ports = Ports(body, vision, MissionClock(brick))
     return lambda: Session(mission, ports, connect=connect, faults=(NXTError,), observers=observers)
 
 

@@ -18,7 +18,7 @@ class Episode:
 
     Args:
         scenario: The scenario.
-        eyes: ``geometric`` or ``camera``.
+        eyes: How targets are seen: ``geometric`` or ``camera``.
 
     Attributes:
         observers: Called with every record of the journal.

@@ -1,4 +1,4 @@
-"""Build the robot of a scenario: the product's body and eyes on a simulation, degraded as the scenario demands.
+"""Build the robot of a scenario: `MissionBody` and vision on a simulation, degraded as the scenario demands.
 
 A profile gets a `ScenarioRobot` and nothing else; it has no access to the simulation.
 """
@@ -18,14 +18,14 @@ from behaviors.ports import Ports
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import mission_ports
 from nxtdrive.mission.camera import SIMULATED, open_mission_camera
-from nxtdrive.mission.eyes import mission_eyes
+from nxtdrive.mission.vision import mission_vision
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.camera.geometric import Quad
 from sim_backend.scenarios.conditions import CameraLoss, Sight
 from sim_backend.simulation import Simulation
 
 GEOMETRIC, CAMERA = "geometric", "camera"
-"""Eyes that skip rendering and detection, and eyes that do both."""
+"""Vision without rendering and detection, and vision with both."""
 
 LOOK_MS = 100
 """How often the triggers of the camera's losses are checked."""
@@ -55,19 +55,19 @@ def scenario_robot(
         scenario: The mission, and the camera's outages.
         simulation: The world that it drives in.
         brick: The open connection to its brick.
-        eyes: ``geometric`` or ``camera``.
+        eyes: How targets are seen: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
     sight = scenario.conditions.sight
     sensor = SpoiltSensor(simulation, sight, scenario.seed) if eyes == GEOMETRIC else None
-    sees = mission_eyes(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
+    sees = mission_vision(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
     for loss in sight.losses:
         _lose_camera(simulation, loss)
     return ScenarioRobot(scenario.mission, mission_ports(brick, scenario.mission, sees), observers)
 
 
 class SpoiltSensor:
-    """A geometric sensor degraded by poor light and look-alikes; see `nxtdrive.vision.eyes.GeometricSensor`.
+    """A geometric sensor degraded by poor light and look-alikes; see `nxtdrive.vision.target_vision.GeometricSensor`.
 
     Args:
         simulation: The simulation whose webcam is queried.

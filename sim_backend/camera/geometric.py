@@ -1,4 +1,4 @@
-"""Geometric eyes: what the picture detector would report, computed from geometry and chance without an image.
+"""Geometric vision: what the picture detector would report, computed from geometry and chance without an image.
 
 Rendering and searching a frame takes tens of milliseconds. For sweeps over thousands of missions this model computes
 how large the picture appears, at which angle, how much of it is visible and how fast the camera turns; a law fitted to

@@ -35,10 +35,10 @@ class Sight:
     """Conditions that degrade the view, besides the obstacles in the room.
 
     Attributes:
-        farthest_mm: Range of geometric eyes.
-        hit_rate: Share of the frames in which geometric eyes detect a visible target.
-        lookalikes: Pictures that geometric eyes sometimes mistake for a target.
-        mistake_rate: Share of the frames showing a look-alike in which they do.
+        farthest_mm: Range of geometric vision.
+        hit_rate: Share of the frames in which geometric vision detects a visible target.
+        lookalikes: Pictures that geometric vision sometimes mistakes for a target.
+        mistake_rate: Share of the frames showing a look-alike in which it does.
         mistake_rates: The same for each look-alike on its own, in place of `mistake_rate`.
         losses: Outages of the camera.
     """

@@ -18,7 +18,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.link.interrupting import interruptible
 from nxtdrive.mission.body import mission_ports
 from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
+from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -91,10 +91,12 @@ def perform(
     console.say("Connecting to NXT")
     with Brick(transport, reconnecting=reconnecting) as brick:
         brick.link.reconnect_timeout_s = 0.0
-        eyes = geometric_eyes(brick, mission) if geometric else camera_eyes(open_mission_camera("sim", brick), mission)
+        vision = (
+            geometric_vision(brick, mission) if geometric else camera_vision(open_mission_camera("sim", brick), mission)
+        )
         make_profile = supervised(mission, ask) if ask else None
         observers = [observer, done.records.append, console]
-        executive = Executive(mission, mission_ports(brick, mission, eyes), observers, make_profile, pause)
+        executive = Executive(mission, mission_ports(brick, mission, vision), observers, make_profile, pause)
         start_ms = simulation.now_ms
 
         def sample() -> None:

@@ -9,7 +9,7 @@ from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.task import run_episode
-from nxtdrive.vision.eyes import GLANCE_TIMEOUT_S
+from nxtdrive.vision.target_vision import GLANCE_TIMEOUT_S
 
 UNSEEING_TURN_S = 2.0
 """To where a scan begins the robot turns up to half round, without looking."""

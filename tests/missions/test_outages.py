@@ -47,7 +47,7 @@ def test_a_mission_outlasts_a_camera_that_is_away(perform, mission_for, profile,
 
 @pytest.mark.nightly
 @PROFILES
-def test_real_eyes_outlast_it_too(perform, mission_for, profile):
+def test_a_mission_with_detectors_outlasts_it_too(perform, mission_for, profile):
     done = perform("open", mission_for("lena", profile=profile), arrange=_camera_away(APPROACHING_S, 4.0))
     assert done.report.achieved
     assert done.of(RecordKind.TRANSITION, event="camera_back")

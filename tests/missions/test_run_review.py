@@ -108,7 +108,7 @@ def test_a_target_that_the_simulated_world_hides_is_no_reason_for_a_hint(perform
 
 
 @pytest.mark.parametrize(("by_name", "hints"), [(False, 1), (True, 0)])
-def test_eyes_that_know_objects_by_name_take_the_object_of_that_name_for_the_target(by_name, hints, mission_for):
+def test_vision_by_name_takes_the_object_of_that_name_for_the_target(by_name, hints, mission_for):
     said: list[str] = []
     mission = mission_for("lena")
     disguised = mission.model_copy(update={"target": {"lena": mission_for("rilakkuma").target["rilakkuma"]}})

@@ -12,7 +12,7 @@ from behaviors.mission import Mission
 from behaviors.ports import Ports
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionBody, MissionClock, build_body
-from nxtdrive.mission.eyes import geometric_eyes
+from nxtdrive.mission.vision import geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -33,7 +33,7 @@ class Robot:
         table = mission.mission.model_copy(update={"reconnect_timeout_s": 12.0})
         self._mission = mission.model_copy(update={"robot": robot, "mission": table})
         self.body: MissionBody = build_body(brick, self._mission)
-        self._ports = Ports(self.body, geometric_eyes(brick, self._mission), MissionClock(brick))
+        self._ports = Ports(self.body, geometric_vision(brick, self._mission), MissionClock(brick))
         self._sonar = simulation.brick.low_speed.channels[3].bus.sensor.device
 
     def pursue(self) -> Report:

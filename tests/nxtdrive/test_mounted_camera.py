@@ -8,8 +8,8 @@ from behaviors.adaptive.world_model import WorldModel
 from behaviors.mission import Mission
 from nxtdrive.brick import open_brick
 from nxtdrive.mission.body import build_body
-from nxtdrive.mission.eyes import geometric_eyes
 from nxtdrive.mission.files import PICTURES
+from nxtdrive.mission.vision import geometric_vision
 
 WORLD = """
 [floor]
@@ -48,12 +48,12 @@ def _place(tmp_path, camera, believed):
         }
     )
     with open_brick(f"sim://{tmp_path}/world.toml") as brick:
-        body, eyes = build_body(brick, mission), geometric_eyes(brick, mission)
+        body, vision = build_body(brick, mission), geometric_vision(brick, mission)
         world, until_s = WorldModel(mission), brick.now() + 1.5
         body.turn(-20.0)
         while brick.now() < until_s or body.pose().heading_deg < 5.0:
             body.drive(0.0, 30.0)
-            seen = eyes.glance(["lena"])
+            seen = vision.glance(["lena"])
             world.perceive(brick.now(), body.pose(), None, ["lena"], seen)
             if body.pose().heading_deg > 10.0:
                 break

@@ -10,9 +10,9 @@ from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.errors import AddressError, ConfigError, LinkLost
 from nxtdrive import open_brick
 from nxtdrive.mission.camera import GEOMETRIC, open_mission_camera
-from nxtdrive.mission.eyes import mission_eyes
+from nxtdrive.mission.vision import mission_vision
 from nxtdrive.testing import SimWorld
-from nxtdrive.vision.eyes import GeometricEyes
+from nxtdrive.vision.target_vision import GeometricVision
 from sim_backend.bundled import PICTURES
 from sim_backend.devices import TouchSensor
 
@@ -51,13 +51,13 @@ def test_a_picture_of_ones_own_is_found_by_its_name(sim_world):
 
 
 def test_a_box_in_front_is_measured_until_it_is_gone(sim_world, sim_brick):
-    eyes = sim_brick.ultrasonic(4)
+    sonar = sim_brick.ultrasonic(4)
     sim_world.put_box("crate", x_mm=1000)
-    assert eyes.distance_mm == pytest.approx(1000 - 100 - 500, abs=30)
+    assert sonar.distance_mm == pytest.approx(1000 - 100 - 500, abs=30)
     sim_world.put("crate", x_mm=1400)
-    assert eyes.distance_mm == pytest.approx(1400 - 100 - 500, abs=30)
+    assert sonar.distance_mm == pytest.approx(1400 - 100 - 500, abs=30)
     sim_world.hide("crate")
-    assert (eyes.distance_mm or 9999) > 2000
+    assert (sonar.distance_mm or 9999) > 2000
 
 
 def test_a_box_put_against_the_bumper_presses_it(sim_world, sim_brick):
@@ -195,7 +195,7 @@ def test_a_mission_waits_where_it_lost_the_target(sim_world, sim_brick, tmp_path
 def test_a_picture_that_was_brought_in_is_found_by_geometry(sim_world, sim_brick, mission_for):
     sim_world.put("lena", x_mm=2000)
     camera = open_mission_camera(GEOMETRIC, sim_brick)
-    assert isinstance(mission_eyes(mission_for("lena"), sim_brick, camera, GEOMETRIC), GeometricEyes)
+    assert isinstance(mission_vision(mission_for("lena"), sim_brick, camera, GEOMETRIC), GeometricVision)
 
 
 def test_an_address_lives_as_long_as_its_world():

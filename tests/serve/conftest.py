@@ -16,11 +16,11 @@ import pytest
 
 from behaviors.journal import Record, RecordKind
 from behaviors.mission import Mission
-from behaviors.ports import Eyes
+from behaviors.ports import Vision
 from nxtdrive.brick import Brick
 from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.mission.line_server import LineServer, sessions
+from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.link import LinkFaults
 from sim_backend.simulation import Simulation
@@ -96,7 +96,7 @@ def serving(
     brick: Brick,
     simulation: Simulation,
     mission: Mission,
-    eyes: Eyes,
+    vision: Vision,
     passing: Callable[[float], None] | None = None,
 ) -> Iterator[Served]:
     """Serve a brick until the block is left."""
@@ -105,7 +105,7 @@ def serving(
     end = threading.Event()
     server = LineServer(
         brick,
-        sessions(mission, brick, eyes, [records.append]),
+        sessions(mission, brick, vision, [records.append]),
         port=0,
         stopped=end.is_set,
         say=said.append,
@@ -138,10 +138,10 @@ def serve(mission_for: Callable[..., Mission]) -> Iterator[Callable[..., Served]
             simulation = Simulation(world, seed=1)
             mission = mission_for(*(targets or ("lena", "rilakkuma")), **thesis)
             brick = stack.enter_context(Brick(SimTransport(simulation, faults=faults)))
-            eyes: Eyes = geometric_eyes(brick, mission)
+            vision: Vision = geometric_vision(brick, mission)
             if camera:
-                eyes = camera_eyes(open_mission_camera("sim", brick), mission)
-            return stack.enter_context(serving(brick, simulation, mission, eyes))
+                vision = camera_vision(open_mission_camera("sim", brick), mission)
+            return stack.enter_context(serving(brick, simulation, mission, vision))
 
         yield _serve
 

@@ -16,8 +16,8 @@ from behaviors.line_protocol import Request, Verb
 from behaviors.profiles import registry
 from behaviors.profiles.adaptive import AdaptiveProfile
 from nxtdrive.brick import Brick
-from nxtdrive.mission.eyes import geometric_eyes
 from nxtdrive.mission.line_server import sessions
+from nxtdrive.mission.vision import geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.simulation import Simulation
 
@@ -138,7 +138,7 @@ def test_ctrl_c_in_a_program_that_lets_a_mission_run_leaves_the_motors_off(missi
     main = threading.main_thread().ident
     with Brick(SimTransport(simulation)) as brick:
         simulation.at(4000, lambda: signal.pthread_kill(main, signal.SIGINT))
-        session = sessions(mission, brick, geometric_eyes(brick, mission), [])()
+        session = sessions(mission, brick, geometric_vision(brick, mission), [])()
         with pytest.raises(KeyboardInterrupt):
             session.answer(Request(Verb.CHOOSE))
         simulation.advance(500)

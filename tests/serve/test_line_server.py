@@ -21,8 +21,8 @@ from firmware_protocol import status
 from firmware_protocol.errors import BrickBusy, BrickError
 from nxtdrive.brick import Brick
 from nxtdrive.link.interrupting import interruptible
-from nxtdrive.mission.eyes import geometric_eyes
 from nxtdrive.mission.line_server import CHECK_INTERVAL_S, LineServer
+from nxtdrive.mission.vision import geometric_vision
 from nxtdrive.transports import open_transport
 from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.sim import SimTransport
@@ -235,7 +235,7 @@ def test_the_end_of_the_server_stops_the_motors(serve):
 def test_a_server_that_has_ended_leaves_the_link_as_it_was(serving, mission_for):
     simulation, mission, calls = Simulation("open", seed=1), mission_for("lena"), []
     with Brick(SimTransport(simulation)) as brick, interruptible(brick.link, lambda: calls.append(brick)):
-        with serving(brick, simulation, mission, geometric_eyes(brick, mission)) as served:
+        with serving(brick, simulation, mission, geometric_vision(brick, mission)) as served:
             assert served.client().ask("connect") == 1
         calls.clear()
         assert brick.battery_v
@@ -243,7 +243,7 @@ def test_a_server_that_has_ended_leaves_the_link_as_it_was(serving, mission_for)
 
 
 class SeesNothing:
-    """Eyes that see nothing."""
+    """Vision that sees nothing."""
 
     def look(self, target):
         return None
@@ -351,16 +351,16 @@ REFUSALS = [BrickError(status.Status.NO_MORE_HANDLES, "OpenRead"), BrickBusy("it
 
 @pytest.mark.parametrize("error", REFUSALS, ids=repr)
 def test_a_search_that_the_brick_or_the_camera_refuses_has_failed(serving, mission_for, error):
-    simulation, eyes = Simulation("open", seed=1), Broken(error)
-    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
+    simulation, vision = Simulation("open", seed=1), Broken(error)
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), vision) as served:
         client = served.client()
         assert client.ask("arrive lena") == 2
         assert client.ask("why") == Why.FAULT
 
 
 def test_an_internal_error_is_answered_and_logged(serving, mission_for, caplog):
-    simulation, eyes = Simulation("open", seed=1), Broken(ZeroDivisionError())
-    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), eyes) as served:
+    simulation, vision = Simulation("open", seed=1), Broken(ZeroDivisionError())
+    with Brick(SimTransport(simulation)) as brick, serving(brick, simulation, mission_for("lena"), vision) as served:
         client = served.client()
         assert client.ask("arrive lena") == 2
         assert client.ask("why") == Why.FAULT

@@ -10,7 +10,7 @@ import pytest
 from behaviors.mission import Mission
 from nxtdrive.brick import Brick
 from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
+from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import PICTURES
 from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
@@ -182,10 +182,12 @@ MISSION = Mission.model_validate(
 
 def looks(camera, tables, geometric, number):
     with Brick(SimTransport(Simulation(world(camera, **tables), seed=1))) as brick:
-        eyes = geometric_eyes(brick, MISSION) if geometric else camera_eyes(open_mission_camera("sim", brick), MISSION)
+        vision = (
+            geometric_vision(brick, MISSION) if geometric else camera_vision(open_mission_camera("sim", brick), MISSION)
+        )
         times = []
         for _ in range(number):
-            eyes.look("lena")
+            vision.look("lena")
             times.append(brick.now())
         return times
 

@@ -1,4 +1,4 @@
-"""Geometric eyes: their geometry, their random misses, and their agreement with the real detector."""
+"""Geometric vision: its geometry, its random misses, and its agreement with the real detector."""
 
 import math
 from statistics import fmean, pstdev

@@ -205,8 +205,8 @@ def _import_cpu_ms(statement: str) -> float:
 
 
 def measure_simulation() -> Iterable[Figure]:
-    """Measure the built-in mission with rendering and detection, and with geometric eyes, which skip both."""
-    for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric eyes", GEOMETRIC, 100.0)):
+    """Measure the built-in mission with rendering and detection, and with geometric vision, which skip both."""
+    for name, camera, goal in (("camera", SIMULATED, 5.0), ("geometric vision", GEOMETRIC, 100.0)):
         begun = time.perf_counter()
         report = run_mission(nxt="sim://", camera=camera)
         wall_s = time.perf_counter() - begun

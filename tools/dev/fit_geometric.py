@@ -1,4 +1,4 @@
-"""Measure where the `picture` detector fails, and fit the model of the simulation's geometric eyes to it.
+"""Measure where the `picture` detector fails, and fit the simulation's model of geometric vision to it.
 
 In a checkout::
 
@@ -184,7 +184,7 @@ def fit_law(trials: int) -> DetectorLaw:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the model in use and the measured one."""
-    parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit the geometric eyes to the real detector.")
+    parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit geometric vision to the real detector.")
     parser.add_argument("--trials", type=int, default=200, help="frames in each of the six sweeps")
     arguments = parser.parse_args(argv)
     print(f"in use:   {PICTURE_LAW}")

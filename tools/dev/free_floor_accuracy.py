@@ -28,7 +28,7 @@ from behaviors.angles import wrapped_deg
 from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.free_floor import N as DETECTOR
 from nxtdrive.vision.geometry import Mounting
-from nxtdrive.vision.geometry import Pinhole as EyesPinhole
+from nxtdrive.vision.geometry import Pinhole as DetectorPinhole
 from sim_backend.camera.geometric_floor import FloorLaw, GeometricFloor
 from sim_backend.camera.lens import PERFECT, Lens, LensEffects
 from sim_backend.camera.projection import Pinhole
@@ -240,7 +240,7 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     fine = DETECTOR.width_px * FINER, condition.size[1] * DETECTOR.width_px * FINER // condition.size[0]
     kinds = SimCamera(fine, lens=PERFECT, floor=room.floor, textures=Kinds(room, textures.rugs))
     lens = Lens(condition.effects, condition.size, camera.pinhole.focal_px, seed)
-    eyes = EyesPinhole.from_hfov(condition.size[0], mounting=Mounting(tilt_deg=condition.tilt_deg))
+    pinhole = DetectorPinhole.from_hfov(condition.size[0], mounting=Mounting(tilt_deg=condition.tilt_deg))
     detector = FreeFloorDetector()
 
     def frame(viewpoint: Viewpoint, turn_deg_s: float = 0.0, brightness: float = 1.0) -> Image:
@@ -255,7 +255,7 @@ def measure(room: Room, condition: Condition, seed: int) -> Iterable[Ray]:
     for place in room.places:
         place = replace(place, tilt_deg=condition.tilt_deg)
         ends = detector.ends(frame(place, condition.turn_deg_s, condition.brightness))
-        below = ends[eyes.directions(*ends.T)[1] > 0.0] * (DETECTOR.width_px / condition.size[0])
+        below = ends[pinhole.directions(*ends.T)[1] > 0.0] * (DETECTOR.width_px / condition.size[0])
         yield from compare(room, kinds.frame(room.panels, place), below)
 
 

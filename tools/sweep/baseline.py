@@ -30,7 +30,7 @@ class Baseline(ABC):
     """
 
     def __init__(self, robot: ScenarioRobot) -> None:
-        self.body, self.eyes, self.clock = robot.ports
+        self.body, self.vision, self.clock = robot.ports
         self.mission, self._observers = robot.mission, Observers(robot.observers)
         self._start_s = self.clock.now()
         self.deadline_s = self._start_s + self.mission.mission.time_limit_s
@@ -115,7 +115,7 @@ class Baseline(ABC):
 
     def look(self, target: str) -> Sighting | None:
         """Look for a target in the next frame."""
-        return self._outages.run(lambda: self.eyes.look(target))
+        return self._outages.run(lambda: self.vision.look(target))
 
     def rest(self, duration_s: float) -> None:
         """Wait; the time of an outage counts."""

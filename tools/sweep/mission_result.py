@@ -15,7 +15,7 @@ from .causes import Judgement
 from .metrics import TargetResult
 
 Key = tuple[str, int, str, str, str]
-"""Class, seed, agent, eyes and the digest of the robot's description."""
+"""Class, seed, agent, how targets are seen (`eyes`), and the digest of the robot's description."""
 OF_WHOLE_MISSIONS = {"duration_s", "contacts"}
 USUAL_TARGETS = 2
 """Existing targets of most classes of scenarios."""

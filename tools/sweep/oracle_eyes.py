@@ -110,7 +110,7 @@ class OracleEyes(Oracle):
 
     def _glance(self) -> None:
         """Remember the targets that the next frame shows."""
-        glimpse = self._outages.run(lambda: self.eyes.glance(self.mission.mission.targets))
+        glimpse = self._outages.run(lambda: self.vision.glance(self.mission.mission.targets))
         self._seen |= {name for name, sighting in glimpse.seen.items() if self._genuine(name, sighting)}
 
     def _genuine(self, target: str, sighting: Sighting) -> bool:

@@ -42,7 +42,7 @@ class Task:
         kind: Class of the scenario.
         seed: Seed of the scenario.
         agent: Name of the agent that drives.
-        eyes: ``geometric`` or ``camera``.
+        eyes: How targets are seen: ``geometric`` or ``camera``.
         robot: Description of the robot for the missions, where they have none themselves.
     """
 

@@ -252,7 +252,7 @@ def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool =
     ahead = "no echo" if view.range_mm is None else f"{view.range_mm:.0f} mm"
     speed = f"{view.speed_mm_s:+z.0f} mm/s  ({view.percent} %)"
     power, link = f"{view.battery_mv / 1000:.2f} V", f"{view.latency_ms:.0f} ms"
-    seen = view.eyes or camera
+    seen = view.target_text or camera
     if compact:
         bumper = "  BUMPER PRESSED" if view.touching else ""
         rows = {"speed": speed, "ahead": ahead + bumper, "power": f"{power}, link {link}", "camera": seen}

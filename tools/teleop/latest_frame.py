@@ -41,7 +41,7 @@ class LatestFrame:
         self._frame = frame
 
     def look(self, frame: Frame, _target: str, sighting: Sighting | None, detections: Sequence[Detection]) -> None:
-        """Keep the result of a look; see `nxtdrive.vision.eyes.OnLook`."""
+        """Keep the result of a look; see `nxtdrive.vision.target_vision.OnLook`."""
         boxes = [(detection.box, UNCONFIRMED) for detection in detections]
         if sighting is not None:
             boxes = [(box, color) for box, color in boxes if box != sighting.box] + [(sighting.box, CONFIRMED)]

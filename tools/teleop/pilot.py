@@ -40,7 +40,7 @@ class View:
         touching: Whether the bumper is pressed.
         battery_mv: Battery voltage.
         latency_ms: Round trip of the link.
-        eyes: Description of the target as the camera sees it; empty without a target.
+        target_text: Description of the target as the camera sees it; empty without a target.
     """
 
     time_s: float
@@ -53,7 +53,7 @@ class View:
     touching: bool
     battery_mv: int
     latency_ms: float
-    eyes: str
+    target_text: str
 
 
 class Pilot:
@@ -104,7 +104,7 @@ class Pilot:
         pose = self._rover.pose()
         self.map.drive_over(pose)
         self._sense(begun, pose)
-        eyes = self._look(begun, pose)
+        target_text = self._look(begun, pose)
         view = View(
             time_s=begun,
             state=state,
@@ -116,7 +116,7 @@ class Pilot:
             touching=self._touching,
             battery_mv=self._battery_mv,
             latency_ms=self._brick.link.latency_s * 1000,
-            eyes=eyes,
+            target_text=target_text,
         )
         self._rest(begun + STEP_S - self._brick.now())
         return view

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from behaviors.ports import Eyes, Sighting
+from behaviors.ports import Sighting, Vision
 from firmware_protocol.errors import CameraError
 
 EVERY_S = 0.5
@@ -15,7 +15,7 @@ class Spotter:
     """Looks between steps of driving, in the same thread, as a simulation needs.
 
     Args:
-        eyes: The robot's.
+        vision: The robot's camera and detectors.
         target: What to look for.
 
     Attributes:
@@ -24,8 +24,8 @@ class Spotter:
         trouble: What is wrong with the camera, or an empty string.
     """
 
-    def __init__(self, eyes: Eyes, target: str) -> None:
-        self._eyes, self.target = eyes, target
+    def __init__(self, vision: Vision, target: str) -> None:
+        self._vision, self.target = vision, target
         self.sighting: Sighting | None = None
         self.trouble = ""
         self._due_s = 0.0
@@ -41,7 +41,7 @@ class Spotter:
 
     def _look(self) -> None:
         try:
-            self.sighting, self.trouble = self._eyes.look(self.target), ""
+            self.sighting, self.trouble = self._vision.look(self.target), ""
         except CameraError as error:
             self.sighting, self.trouble = None, str(error)
 
@@ -49,11 +49,11 @@ class Spotter:
 class ThreadedSpotter(Spotter):
     """Looks in a thread of its own: a hanging webcam must not delay a stop."""
 
-    def __init__(self, eyes: Eyes, target: str) -> None:
-        super().__init__(eyes, target)
+    def __init__(self, vision: Vision, target: str) -> None:
+        super().__init__(vision, target)
         self._defect: Exception | None = None
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="teleop eyes", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="teleop spotter", daemon=True)
         self._thread.start()
 
     def look(self, now_s: float) -> None:  # noqa: ARG002 - the thread looks as often as it can

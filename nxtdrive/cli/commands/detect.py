@@ -119,7 +119,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _try(args: argparse.Namespace) -> int:
     from nxtdrive.mission.detectors import codes_in
-    from nxtdrive.mission.eyes import pinhole
+    from nxtdrive.mission.vision import pinhole
     from nxtdrive.vision.detection import Described
 
     args.source = "sim" if args.source == "sim://" else args.source

@@ -65,12 +65,12 @@ def run(args: argparse.Namespace) -> int:
         stopped = stack.enter_context(until_signal())
         robot = stack.enter_context(open_robot(in_real_time(mission_brick(args)), args.camera, reconnect=False))
         brick = robot.brick
-        eyes = robot.eyes(mission)
+        vision = robot.vision(mission)
         real_time = Address.parse(brick.link.transport.address).options.get("pace") == "realtime"
         status = stack.enter_context(StatusLine(make_console(stderr=True)))
         server = LineServer(
             brick,
-            sessions(mission, brick, eyes, [_say_reply, status], _say_sensor),
+            sessions(mission, brick, vision, [_say_reply, status], _say_sensor),
             port=args.port,
             host=args.host,
             stopped=stopped,

@@ -169,10 +169,10 @@ def _open_camera(
 
 
 def _spotter(camera: Camera, brick: Brick, mission: Mission, target: str, latest: LatestFrame) -> Spotter:
-    from nxtdrive.mission.eyes import camera_eyes
+    from nxtdrive.mission.vision import camera_vision
     from nxtdrive.tools.teleop.spotter import Spotter, ThreadedSpotter
 
-    eyes = camera_eyes(camera, mission)
-    eyes.on_look(latest.look)
+    vision = camera_vision(camera, mission)
+    vision.on_look(latest.look)
     kind = Spotter if brick.link.transport.simulated else ThreadedSpotter
-    return kind(eyes, target)
+    return kind(vision, target)

@@ -208,7 +208,7 @@ def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_work
 def test_a_path_that_becomes_much_longer_is_ended(bench, mocker):
     """Another choice may be better now; a wall showed that the way there is long."""
     perception, world = bench.profile._perception, bench.world
-    mocker.patch.object(perception.context.eyes, "glance", return_value=Glimpse(0.0, {}))
+    mocker.patch.object(perception.context.vision, "glance", return_value=Glimpse(0.0, {}))
     perception.step()
     goal = world.pose.ahead(1500.0)
     skill = FollowPathSkill(perception, (goal,))
@@ -252,7 +252,7 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
 def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mocker, nearer_mm, ends):
     """Who stood in a doorway has left when only its posts are heard."""
     perception = bench.profile._perception
-    mocker.patch.object(perception.context.eyes, "glance", return_value=Glimpse(0.0, {}))
+    mocker.patch.object(perception.context.vision, "glance", return_value=Glimpse(0.0, {}))
     perception.context.body.straight(4000.0)
     perception.context.body.straight(-300.0)
     range_mm = perception.step().range_mm

@@ -63,13 +63,13 @@ def _perceive() -> Iterator[tuple[MakePerception, list[Fact]]]:
 def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive, monkeypatch, look_s):
     perception = perceive[0](2.0, look_s)
     known = []
-    see = perception.context.eyes.free_floor
+    see = perception.context.vision.free_floor
 
     def free_floor(free_at_s):
         known.append(free_at_s is not None)
         return see(free_at_s)
 
-    monkeypatch.setattr(perception.context.eyes, "free_floor", free_floor)
+    monkeypatch.setattr(perception.context.vision, "free_floor", free_floor)
     ranges_mm = []
     for _ in range(60):
         perception.drive(0.0, 90.0)

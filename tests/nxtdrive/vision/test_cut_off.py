@@ -8,9 +8,9 @@ from nxtdrive.vision.camera import ReplayCamera
 from nxtdrive.vision.cut_off import Shape, marked
 from nxtdrive.vision.detection import Detection, TargetDetector
 from nxtdrive.vision.detectors.color import ColorDetector
-from nxtdrive.vision.eyes import CameraEyes
 from nxtdrive.vision.focus import detect_near
 from nxtdrive.vision.geometry import Pinhole
+from nxtdrive.vision.target_vision import CameraVision
 
 WIDTH, HEIGHT = 320, 240
 PINHOLE = Pinhole.from_hfov(WIDTH, 60)
@@ -35,8 +35,8 @@ def look(clock):
 
     def sightings(frames):
         targets = {"box": TargetDetector(ColorDetector("red"), HEIGHT_MM)}
-        eyes = CameraEyes(ReplayCamera("test", iter(frames), 10, clock), targets, PINHOLE)
-        return [eyes.look("box") for _ in frames][1:]
+        vision = CameraVision(ReplayCamera("test", iter(frames), 10, clock), targets, PINHOLE)
+        return [vision.look("box") for _ in frames][1:]
 
     return sightings
 

@@ -1,4 +1,4 @@
-"""The fit of the geometric eyes: a known law comes back out of its own trials."""
+"""The fit of geometric vision: it recovers a known model from trials of that model."""
 
 import math
 import random

@@ -55,7 +55,7 @@ def test_the_oracle_outlasts_outages_of_the_link():
 
 
 @pytest.mark.slow
-def test_real_eyes_see_the_same_scenario():
+def test_rendered_frames_show_the_same_scenario():
     trace, referee = run_episode(_limited(generate_scenario("camera_loss", 101), 12.0), "thesis", "camera")
     assert trace.ending is Ending.TIME_UP
     assert any(record.kind is RecordKind.LOOK for record in referee.records)

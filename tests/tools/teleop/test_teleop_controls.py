@@ -194,7 +194,7 @@ def test_held_wheels_are_let_alone_until_the_key_is_let_go(room, controls):
 
 
 class Seer:
-    """Eyes that see what they are given."""
+    """Vision that sees what it is given."""
 
     def __init__(self, *looks):
         self.looks = list(looks)
@@ -213,7 +213,7 @@ def test_the_camera_line_says_where_the_target_is(room, controls):
     _, brick = room()
     spotter = Spotter(Seer(None, LENA, CameraError("The camera is gone.")), "lena")
     pilot = _pilot(brick, controls, spotter)
-    lines = list(dict.fromkeys(pilot.step().eyes for _ in range(20)))
+    lines = list(dict.fromkeys(pilot.step().target_text for _ in range(20)))
     assert lines == ["lena: not in sight", "lena: 0.90 m, 12° left", "The camera is gone."]
     assert "T" in "".join(pilot.map.draw(Pose(), 60, 30))
 
@@ -232,7 +232,7 @@ def test_a_detector_that_breaks_ends_driving_instead_of_leaving_its_last_sightin
         drive()
 
 
-def test_eyes_of_a_real_robot_look_in_a_thread_that_ends():
+def test_a_real_robot_looks_in_a_thread_that_ends():
     spotter = ThreadedSpotter(Seer(LENA), "lena")
     while spotter.sighting is None:
         pass

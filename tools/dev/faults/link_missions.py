@@ -11,13 +11,13 @@ from random import Random
 from behaviors.executive import Ending, Executive, Report
 from behaviors.mission import Mission
 from behaviors.observers import Observers
-from behaviors.ports import Eyes, Ports
+from behaviors.ports import Ports, Vision
 from firmware_protocol.errors import NXTError
 from nxtdrive.brick import Brick
 from nxtdrive.mission.body import MissionClock, build_body
 from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
 from nxtdrive.mission.files import read_mission_file
+from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, MAP, MISSION, SUMMARY, RunFolder
 from sim_backend.simulation import Simulation
@@ -99,11 +99,11 @@ def _perform(wire: Wire, mission: Mission, folder: Path, *, camera: bool) -> tup
 
 def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Report:
     clock = MissionClock(brick)
-    eyes: Eyes
+    vision: Vision
     if camera:
-        eyes = camera_eyes(open_mission_camera("sim", brick), mission)
+        vision = camera_vision(open_mission_camera("sim", brick), mission)
     else:
-        eyes = geometric_eyes(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
+        vision = geometric_vision(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
     recording = Recording(RunFolder(folder), clock, video=False)
     recording.folder.write_mission(mission)
     observers = Observers()
@@ -111,7 +111,7 @@ def _pursue(brick: Brick, mission: Mission, folder: Path, *, camera: bool) -> Re
     body = build_body(brick, mission)
     report = None
     try:
-        report = Executive(mission, Ports(body, eyes, clock), observers).run()
+        report = Executive(mission, Ports(body, vision, clock), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
     return report

@@ -19,7 +19,7 @@ import numpy as np
 from behaviors.executive import Executive, Report
 from behaviors.journal import Record, RecordKind
 from behaviors.observers import Observers
-from behaviors.ports import Eyes, Point
+from behaviors.ports import Point, Vision
 from behaviors.profile_names import ADAPTIVE
 from behaviors.recoveries import CHANGE_TARGET
 from firmware_protocol.errors import NXTError
@@ -27,7 +27,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.cli.main import main
 from nxtdrive.mission.body import MissionClock, mission_ports
 from nxtdrive.mission.camera import open_mission_camera
-from nxtdrive.mission.eyes import camera_eyes, geometric_eyes
+from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, RunFolder
 from sim_backend.judge import scene
@@ -176,18 +176,18 @@ def run_mission(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
 
 def _pursue(brick: Brick, drawn: RandomMission, folder: Path, referee: Referee) -> Report:
     clock, mission = MissionClock(brick), drawn.mission
-    eyes: Eyes
+    vision: Vision
     if drawn.camera:
-        eyes = camera_eyes(open_mission_camera("sim", brick), mission)
+        vision = camera_vision(open_mission_camera("sim", brick), mission)
     else:
-        eyes = geometric_eyes(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
+        vision = geometric_vision(brick, mission, brick.link.transport.webcam)  # type: ignore[attr-defined]
     recording, observers = Recording(RunFolder(folder), clock, video=False), Observers()
     recording.folder.write_mission(mission)
     observers.add(JOURNAL, recording)
     observers.add("referee", referee)
     report = None
     try:
-        report = Executive(mission, mission_ports(brick, mission, eyes), observers).run()
+        report = Executive(mission, mission_ports(brick, mission, vision), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
         if observers.failures:

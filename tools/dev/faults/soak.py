@@ -19,7 +19,7 @@ from nxtdrive.link.core import Interrupted, LinkState
 from nxtdrive.link.link import LONGEST_SILENCE_S
 from nxtdrive.link.reconnect import PROBE_S
 from nxtdrive.mission.body import MissionClock, build_body
-from nxtdrive.mission.eyes import geometric_eyes
+from nxtdrive.mission.vision import geometric_vision
 from sim_backend.simulation import Simulation
 
 from .campaign import Campaign, Tally, Violation
@@ -132,11 +132,11 @@ def _pursue(brick: Brick, wire: Wire, number: int, _end_s: float) -> list[str]:
     """Pursue a mission, then go back to where it began; the link is lost in the middle of every other mission."""
     mission, clock = mission_of(PROFILES[number % 2]), MissionClock(brick)
     body = build_body(brick, mission)
-    eyes = geometric_eyes(brick, mission, wire.simulation.webcam)
+    vision = geometric_vision(brick, mission, wire.simulation.webcam)
     if number % 4 > 1:
         wire.simulation.at(wire.simulation.now_ms + 6000, lambda: wire.pull("pulled for 2 s"))
     brick.link.reconnect_timeout_s = 0.0
-    report = Executive(mission, Ports(body, eyes, clock)).run()
+    report = Executive(mission, Ports(body, vision, clock)).run()
     brick.link.reconnect_timeout_s = 30.0
     body.straight(-body.pose().x_mm)
     body.turn(-body.pose().heading_deg)

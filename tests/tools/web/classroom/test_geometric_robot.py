@@ -17,7 +17,7 @@ from nxtdrive.tools.web.hub import Client, Hub
 from nxtdrive.tools.web.pictures import PictureFeed
 from nxtdrive.tools.web.robot import Robot
 from nxtdrive.transports.address import Address
-from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
+from nxtdrive.vision.target_vision import CameraVision, GeometricVision
 
 
 @pytest.fixture
@@ -65,12 +65,12 @@ def test_more_frames_are_wanted_the_closer_someone_looks(client):
 
 
 @pytest.mark.parametrize(
-    ("camera", "target", "eyes"),
-    [("geometric", "lena", GeometricEyes), ("geometric", "rilakkuma", CameraEyes), ("sim", "lena", CameraEyes)],
+    ("camera", "target", "vision"),
+    [("geometric", "lena", GeometricVision), ("geometric", "rilakkuma", CameraVision), ("sim", "lena", CameraVision)],
 )
-def test_eyes_look_at_frames_only_for_what_the_world_does_not_know_by_name(camera, target, eyes, mission_for):
+def test_frames_are_searched_only_for_what_the_world_does_not_know_by_name(camera, target, vision, mission_for):
     with open_robot("sim://open", camera) as robot:
-        assert type(robot.eyes(mission_for(target))) is eyes
+        assert type(robot.vision(mission_for(target))) is vision
 
 
 def _journal(folder: Path, mission: Any, watchers: list[Client]) -> bytes:

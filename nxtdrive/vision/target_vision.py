@@ -1,4 +1,4 @@
-"""Implementations of `behaviors.ports.Eyes`: a camera with detectors, and a simulated sensor without pictures."""
+"""Implementations of `behaviors.ports.Vision`: a camera with detectors, and a simulated sensor without images."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ OnLook = Callable[[Frame, str, Sighting | None, Sequence[Detection]], None]
 """Called after each look: the frame, the target's name, the sighting and all detections in that frame."""
 
 
-class NoPicture(CameraError, CameraLost):
-    """No frame came in time."""
+class NoFrame(CameraError, CameraLost):
+    """No frame arrived in time."""
 
 
-class NoMorePictures(NoPicture):
+class NoMoreFrames(NoFrame):
     """A recording is at its end."""
 
     permanent = True
 
 
-class CameraEyes:
-    """Eyes over a camera; implements `behaviors.ports.Eyes`.
+class CameraVision:
+    """Detectors on the frames of a camera; implements `behaviors.ports.Vision`.
 
     A confirmed target is searched for near its last place first, which takes a fifth of the time, then in the whole
     frame. It is always *detected*, never only tracked, so a target that leaves is not hallucinated.
@@ -81,13 +81,13 @@ class CameraEyes:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: No frame came within `GLANCE_TIMEOUT_S`.
+            NoFrame: No frame came within `GLANCE_TIMEOUT_S`.
             ConfigError: There is no target of one of the names.
         """
         return self._look_for(targets, GLANCE_TIMEOUT_S)
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
-        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
+        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Vision`."""
         frame = self._frame
         if frame is None:
             return ()
@@ -104,9 +104,9 @@ class CameraEyes:
         try:
             frame = self._camera.read(timeout_s)
         except EndOfFrames as error:
-            raise NoMorePictures(str(error)) from error
+            raise NoMoreFrames(str(error)) from error
         except CameraError as error:
-            raise NoPicture(str(error)) from error
+            raise NoFrame(str(error)) from error
         self._frame = frame
         found = self._detect(frame, targets)
         sightings = {target: self._sighted(frame, target, found[target]) for target in targets}
@@ -169,8 +169,8 @@ class GeometricSensor(Protocol):
         ...
 
 
-class GeometricEyes:
-    """Eyes by geometry alone, for sweeps over many missions; implements `behaviors.ports.Eyes`.
+class GeometricVision:
+    """Detections computed from geometry, for sweeps over many missions; implements `behaviors.ports.Vision`.
 
     Args:
         sensor: Computes a detector's results.
@@ -205,13 +205,13 @@ class GeometricEyes:
         """Take the next fresh frame and say which of the targets are confirmed in it.
 
         Raises:
-            NoPicture: The camera is unplugged.
+            NoFrame: The camera is unplugged.
             ConfigError: There is no target of one of the names.
         """
         _check_known(targets, self._heights_mm)
         self._await_frame()
         if self._sensor.unplugged:
-            raise NoPicture("The simulated camera is unplugged.")
+            raise NoFrame("The simulated camera is unplugged.")
         time_s = self._given / self._sensor.fps - self._latency_s
         glimpse = _glimpse(time_s, {target: self._look_at(target, time_s) for target in targets})
         if self._sensor.detector_s:
@@ -219,7 +219,7 @@ class GeometricEyes:
         return glimpse
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
-        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Eyes`."""
+        """Return how far the floor is free in the frame of the latest look; see `behaviors.ports.Vision`."""
         self._knows_floor |= free_at_s is not None
         if not self._knows_floor or self._sensor.unplugged:
             return ()

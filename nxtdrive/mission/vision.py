@@ -1,4 +1,4 @@
-"""Make the eyes of a mission: its camera with the detectors of its targets, or geometry in place of pictures."""
+"""Make the vision of a mission: its camera with the detectors of its targets, or geometric vision."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from nxtdrive.mission.detectors import build_detectors
 
 if TYPE_CHECKING:
     from behaviors.mission.robot import CameraTable
-    from behaviors.ports import Eyes
+    from behaviors.ports import Vision
     from nxtdrive.brick import Brick
     from nxtdrive.vision.camera import Camera
-    from nxtdrive.vision.eyes import CameraEyes, GeometricSensor
     from nxtdrive.vision.geometry import Pinhole
+    from nxtdrive.vision.target_vision import CameraVision, GeometricSensor
 
 
-def mission_eyes(
+def mission_vision(
     mission: Mission, brick: Brick, camera: Camera, source: str, sensor: GeometricSensor | None = None
-) -> Eyes:
-    """Return eyes for the targets of a mission.
+) -> Vision:
+    """Return the vision for the targets of a mission.
 
     With the camera "geometric" they look at no frames, unless the world has no picture of a target's name.
 
@@ -31,14 +31,14 @@ def mission_eyes(
         brick: The robot's.
         camera: The robot's.
         source: The camera's, as for `nxtdrive.mission.camera.open_mission_camera`.
-        sensor: Eyes by geometry use it in any case, in place of the simulated camera.
+        sensor: Geometric vision uses it in any case, in place of the simulated camera.
 
     Raises:
         ConfigError: A target's picture cannot be used.
     """
     if sensor or (source == GEOMETRIC and _has_pictures(brick, mission)):
-        return geometric_eyes(brick, mission, sensor)
-    return camera_eyes(camera, mission)
+        return geometric_vision(brick, mission, sensor)
+    return camera_vision(camera, mission)
 
 
 def _has_pictures(brick: Brick, mission: Mission) -> bool:
@@ -47,8 +47,8 @@ def _has_pictures(brick: Brick, mission: Mission) -> bool:
     return frames is not None and frames.pictures.issuperset(mission.mission.targets)
 
 
-def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | None = None) -> Eyes:
-    """Return eyes of a simulated robot for the targets of a mission that skip rendering and detecting; for sweeps.
+def geometric_vision(brick: Brick, mission: Mission, sensor: GeometricSensor | None = None) -> Vision:
+    """Return the vision of a simulated robot that skips rendering and detection; for sweeps.
 
     Args:
         brick: A simulated one.
@@ -58,22 +58,24 @@ def geometric_eyes(brick: Brick, mission: Mission, sensor: GeometricSensor | Non
     Raises:
         CameraError: The brick is not simulated.
     """
-    from nxtdrive.vision.eyes import GeometricEyes
+    from nxtdrive.vision.target_vision import GeometricVision
 
     frames = sensor or simulated_webcam(brick)
     if frames is None:
-        raise CameraError("geometric eyes need a simulated robot.", remedy="Use --nxt sim://.")
+        raise CameraError("geometric vision needs a simulated robot.", remedy="Use --nxt sim://.")
     heights_mm = {name: target.height_mm for name, target in mission.target.items()}
-    return GeometricEyes(
+    return GeometricVision(
         frames, MissionClock(brick), heights_mm, pinhole(frames.size, mission.camera), mission.camera.latency_s
     )
 
 
-def camera_eyes(camera: Camera, mission: Mission) -> CameraEyes:
-    """Return eyes for the targets of a mission."""
-    from nxtdrive.vision.eyes import CameraEyes
+def camera_vision(camera: Camera, mission: Mission) -> CameraVision:
+    """Return the vision of a robot with a camera for the targets of a mission."""
+    from nxtdrive.vision.target_vision import CameraVision
 
-    return CameraEyes(camera, build_detectors(mission), pinhole(camera.size, mission.camera), mission.camera.latency_s)
+    return CameraVision(
+        camera, build_detectors(mission), pinhole(camera.size, mission.camera), mission.camera.latency_s
+    )
 
 
 def pinhole(size: tuple[int, int], camera: CameraTable) -> Pinhole:

@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 
-from behaviors.ports import CameraLost, Eyes, Sighting
+from behaviors.ports import CameraLost, Sighting, Vision
 from firmware_protocol.errors import CameraError, ConfigError
 from nxtdrive.vision.camera import ReplayCamera, SimulatedCamera
 from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors.picture import PictureDetector
-from nxtdrive.vision.eyes import CameraEyes, GeometricEyes
 from nxtdrive.vision.geometry import Mounting, Pinhole
+from nxtdrive.vision.target_vision import CameraVision, GeometricVision
 from sim_backend.camera.geometric import GeometricSensor
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
@@ -28,18 +28,18 @@ def targets(astronaut, distractors):
 
 @pytest.fixture
 def look_at(targets, clock):
-    """Eyes that see the given frames, ten a second."""
+    """Vision that sees the given frames, ten a second."""
 
     def make(frames, **options):
-        return CameraEyes(ReplayCamera("test", iter(frames), 10, clock), targets, PINHOLE, **options)
+        return CameraVision(ReplayCamera("test", iter(frames), 10, clock), targets, PINHOLE, **options)
 
     return make
 
 
 def test_a_target_is_sighted_where_it_is(look_at, scene):
-    eyes: Eyes = look_at([scene.render(1500, 7), scene.render(1500, 7)])
-    assert eyes.look("astronaut") is None
-    sighting = eyes.look("astronaut")
+    vision: Vision = look_at([scene.render(1500, 7), scene.render(1500, 7)])
+    assert vision.look("astronaut") is None
+    sighting = vision.look("astronaut")
     assert sighting.target == "astronaut"
     assert sighting.bearing_deg == pytest.approx(7, abs=0.5)
     assert sighting.distance_mm == pytest.approx(1500 / np.cos(np.radians(7)), rel=0.05)
@@ -52,8 +52,8 @@ def test_a_target_is_sighted_where_it_is(look_at, scene):
 
 def test_an_approach_is_sighted_without_gaps(look_at, scene):
     distances = np.linspace(3000, 350, 25)
-    eyes = look_at([scene.render(distance, 6 * np.sin(i / 3)) for i, distance in enumerate(distances)])
-    sightings = [eyes.look("astronaut") for _ in distances]
+    vision = look_at([scene.render(distance, 6 * np.sin(i / 3)) for i, distance in enumerate(distances)])
+    sightings = [vision.look("astronaut") for _ in distances]
     assert [sighting is not None for sighting in sightings] == [False] + [True] * 24
     for i in range(1, 25):
         bearing_deg = 6 * np.sin(i / 3)
@@ -63,30 +63,30 @@ def test_an_approach_is_sighted_without_gaps(look_at, scene):
 
 @pytest.mark.slow
 def test_a_target_that_was_taken_away_is_not_sighted_any_more(look_at, scene):
-    eyes = look_at([scene.render(1000)] * 3 + [scene.background] * 10)
-    sightings = [eyes.look("astronaut") for _ in range(13)]
+    vision = look_at([scene.render(1000)] * 3 + [scene.background] * 10)
+    sightings = [vision.look("astronaut") for _ in range(13)]
     assert [sighting is not None for sighting in sightings] == [False, True, True] + [False] * 10
 
 
 def test_a_target_that_jumps_is_found_in_its_new_place(look_at, scene):
-    eyes = look_at([scene.render(1000, -20)] * 3 + [scene.render(1000, 20)] * 2)
-    sightings = [eyes.look("astronaut") for _ in range(5)]
+    vision = look_at([scene.render(1000, -20)] * 3 + [scene.render(1000, 20)] * 2)
+    sightings = [vision.look("astronaut") for _ in range(5)]
     assert sightings[3] is None
     assert sightings[4].bearing_deg == pytest.approx(20, abs=0.5)
 
 
 def test_targets_are_kept_apart(look_at, scene):
-    eyes = look_at([scene.render(1000)] * 4)
-    looks = [eyes.look(name) is not None for name in ("astronaut", "cat", "astronaut", "cat")]
+    vision = look_at([scene.render(1000)] * 4)
+    looks = [vision.look(name) is not None for name in ("astronaut", "cat", "astronaut", "cat")]
     assert looks == [False, False, True, False]
 
 
 def test_observers_see_every_look(look_at, scene):
-    eyes = look_at([scene.render(1000), scene.background])
+    vision = look_at([scene.render(1000), scene.background])
     looks = []
-    eyes.on_look(lambda *look: looks.append(look))
-    eyes.look("astronaut")
-    eyes.look("astronaut")
+    vision.on_look(lambda *look: looks.append(look))
+    vision.look("astronaut")
+    vision.look("astronaut")
     (first, name, sighting, detections), (second, _, _, nothing) = looks
     assert (first.index, second.index) == (0, 1)
     assert (name, sighting) == ("astronaut", None)
@@ -95,8 +95,8 @@ def test_observers_see_every_look(look_at, scene):
 
 
 def test_a_sighting_has_the_time_of_exposure(look_at, scene):
-    eyes = look_at([scene.render(1000)] * 3, latency_s=0.25)
-    glimpses = [eyes.glance(["astronaut"]) for _ in range(3)]
+    vision = look_at([scene.render(1000)] * 3, latency_s=0.25)
+    glimpses = [vision.glance(["astronaut"]) for _ in range(3)]
     assert [each.time_s for each in glimpses] == pytest.approx([-0.25, -0.15, -0.05])
     assert glimpses[-1].seen["astronaut"].time_s == glimpses[-1].time_s
 
@@ -115,9 +115,9 @@ def test_a_camera_without_frames_is_reported(targets, clock):
         def frame(self):
             return None
 
-    eyes = CameraEyes(SimulatedCamera(Unplugged(), clock), targets, PINHOLE)
+    vision = CameraVision(SimulatedCamera(Unplugged(), clock), targets, PINHOLE)
     with pytest.raises(CameraError, match=r"no frame for 0.5 s"):
-        eyes.glance(["cat"])
+        vision.glance(["cat"])
     assert clock.now() == pytest.approx(0.5)
 
 
@@ -140,8 +140,8 @@ class Sensor:
 
 
 def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
-    eyes: Eyes = GeometricEyes(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0}, PINHOLE)
-    sightings = [eyes.look("cat") for _ in range(7)]
+    vision: Vision = GeometricVision(Sensor(clock, 0.25, 0.55), clock, {"cat": 200.0}, PINHOLE)
+    sightings = [vision.look("cat") for _ in range(7)]
     assert [sighting is not None for sighting in sightings] == [False] * 4 + [True] * 2 + [False]
     assert clock.now() == pytest.approx(0.6)
     focal_px = 160 / math.tan(math.radians(30))
@@ -161,9 +161,9 @@ def test_geometric_eyes_confirm_as_camera_eyes_do(clock):
 
 def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock):
     def distance_mm(hfov_deg, height_mm):
-        eyes = GeometricEyes(Sensor(clock, 0.0, 99.0), clock, {"cat": height_mm}, Pinhole.from_hfov(320, hfov_deg))
-        eyes.look("cat")
-        return eyes.look("cat").distance_mm
+        vision = GeometricVision(Sensor(clock, 0.0, 99.0), clock, {"cat": height_mm}, Pinhole.from_hfov(320, hfov_deg))
+        vision.look("cat")
+        return vision.look("cat").distance_mm
 
     assert distance_mm(60.0, 100.0) == pytest.approx(distance_mm(60.0, 200.0) / 2)
     assert distance_mm(51.0, 200.0) > 1.15 * distance_mm(60.0, 200.0)
@@ -171,14 +171,14 @@ def test_geometric_eyes_measure_with_the_camera_that_the_mission_believes(clock)
 
 def test_geometric_eyes_know_only_the_targets_of_the_mission(clock):
     with pytest.raises(ConfigError, match=r"no target 'dog'.*There are: cat"):
-        GeometricEyes(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}, PINHOLE).look("dog")
+        GeometricVision(Sensor(clock, 0.0, 9.0), clock, {"cat": 200.0}, PINHOLE).look("dog")
 
 
 def test_an_unplugged_camera_is_blindness_and_not_an_empty_room(clock):
     sensor = Sensor(clock, 0.0, 10.0)
     sensor.unplugged = True
     with pytest.raises(CameraLost):
-        GeometricEyes(sensor, clock, {"lena": 297.0}, PINHOLE).glance(["lena"])
+        GeometricVision(sensor, clock, {"lena": 297.0}, PINHOLE).glance(["lena"])
 
 
 class Place:
@@ -205,14 +205,14 @@ class Place:
 def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
     place, pinhole = Place(size, tilt_deg), Pinhole.from_hfov(size[0], 60.0, Mounting(tilt_deg=tilt_deg))
     frame = SimCamera(size, seed=1).frame(place.panels, place.viewpoint)
-    camera = CameraEyes(ReplayCamera("test", iter([frame]), 10, clock), {}, pinhole)
-    geometric = GeometricEyes(place, clock, {}, pinhole)
+    camera = CameraVision(ReplayCamera("test", iter([frame]), 10, clock), {}, pinhole)
+    geometric = GeometricVision(place, clock, {}, pinhole)
     both = []
-    for eyes in (camera, geometric):
-        seen = eyes.glance([])
-        assert eyes.free_floor(None) == ()
-        both.append(eyes.free_floor(seen.time_s))
-        assert len(eyes.free_floor(None)) == len(both[-1])
+    for vision in (camera, geometric):
+        seen = vision.glance([])
+        assert vision.free_floor(None) == ()
+        both.append(vision.free_floor(seen.time_s))
+        assert len(vision.free_floor(None)) == len(both[-1])
     assert abs(len(both[0]) - len(both[1])) <= 1
 
     def distance_mm(ray):
@@ -229,5 +229,5 @@ def test_both_eyes_agree_on_the_free_floor(clock, size, tilt_deg):
 
 
 def test_eyes_without_a_look_know_no_floor(look_at, scene):
-    eyes = look_at([scene.background])
-    assert eyes.free_floor(0.0) == ()
+    vision = look_at([scene.background])
+    assert vision.free_floor(0.0) == ()
