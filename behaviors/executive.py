@@ -146,7 +146,7 @@ class Executive:
         finally:
             self._stop_motors()
             self.note(RecordKind.END, ending=ending, targets=self._queue.outcomes, error=self._error)
-            self._body.trust_sonar()  # the next mission judges it by echoes of its own
+            self._body.trust_sonar()  # the next mission checks it afresh
         failures = dict(self._observers.failures)
         return Report(ending, self._queue.targets, self._path, self.now(), self._error, failures, refused=self._refused)
 

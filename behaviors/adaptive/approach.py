@@ -32,13 +32,13 @@ class ApproachNumbers:
         hidden_s: What the safety stop reports hides the target if that has not been seen for longer than this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.
         echoes: This many such echoes in a row are believed.
-        progress_s: Time over which progress is judged.
+        progress_s: Time over which progress is measured.
         progress_mm: A robot that is commanded to drive and gets no farther than this in `progress_s` is stuck.
         kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.
         slipped_mm: The wheels slip if they have driven farther than this in `progress_s` and the picture has come
             closer by less than `closer_mm`.
         closer_mm: See `slipped_mm`.
-        straight: While it turns so sharply that it drives at less than this share of its speed, progress is not judged.
+        straight: Progress is not measured while it turns so sharply that it drives slower than this share of its speed.
         map_ends_mm: Nearer to the target than this the camera counts, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
         clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
@@ -120,7 +120,7 @@ class ApproachSkill:
         should_be_seen = self._arrival.weigh(observation, bearing_deg, distance_mm)
         if not should_be_seen:
             self._seen_s = max(self._seen_s, observation.time_s - perception.lost_after_s / 2)
-        fact = self._arrival.judge(observation, known) or self._hindered(observation, known, bearing_deg, distance_mm)
+        fact = self._arrival.check(observation, known) or self._hindered(observation, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
         return self._drive(observation, bearing_deg, distance_mm)

@@ -122,7 +122,7 @@ class Arrival:
             and not self._too_near
         )
 
-    def judge(self, observation: Observation, known: TargetEstimate) -> Fact | None:
+    def check(self, observation: Observation, known: TargetEstimate) -> Fact | None:
         """Return a fact when the robot has arrived, or when this is not the target at all."""
         sighting = self.seen
         if observation.range_mm is not None:

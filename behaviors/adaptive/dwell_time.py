@@ -24,7 +24,7 @@ class DwellNumbers:
         passing_s: Mean stay of a person who walks through.
         lingering_s: Mean stay of a person who stops.
         beside: Probabilities that a blocker past which the target is seen is a person who walks through, one who stops,
-            or furniture. These and the next two were chosen by judgement, not counted.
+            or furniture. These and the next two are estimates, not counts.
         came: The same of a blocker that hides the target and was seen to move.
         stood: The same of a blocker that hides the target and was not.
     """

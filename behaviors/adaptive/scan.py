@@ -24,7 +24,7 @@ class ScanNumbers:
         full_deg: An arc this wide is a full turn; the width of a frame covers the rest.
         known_deg: A target is first looked for where it is remembered, this far to either side.
         remembered_share: This is done when it is nearer than this share of its detector's range.
-        held_s: Time over which the progress of a turn is judged.
+        held_s: Time over which the progress of a turn is measured.
         held_deg: A turn that comes no farther than this in `held_s` is held by something.
         longest_step_s: What takes longer is a pause, as on a slow link.
         beyond_mm: A target may be this far behind the source of an echo at the side of the sonar's cone.

@@ -35,7 +35,7 @@ N = SonarNumbers()
 
 
 class SonarTrust:
-    """Judges the echoes of one mission.
+    """Decides from the echoes of one mission whether the sonar works.
 
     Attributes:
         stopped: Whether the repeated echo has stopped the robot.

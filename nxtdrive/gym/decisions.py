@@ -129,7 +129,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         self.close()
         self._ended = False
         episode = Episode(self._scenarios.sample(self.np_random, options), self._eyes)
-        episode.observers.append(episode.judge)
+        episode.observers.append(episode.note_arrival)
         self._ongoing = ongoing = _OngoingMission(episode)
         ongoing.stepped.step()
         return ongoing.observe(), ongoing.info()

@@ -140,7 +140,7 @@ class RunReview:
         arrival: dict[str, Any] = {"target": target, "time_s": time_s, "believed_mm": believed_mm}
         arrival["sonar_mm"] = self._look.get("range_mm")
         if self._truth is not None:
-            arrival |= self._judge(target, believed_mm, self._truth)
+            arrival |= self._compared_with_truth(target, believed_mm, self._truth)
         self.arrivals.append(arrival)
         return arrival
 
@@ -159,7 +159,7 @@ class RunReview:
         tolerance_mm = TOLERANCE_MM if thesis else self._mission.adaptive.sonar_tolerance_mm
         return (range_mm, distance_mm) if contradicts(range_mm, distance_mm, tolerance_mm) else None
 
-    def _judge(self, target: str, believed_mm: float | None, truth: Truth) -> dict[str, object]:
+    def _compared_with_truth(self, target: str, believed_mm: float | None, truth: Truth) -> dict[str, object]:
         """Compare an arrival with the truth: with the object in view that is the target, else the nearest such."""
         names = self._lookalikes(target, truth)
         objects = sorted((not truth.in_front_of_camera(name), truth.lens_distance_mm(name)) for name in names)

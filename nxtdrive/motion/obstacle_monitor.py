@@ -125,7 +125,7 @@ class ObstacleMonitor:
             return StopReason.CONTACT
         if self.uses_sonar and self._older_than(FRESH_S):
             self.range_mm(pose)
-        return self._judge(pose)
+        return self._stop_reason(pose)
 
     def watch(self, pose: Pose, *, ask: bool = True) -> StopReason | None:
         """Check during a motion; return the reason to end it, or None.
@@ -150,9 +150,9 @@ class ObstacleMonitor:
                 self.touching()
             else:
                 self._listen(pose)
-        return StopReason.CONTACT if self._pressed else self._judge(pose)
+        return StopReason.CONTACT if self._pressed else self._stop_reason(pose)
 
-    def _judge(self, pose: Pose) -> StopReason | None:
+    def _stop_reason(self, pose: Pose) -> StopReason | None:
         if self._echo is None or not self.uses_sonar or self._older_than(self._forgotten_s):
             return None
         return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None

@@ -86,7 +86,7 @@ class I2CSensor(Sensor):
         try:
             data = self.link.request(LSRead(self._input)).received
         except BrickError as error:
-            self._judge(error)
+            self._note_port_reset(error)
             raise
         if not data:
             return None
@@ -100,13 +100,13 @@ class I2CSensor(Sensor):
             except BrickError as error:
                 if error.status not in (Status.BUS_ERROR, Status.CHANNEL_NOT_CONFIGURED):
                     raise
-                self._judge(error)
+                self._note_port_reset(error)
             except _Unanswered:
                 pass
             self.link.sleep(STEP_S)
         return self._attempt(data, size)
 
-    def _judge(self, error: BrickError) -> None:
+    def _note_port_reset(self, error: BrickError) -> None:
         """Have a port set up again that was reset: a program was started or stopped, or the brick switched off."""
         if error.status is Status.CHANNEL_NOT_CONFIGURED:
             self._ready = False
@@ -164,7 +164,7 @@ class I2CSensor(Sensor):
             if self._wait_for_rest():
                 self.link.request(LSRead(self._input))
         except BrickError as error:
-            self._judge(error)
+            self._note_port_reset(error)
             if error.status is not Status.BUS_ERROR:
                 raise
 

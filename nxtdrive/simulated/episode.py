@@ -9,7 +9,7 @@ from nxtdrive.brick import Brick
 from nxtdrive.simulated.robot import scenario_robot
 from nxtdrive.simulated.scenario import Scenario
 from nxtdrive.transports.sim import SimTransport
-from sim_backend.judge import scene, stop_counts
+from sim_backend.evaluation import scene, stop_counts
 from sim_backend.simulation import Simulation
 
 
@@ -50,8 +50,8 @@ class Episode:
         if target not in self.reached and stop_counts(self.simulation.truth.pose, scene(self.simulation), target):
             self.reached[target] = self.time_s
 
-    def judge(self, record: Record) -> None:
-        """Judge each stop by the ground truth at that moment; an observer of the journal."""
+    def note_arrival(self, record: Record) -> None:
+        """Check each stop against the ground truth at that moment; an observer of the journal."""
         if record.kind is RecordKind.TRANSITION and record.data["to"] == "reached":
             self.arrive(record.target)
 

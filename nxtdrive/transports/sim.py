@@ -101,7 +101,7 @@ class SimTransport:
         self._link: SimLink = self._plug_in()
 
     @property
-    def simulation(self) -> Any:  # noqa: ANN401 - to judge or repeat a run; a driver does not look at it
+    def simulation(self) -> Any:  # noqa: ANN401 - to evaluate or repeat a run; the driver does not read it
         """The simulation."""
         return self._simulation
 

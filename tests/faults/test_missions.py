@@ -20,15 +20,15 @@ def test_a_sample():
 
 
 @pytest.fixture
-def referee(tmp_path):
+def monitor(tmp_path):
     trials = (draw(1, number, tmp_path, camera=False) for number in count())
     drawn = next(each for each in trials if each.described and each.mission.mission.profile == "adaptive")
-    return missions.Referee(Simulation(drawn.world, seed=drawn.seed), drawn)
+    return missions.TruthMonitor(Simulation(drawn.world, seed=drawn.seed), drawn)
 
 
-def test_a_claim_of_a_target_that_the_robot_is_not_at_is_found(referee):
-    referee(Record(3.0, RecordKind.TRANSITION, "verify", "nothing here", {"to": "reached"}))
-    assert "wrong stop" in referee.wrong[0]
+def test_a_claim_of_a_target_that_the_robot_is_not_at_is_found(monitor):
+    monitor(Record(3.0, RecordKind.TRANSITION, "verify", "nothing here", {"to": "reached"}))
+    assert "wrong stop" in monitor.wrong[0]
 
 
 def _choice(time_s: float, what: str = "move_to") -> Record:
@@ -48,8 +48,8 @@ def _look(x_mm: float) -> Record:
         ([_choice(1.0), _choice(1.5)], ["two decisions within 0.500 s"]),
     ],
 )
-def test_decisions_that_repeat_themselves_are_found(referee, records, found):
+def test_decisions_that_repeat_themselves_are_found(monitor, records, found):
     for record in records:
-        referee(record)
-    assert len(referee.livelocks()) == len(found)
-    assert all(text.startswith(begin) for text, begin in zip(referee.livelocks(), found, strict=True))
+        monitor(record)
+    assert len(monitor.livelocks()) == len(found)
+    assert all(text.startswith(begin) for text, begin in zip(monitor.livelocks(), found, strict=True))

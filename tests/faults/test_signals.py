@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from nxtdrive.tools.dev.faults import signals
-from nxtdrive.tools.dev.faults.signals import CASES, Ended, judge
+from nxtdrive.tools.dev.faults.signals import CASES, Ended, evaluate
 
 RUN = CASES["run, sim://"]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
@@ -36,7 +36,7 @@ def test_a_larger_sample():
     ],
 )
 def test_what_must_not_be_is_found(ended, found, tmp_path):
-    _, wrong = judge(RUN, signal.SIGTERM, ended, tmp_path)
+    _, wrong = evaluate(RUN, signal.SIGTERM, ended, tmp_path)
     assert any(found in each for each in wrong)
 
 
@@ -44,8 +44,8 @@ def test_an_incomplete_folder_is_found(tmp_path):
     run = tmp_path / "runs" / "cat-001"
     run.mkdir(parents=True)
     ended = Ended(1, "", "")
-    assert "map.png, mission.json, summary.json" in str(judge(RUN, signal.SIGHUP, ended, tmp_path))
+    assert "map.png, mission.json, summary.json" in str(evaluate(RUN, signal.SIGHUP, ended, tmp_path))
     for name in ("map.png", "mission.json", "journal.jsonl"):
         (run / name).write_text("{}\n")
     (run / "summary.json").write_text(json.dumps({"ending": "broken", "error": "129"}))
-    assert "not complete" in str(judge(RUN, signal.SIGHUP, ended, tmp_path))
+    assert "not complete" in str(evaluate(RUN, signal.SIGHUP, ended, tmp_path))

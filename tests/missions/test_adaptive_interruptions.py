@@ -148,7 +148,7 @@ def test_the_same_seed_gives_the_same_journal(kind):
     journals = []
     for _ in range(2):
         scenario = generate_scenario(kind, 101)
-        _, referee = run_episode(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
-        journals.append([record.to_json() for record in referee.records])
+        _, recorder = run_episode(replace(scenario, mission=_mission(scenario, 30.0)), "adaptive", "geometric")
+        journals.append([record.to_json() for record in recorder.records])
     assert len(journals[0]) > 50
     assert journals[0] == journals[1]

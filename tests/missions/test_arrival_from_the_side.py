@@ -28,7 +28,7 @@ def test_a_slanted_print_is_not_farther_away_than_its_echo_says(kind, seed):
     trace, _ = run_episode(replace(scenario, world=world), "adaptive", "geometric")
     stops = [
         entry
-        for entry in trace.judged
+        for entry in trace.entries
         if entry.record.kind is RecordKind.TRANSITION and entry.record.data["to"] == "reached"
     ]
     assert len(stops) == 2

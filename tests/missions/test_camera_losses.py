@@ -18,13 +18,13 @@ UNSEEING_TURN_S = 2.0
 @pytest.mark.slow
 @pytest.mark.parametrize("eyes", ["geometric", pytest.param("camera", marks=pytest.mark.nightly)])
 def test_an_unplugged_camera_is_noticed_as_such_and_nothing_is_forgotten(eyes):
-    trace, referee = run_episode(generate_scenario("camera_loss", 102), "adaptive", eyes)
-    lost = [record for record in referee.records if record.data.get("to") == "down"]
+    trace, recorder = run_episode(generate_scenario("camera_loss", 102), "adaptive", eyes)
+    lost = [record for record in recorder.records if record.data.get("to") == "down"]
     unplugged_s = [each.time_s for each in trace.disturbances]
     assert [record.data["reason"] for record in lost] == [Reason.CAMERA_LOST] * len(unplugged_s)
     for record, since_s in zip(lost, unplugged_s, strict=True):
         assert record.time_s - since_s <= UNSEEING_TURN_S + 2 * GLANCE_TIMEOUT_S
-    assert not [record for record in referee.records if record.kind is RecordKind.CHOICE], (
+    assert not [record for record in recorder.records if record.kind is RecordKind.CHOICE], (
         "it goes on with what it was doing"
     )
     assert trace.ending is Ending.ACHIEVED

@@ -21,9 +21,9 @@ TIME_LIMIT_S = 80.0
 
 def _events(scenario: Scenario) -> tuple[Ending, list[tuple[str, str]]]:
     """How the mission ended, and in turn each (target, what happened): a choice, left for another one, or reached."""
-    trace, referee = run_episode(scenario, "adaptive", "geometric")
+    trace, recorder = run_episode(scenario, "adaptive", "geometric")
     events = []
-    for record in referee.records:
+    for record in recorder.records:
         if record.kind is RecordKind.CHOICE:
             events.append((record.target, record.data.get("instead", record.data["choice"])))
         elif record.kind is RecordKind.TRANSITION and record.data["to"] == "reached":

@@ -105,8 +105,8 @@ def _past():
 @pytest.mark.slow
 @pytest.mark.xdist_group("rebuilt")
 def test_what_is_rebuilt_stands_where_it_stood(past):
-    generated, trace, referee = past
-    room = rebuilt(referee.records, generated.mission).world
+    generated, trace, recorder = past
+    room = rebuilt(recorder.records, generated.mission).world
     turn, start = math.radians(generated.world.robot.heading_deg), np.array(generated.world.robot.start_mm)
     turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
 
@@ -125,8 +125,8 @@ def test_what_is_rebuilt_stands_where_it_stood(past):
 @pytest.mark.nightly
 @pytest.mark.xdist_group("rebuilt")
 def test_what_if_plays_a_run_of_a_real_robot_in_its_rebuilt_room(past, tmp_path, capsys):
-    generated, _, referee = past
-    lines = [record.to_json() for record in referee.records]
+    generated, _, recorder = past
+    lines = [record.to_json() for record in recorder.records]
     (tmp_path / "journal.jsonl").write_text("\n".join(lines) + "\n")
     mission = generated.mission.model_dump(mode="json")
     mission["mission"]["time_limit_s"] = 15.0

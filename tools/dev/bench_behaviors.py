@@ -243,7 +243,7 @@ def spread_ms(times_s: Sequence[float]) -> tuple[float, float]:
 
 
 def _pace(agent: str, kinds: Sequence[str], goal_per_min: float) -> Figure:
-    """Measure how many missions one core runs in a minute, judging included."""
+    """Measure how many missions one core runs in a minute, evaluation included."""
     begun_s = cpu_s()
     for index, kind in enumerate(kinds):
         evaluate(Task(index, kind, SEEDS[0], agent, GEOMETRIC))

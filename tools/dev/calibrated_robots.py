@@ -37,7 +37,7 @@ from sim_backend.world.world_file import Camera, Robot
 
 from ..calibrate.session import calibrate
 from ..sweep.result_file import ResultFile
-from ..sweep.task import UNCHANGED, Task, judge, run_episode
+from ..sweep.task import UNCHANGED, Task, result_of, run_episode
 from .program import parser
 
 GOALS = {
@@ -116,8 +116,8 @@ def mission(number: int, robot: int, file: RobotFile, arm: str) -> Line:
     believed = {"calibrated": file, "known": true, "usual": UNCHANGED}[arm]
     scenario = replace(scenario, world=world, mission=described_by(scenario.mission, believed))
     trace, _ = run_episode(scenario, "adaptive", "geometric")
-    judged = judge(Task(number, kind, scenario.seed, "adaptive", "geometric"), trace)
-    kept = judged.model_dump(mode="json", include={"success", "sum_reward", "duration_s", "contacts", "ending"})
+    result = result_of(Task(number, kind, scenario.seed, "adaptive", "geometric"), trace)
+    kept = result.model_dump(mode="json", include={"success", "sum_reward", "duration_s", "contacts", "ending"})
     return {"mission": number, "robot": robot, "class": kind, "arm": arm, **kept}
 
 

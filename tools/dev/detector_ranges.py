@@ -234,7 +234,7 @@ def subjects(folder: Path, photos: Sequence[Path]) -> list[Subject]:
 
 
 FACE_SHARE = 0.55
-"""Height of a face in a portrait; only to judge whether a cascade's box lies on it."""
+"""Height of a face in a portrait; only to check whether a cascade's box lies on it."""
 
 
 def _marker_sheet(folder: Path, dictionary: int) -> str:

@@ -1,1 +1,1 @@
-"""The evaluation suite: run profiles and baselines on the same scenarios and judge them by the ground truth."""
+"""The evaluation suite: run profiles and baselines on the same scenarios and evaluate them by the ground truth."""

@@ -1,7 +1,7 @@
 """The agents that a sweep compares, by name: profiles, baselines and oracles.
 
 An agent drives one mission through its ports. To compare another one, add a line to `AGENTS`: an entry is a function
-that takes `ScenarioRobot` and returns the mission's report. It is judged by the journal that it writes.
+that takes `ScenarioRobot` and returns the mission's report. It is evaluated by the journal that it writes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Judge recoveries: how soon a failure was noticed, and whether the choice fitted its cause.
+"""Evaluate recoveries: how soon a failure was noticed, and whether the choice fitted its cause.
 
 Definitions: docs/evaluation.md.
 """
@@ -15,13 +15,13 @@ import numpy as np
 
 from behaviors.journal import RecordKind
 from behaviors.recoveries import CHANGE_TARGET, RECOVERIES
-from sim_backend.judge import CAMERA_HEIGHT_MM
+from sim_backend.evaluation import CAMERA_HEIGHT_MM
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.world.sensing import VIEW_ANGLE_DEG
 
 from .metrics import PACE, spans
-from .referee import Disturbance, EpisodeTrace, JudgedRecord, TruthSample
+from .truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSample
 
 SAME_PLACE_MM = 250.0
 """Choices no farther apart than this count as made in the same place."""
@@ -43,8 +43,8 @@ FITTING = {Cause(recovery.fits): recovery.name for recovery in RECOVERIES.values
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
-    """A choice, judged by the ground truth.
+class ChoiceEvaluation:
+    """A choice, evaluated by the ground truth.
 
     Attributes:
         cause: Why the attempt failed.
@@ -62,13 +62,13 @@ class Judgement:
         return FITTING[self.cause] == self.choice
 
 
-def judge_choices(trace: EpisodeTrace) -> list[Judgement]:
-    """Judge every choice of a mission, except those that gave a target up and those for an absent target."""
+def evaluate_choices(trace: EpisodeTrace) -> list[ChoiceEvaluation]:
+    """Evaluate every choice of a mission, except those that gave a target up and those for an absent target."""
     return [
-        judgement
-        for i, entry in enumerate(trace.judged)
+        evaluation
+        for i, entry in enumerate(trace.entries)
         if entry.record.kind is RecordKind.CHOICE and entry.record.data["choice"] != CHANGE_TARGET.name
-        if (judgement := _judge(trace, i, entry)) is not None
+        if (evaluation := _evaluated(trace, i, entry)) is not None
     ]
 
 
@@ -96,7 +96,7 @@ def longest_run(trace: EpisodeTrace) -> int:
     Every choice counts, except leaving the target, which ends a run.
     """
     longest = run = 0
-    first: JudgedRecord | None = None
+    first: RecordWithTruth | None = None
     for entry in _choices(trace, -math.inf):
         if entry.record.data["choice"] == CHANGE_TARGET.name:
             run, first = 0, None
@@ -113,24 +113,26 @@ def soonest_s(trace: EpisodeTrace) -> float | None:
     return min((other.record.time_s - one.record.time_s for one, other in pairs), default=None)
 
 
-def _failed_as(entry: JudgedRecord) -> tuple[str, str]:
+def _failed_as(entry: RecordWithTruth) -> tuple[str, str]:
     evidence = entry.record.data.get("evidence")
     return entry.record.target, str(evidence["reason"]) if isinstance(evidence, dict) else ""
 
 
-def _at_one_place(one: JudgedRecord, other: JudgedRecord) -> bool:
+def _at_one_place(one: RecordWithTruth, other: RecordWithTruth) -> bool:
     return math.dist(one.sample.pose[:2], other.sample.pose[:2]) <= SAME_PLACE_MM
 
 
-def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
+def _choices(trace: EpisodeTrace, since_s: float) -> Iterator[RecordWithTruth]:
     return (
-        entry for entry in trace.judged if entry.record.kind is RecordKind.CHOICE and entry.sample.time_s >= since_s
+        entry for entry in trace.entries if entry.record.kind is RecordKind.CHOICE and entry.sample.time_s >= since_s
     )
 
 
-def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[JudgedRecord]:
+def _suspensions(trace: EpisodeTrace, since_s: float) -> Iterator[RecordWithTruth]:
     return (
-        entry for entry in trace.judged if entry.record.data.get("to") == "suspended" and entry.sample.time_s >= since_s
+        entry
+        for entry in trace.entries
+        if entry.record.data.get("to") == "suspended" and entry.sample.time_s >= since_s
     )
 
 
@@ -153,16 +155,16 @@ def _onset_s(trace: EpisodeTrace, disturbance: Disturbance) -> float | None:
     return None
 
 
-def _judge(trace: EpisodeTrace, index: int, entry: JudgedRecord) -> Judgement | None:
+def _evaluated(trace: EpisodeTrace, index: int, entry: RecordWithTruth) -> ChoiceEvaluation | None:
     here, choice = entry.sample, str(entry.record.data["choice"])
     goal = here.scene.goals.get(entry.record.target)
     if goal is None:
         return None
     if not _could_be_seen(trace, here, goal):
-        return Judgement(Cause.ELSEWHERE, choice, None)
+        return ChoiceEvaluation(Cause.ELSEWHERE, choice, None)
     blocking = frozenset(_in_the_way(here.pose[:2], here, goal)) - {goal.name}
     if not blocking:
-        return Judgement(Cause.MISSED, choice, None)
+        return ChoiceEvaluation(Cause.MISSED, choice, None)
     remaining_s, detour_s = _remaining_s(trace, here, goal, blocking), _detour_s(here, goal, blocking)
     leaves = math.isfinite(remaining_s) and remaining_s <= detour_s
     cause = Cause.BLOCKED_SHORT if leaves else Cause.BLOCKED_LONG
@@ -171,7 +173,7 @@ def _judge(trace: EpisodeTrace, index: int, entry: JudgedRecord) -> Judgement | 
     if choice == FITTING[Cause.BLOCKED_SHORT]:
         waited_s = _waited_s(trace, index)
         cost_s = waited_s + max(0.0, min(remaining_s - waited_s, detour_s))
-    return Judgement(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)
+    return ChoiceEvaluation(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)
 
 
 def _could_be_seen(trace: EpisodeTrace, here: TruthSample, goal: Goal) -> bool:
@@ -208,8 +210,8 @@ def _detour_s(here: TruthSample, goal: Goal, blocking: frozenset[str]) -> float:
 
 def _waited_s(trace: EpisodeTrace, index: int) -> float:
     """Return the time from a choice to the next search or approach."""
-    begun_s = trace.judged[index].sample.time_s
+    begun_s = trace.entries[index].sample.time_s
     later = (
-        entry for entry in trace.judged[index + 1 :] if entry.record.data.get("to") in ("search", "arrive", "finished")
+        entry for entry in trace.entries[index + 1 :] if entry.record.data.get("to") in ("search", "arrive", "finished")
     )
     return next((entry.sample.time_s - begun_s for entry in later), trace.duration_s - begun_s)

@@ -1,4 +1,4 @@
-"""Judge the outcome for each target by the ground truth. Definitions: docs/evaluation.md."""
+"""Evaluate the outcome for each target by the ground truth. Definitions: docs/evaluation.md."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from itertools import groupby, pairwise
 
 from behaviors.journal import RecordKind
 from nxtdrive.motion.drive_settings import USUAL
-from sim_backend.judge import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
+from sim_backend.evaluation import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
 from sim_backend.scenarios.floor_plan import Pace, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .referee import EpisodeTrace, TruthSample
+from .truth_recorder import EpisodeTrace, TruthSample
 
 PACE = Pace(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
@@ -51,8 +51,8 @@ class TargetResult:
     sct: float
 
 
-def judge_target(trace: EpisodeTrace, target: str) -> TargetResult:
-    """Judge the outcome for one target of a mission."""
+def evaluate_target(trace: EpisodeTrace, target: str) -> TargetResult:
+    """Evaluate the outcome for one target of a mission."""
     pursuits = spans(trace, target)
     claims = _entries(trace, target, "reached")
     right = [claim for claim in claims if stop_counts(claim.pose, claim.scene, target)]
@@ -85,7 +85,7 @@ def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[TruthSample
     """Return the samples at which one of some states was entered for a target."""
     return [
         entry.sample
-        for entry in trace.judged
+        for entry in trace.entries
         if entry.record.kind is RecordKind.TRANSITION
         and entry.record.target == target
         and entry.record.data["to"] in states
@@ -95,10 +95,10 @@ def _entries(trace: EpisodeTrace, target: str, *states: str) -> list[TruthSample
 def spans(trace: EpisodeTrace, target: str) -> list[list[TruthSample]]:
     """Return the stretches of the mission during which it pursued a target."""
     found = []
-    turns = [next(group) for _, group in groupby(trace.judged, key=lambda entry: entry.record.target)]
+    turns = [next(group) for _, group in groupby(trace.entries, key=lambda entry: entry.record.target)]
     for i, turn in enumerate(turns):
         if turn.record.target == target:
-            end = turns[i + 1].sample if i + 1 < len(turns) else trace.judged[-1].sample
+            end = turns[i + 1].sample if i + 1 < len(turns) else trace.entries[-1].sample
             between = [m for m in trace.samples if turn.sample.time_s < m.time_s < end.time_s]
             found.append([turn.sample, *between, end])
     return found

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_seriali
 from behaviors.executive import Ending
 from nxtdrive.recording.predictions import Prediction
 
-from .causes import Judgement
+from .causes import ChoiceEvaluation
 from .metrics import TargetResult
 
 Key = tuple[str, int, str, str, str]
@@ -54,7 +54,7 @@ class MissionResult(BaseModel):
     contacts: int = 0
     targets: list[Annotated[TargetResult, AfterValidator(_timed)]]
     recognition_s: list[float] = []
-    choices: list[Judgement] = []
+    choices: list[ChoiceEvaluation] = []
     transitions: list[str] = []
     longest_run: int = 0
     soonest_s: float | None = None
@@ -67,7 +67,7 @@ class MissionResult(BaseModel):
 
     @property
     def broke(self) -> bool:
-        """Whether an error ended the mission before it could be judged."""
+        """Whether an error ended the mission before it could be evaluated."""
         return self.ending is Ending.BROKEN
 
     @property
@@ -80,12 +80,12 @@ class MissionResult(BaseModel):
         return json.dumps(self.model_dump(mode="json", by_alias=True, exclude_unset=True), ensure_ascii=False)
 
     @field_serializer("choices")
-    def _with_verdicts(self, choices: list[Judgement]) -> list[dict[str, Any]]:
+    def _with_verdicts(self, choices: list[ChoiceEvaluation]) -> list[dict[str, Any]]:
         return [{**asdict(choice), "fits": choice.fits} for choice in choices]
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        """Refuse a mission that was judged but lacks its duration or contacts."""
+        """Refuse a mission that was evaluated but lacks its duration or contacts."""
         if not self.broke and (missing := sorted(OF_WHOLE_MISSIONS - self.model_fields_set)):
             raise ValueError(f"{missing[0]} is missing")
         return self

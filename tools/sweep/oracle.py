@@ -12,7 +12,7 @@ from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Reason
 from behaviors.ports import StopReason
 from nxtdrive.simulated.robot import ScenarioRobot
-from sim_backend.judge import survey
+from sim_backend.evaluation import survey
 from sim_backend.scenarios.floor_plan import Goal, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 from sim_backend.simulation import Simulation

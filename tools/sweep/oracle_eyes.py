@@ -14,7 +14,7 @@ import numpy as np
 from behaviors.angles import wrapped_deg
 from behaviors.ports import Sighting
 from nxtdrive.simulated.robot import ScenarioRobot
-from sim_backend.judge import CAMERA_HEIGHT_MM, survey
+from sim_backend.evaluation import CAMERA_HEIGHT_MM, survey
 from sim_backend.plane import Point
 from sim_backend.scenarios.floor_plan import Floats, FloorPlan, Goal, Mask, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM

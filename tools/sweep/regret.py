@@ -46,8 +46,8 @@ def regret(costs_s: NDArray[np.float64]) -> Regret:
     best = int(np.argmin(means))
     halves = costs_s[:, ::2], costs_s[:, 1::2]
     corrected = [
-        float(judging[0].mean() - judging[int(np.argmin(choosing.mean(axis=1)))].mean())
-        for choosing, judging in (halves, halves[::-1])
+        float(held_out[0].mean() - held_out[int(np.argmin(choosing.mean(axis=1)))].mean())
+        for choosing, held_out in (halves, halves[::-1])
     ]
     more = costs_s[0] - costs_s[best]
     return Regret(sum(corrected) / 2, float(means[0] - means[best]), best, estimate([(each, 1.0) for each in more]))

@@ -1,4 +1,4 @@
-"""The task of running one mission of a sweep and judging it.
+"""The task of running one mission of a sweep and evaluating it.
 
 An *episode* is one mission in one simulated scenario, from its start to its end, as in Gymnasium and LeRobot.
 """
@@ -23,11 +23,11 @@ from sim_backend.world.sensing import VIEW_RANGE_MM
 from sim_backend.world.world_file import WorldFile
 
 from .agents import drive, equipped
-from .causes import judge_choices, longest_run, recognition_s, soonest_s
+from .causes import evaluate_choices, longest_run, recognition_s, soonest_s
 from .chart_coverage import taken
-from .metrics import judge_target
+from .metrics import evaluate_target
 from .mission_result import USUAL_TARGETS, Key, MissionResult
-from .referee import EpisodeTrace, Referee
+from .truth_recorder import EpisodeTrace, TruthRecorder
 
 UNCHANGED = RobotFile()
 DIGEST_DIGITS = 12
@@ -66,20 +66,20 @@ class Task:
         return self.kind, self.seed, self.agent, self.eyes, self.described
 
 
-def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, Referee]:
+def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace, TruthRecorder]:
     """Run an episode and record its ground truth.
 
     Returns:
-        The trace to judge, and the referee, which has the journal.
+        The trace to result_of, and the recorder, which has the journal.
 
     Raises:
         KeyboardInterrupt: Ctrl-C, even if the agent ended the mission cleanly.
-        Exception: Any error that breaks the mission or its referee, a livelock for instance.
+        Exception: Any error that breaks the mission or its recorder, a livelock for instance.
     """
     scenario = replace(scenario, mission=equipped(agent, scenario.mission))
     with closing(Episode(scenario, eyes)) as episode:
-        referee = Referee(episode.simulation)
-        episode.observers.append(referee)
+        recorder = TruthRecorder(episode.simulation)
+        episode.observers.append(recorder)
         report = drive(agent, episode.robot, episode.simulation)
         if report.ending is Ending.INTERRUPTED:
             raise KeyboardInterrupt  # Ctrl-C stops the sweep, not only this mission
@@ -87,19 +87,19 @@ def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace
             raise RuntimeError(f"observers failed: {dict(report.observer_failures)}")
         # closing the brick takes time, and the robot may still roll
         ended_s = report.duration_s
-        samples = [sample for sample in referee.samples if sample.time_s <= ended_s]
+        samples = [sample for sample in recorder.samples if sample.time_s <= ended_s]
     trace = EpisodeTrace(
         targets=list(scenario.mission.mission.targets),
         samples=samples,
-        judged=referee.judged,
-        disturbances=[each for each in referee.disturbances() if each.time_s <= ended_s],
+        entries=recorder.entries,
+        disturbances=[each for each in recorder.disturbances() if each.time_s <= ended_s],
         late_objects=late_objects(scenario.world),
         view_mm=min(VIEW_RANGE_MM, scenario.conditions.sight.farthest_mm),
         ending=report.ending,
         duration_s=ended_s,
         error=report.error,
     )
-    return trace, referee
+    return trace, recorder
 
 
 def late_objects(world: WorldFile) -> frozenset[str]:
@@ -117,8 +117,8 @@ def evaluate(task: Task) -> MissionResult:
     """Run a task and return its result, even if the mission breaks."""
     try:
         scenario = scenario_of(task)
-        trace, referee = run_episode(scenario, task.agent, task.eyes)
-        return judge(task, trace, predictions(referee.records, task.agent, scenario.mission))
+        trace, recorder = run_episode(scenario, task.agent, task.eyes)
+        return result_of(task, trace, predictions(recorder.records, task.agent, scenario.mission))
     except Terminated:
         raise
     except (Exception, SystemExit) as error:  # noqa: BLE001 - one mission must not end a sweep; its result says why
@@ -150,9 +150,12 @@ def _existing_targets(task: Task) -> int:
     return sum(target in pictures for target in scenario.mission.mission.targets)
 
 
-def judge(task: Task, trace: EpisodeTrace, chances: Sequence[Prediction] = ()) -> MissionResult:
-    """Judge a mission by its trace; numbers are rounded to a thousandth, as further digits differ between machines."""
-    targets = [judge_target(trace, target) for target in trace.targets]
+def result_of(task: Task, trace: EpisodeTrace, chances: Sequence[Prediction] = ()) -> MissionResult:
+    """Return the result of a mission from its trace.
+
+    Numbers are rounded to a thousandth: further digits differ between machines.
+    """
+    targets = [evaluate_target(trace, target) for target in trace.targets]
     rewards = [float(target.success) for target in targets]
     return MissionResult(
         **_head(task),
@@ -166,8 +169,8 @@ def judge(task: Task, trace: EpisodeTrace, chances: Sequence[Prediction] = ()) -
         contacts=trace.samples[-1].contacts,
         targets=_rounded(targets),
         recognition_s=_rounded(recognition_s(trace)),
-        choices=_rounded(judge_choices(trace)),
-        transitions=taken(entry.record for entry in trace.judged),
+        choices=_rounded(evaluate_choices(trace)),
+        transitions=taken(entry.record for entry in trace.entries),
         longest_run=longest_run(trace),
         soonest_s=_rounded(soonest_s(trace)),
         chances=_rounded(list(chances)),

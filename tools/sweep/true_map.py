@@ -18,12 +18,12 @@ from nxtdrive.recording.map.events import EventReader, MapEvent, Numbering, numb
 from nxtdrive.recording.map.picture import START_MARK_MM, number_notes
 from nxtdrive.recording.map.style import ARRIVE, FAILED, TARGET_COLORS, LineStyle, MarkStyle, mark_style
 from nxtdrive.recording.wording import spaced
-from sim_backend.judge import stop_counts
+from sim_backend.evaluation import stop_counts
 from sim_backend.plane import Point, corners_of
 from sim_backend.scenarios.floor_plan import Goal, Obstacle
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
-from .referee import SAMPLE_MS, EpisodeTrace, TruthSample
+from .truth_recorder import SAMPLE_MS, EpisodeTrace, TruthSample
 
 AXES = Axes("room: x, m", "room: y, m", up=False)
 EDGE_MM = 150.0
@@ -99,7 +99,7 @@ def _result(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[
 def _events(trace: EpisodeTrace) -> Iterator[tuple[MapEvent, MarkStyle]]:
     """Yield the events of a mission at their true places, and how they are marked."""
     reader = EventReader()
-    for entry in trace.judged:
+    for entry in trace.entries:
         x_mm, y_mm, heading_deg = entry.sample.pose
         event = reader.read(entry.record, Pose(x_mm, y_mm, heading_deg))
         if event and event.kind == "reached":
@@ -180,14 +180,14 @@ def _keys(trace: EpisodeTrace, events: dict[MapEvent, MarkStyle]) -> Iterator[Ke
 
 def _pieces(trace: EpisodeTrace) -> Iterator[tuple[LineStyle, Sequence[Point]]]:
     """Yield the path in pieces, one for each stretch for one target."""
-    judged = iter(trace.judged)
-    entry, target = next(judged, None), ""
+    entries = iter(trace.entries)
+    entry, target = next(entries, None), ""
     piece: list[Point] = []
     for sample in trace.samples:
         piece.append(sample.pose[:2])
         before = target
         while entry is not None and entry.sample.time_s <= sample.time_s:
-            target, entry = entry.record.target, next(judged, None)
+            target, entry = entry.record.target, next(entries, None)
         if target != before:
             if len(piece) > 1:
                 yield _path_style(trace, before), piece

@@ -40,7 +40,7 @@ from nxtdrive.simulated.robot import GEOMETRIC
 from nxtdrive.simulated.scenario import Scenario, generate_scenario
 from nxtdrive.transports.address import Address
 from nxtdrive.transports.sim import SimTransport
-from sim_backend.judge import scene, stop_counts
+from sim_backend.evaluation import scene, stop_counts
 from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.simulation import Simulation
 

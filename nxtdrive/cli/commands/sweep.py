@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Run agents (profiles, baselines and oracles) on the same simulated missions and
-judge them by the simulation's ground truth. Missions already in the file are not
+evaluate them by the simulation's ground truth. Missions already in the file are not
 repeated, so the same command with --resume continues an interrupted sweep.
 docs/evaluation.md explains the classes and figures."""
 EXAMPLES = """\

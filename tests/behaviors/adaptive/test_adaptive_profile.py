@@ -264,8 +264,8 @@ def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mock
 @pytest.mark.slow
 def test_a_person_who_comes_into_the_only_door_is_waited_for():
     """The place beyond is worth it; nothing else in the room is."""
-    trace, referee = run_episode(generate_scenario("doorway", 3013), "adaptive", "geometric")
-    waits = [each for each in referee.records if each.kind is RecordKind.CHOICE and each.data["choice"] == "wait"]
+    trace, recorder = run_episode(generate_scenario("doorway", 3013), "adaptive", "geometric")
+    waits = [each for each in recorder.records if each.kind is RecordKind.CHOICE and each.data["choice"] == "wait"]
     evidence = waits[0].data["evidence"]
     assert evidence["reason"] == Reason.NO_WAY
     assert evidence["blocker"]["moving"]

@@ -84,7 +84,7 @@ class Decider:
         return choice
 
     def _count(self, target: str, reason: Reason, choice: Choice) -> None:
-        """Count recoveries in a row as the sweep's judge does: near the first of them."""
+        """Count recoveries in a row as the sweep's metrics do: near the first of them."""
         first, run = self.run
         if choice.kind is CHANGE_TARGET:
             self.run = None, 0

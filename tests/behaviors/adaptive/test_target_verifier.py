@@ -19,7 +19,7 @@ FRAMES = 300
 """20 s of video."""
 
 
-def _judge(rate: float, seed: int) -> tuple[Verdict, int]:
+def _verify(rate: float, seed: int) -> tuple[Verdict, int]:
     """The verdict on something that is found in that share of the frames, and after how many frames it is given."""
     random, verifier = Random(f"{rate}/{seed}"), TargetVerifier()
     for frame in range(1, FRAMES + 1):
@@ -31,10 +31,10 @@ def _judge(rate: float, seed: int) -> tuple[Verdict, int]:
 
 def _row(rate: float) -> str:
     """A line of the document's table."""
-    judged = [_judge(rate, seed) for seed in range(SEQUENCES)]
-    counts = Counter(verdict for verdict, _ in judged)
+    verified = [_verify(rate, seed) for seed in range(SEQUENCES)]
+    counts = Counter(verdict for verdict, _ in verified)
     shares = " | ".join(f"{100 * counts[verdict] / SEQUENCES:.1f} %" for verdict in Verdict)
-    frames = sorted(frames for _, frames in judged)
+    frames = sorted(frames for _, frames in verified)
     return f"| {rate:.2f} | {shares} | {median(frames):.0f} | {frames[round(0.99 * SEQUENCES)]} |"
 
 
@@ -45,9 +45,9 @@ def test_the_document_has_the_error_rates_as_they_are(rate):
 
 @pytest.mark.parametrize(("rate", "verdict", "limit"), [(0.9, Verdict.REAL, 30), (0.2, Verdict.MISTAKEN, 150)])
 def test_the_target_is_accepted_and_a_look_alike_rejected_in_a_bounded_number_of_frames(rate, verdict, limit):
-    judged = [_judge(rate, seed) for seed in range(1000)]
-    right = sum(each is verdict and frames <= limit for each, frames in judged)
-    assert right >= 0.99 * len(judged)
+    verified = [_verify(rate, seed) for seed in range(1000)]
+    right = sum(each is verdict and frames <= limit for each, frames in verified)
+    assert right >= 0.99 * len(verified)
 
 
 def test_nothing_is_decided_by_one_frame():

@@ -241,7 +241,7 @@ def test_what_bluetooth_lacks_is_a_problem_only_if_it_is_needed(bluetoothctl):
 @pytest.mark.parametrize(
     ("millivolts", "verdict"), [(9000, "ok"), (7100, "ok"), (7099, "warning"), (6100, "warning"), (6099, "problem")]
 )
-def test_the_battery_is_judged_as_the_brick_does(millivolts, verdict):
+def test_the_battery_is_rated_as_the_brick_rates_it(millivolts, verdict):
     assert patient.battery(millivolts).verdict == verdict
 
 

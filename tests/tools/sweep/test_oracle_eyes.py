@@ -2,7 +2,7 @@
 
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import LookoutPlaces
-from nxtdrive.tools.sweep.task import Task, judge, run_episode
+from nxtdrive.tools.sweep.task import Task, result_of, run_episode
 from sim_backend.scenarios.floor_plan import FloorPlan, Obstacle
 
 WALL = Obstacle("wall", (2000.0, 600.0), (10.0, 1200.0))
@@ -42,7 +42,7 @@ def test_no_place_behind_a_closed_wall_is_chosen():
 def test_a_target_is_found_by_sight_through_the_only_door():
     """Both targets hang beyond a door; the map alone does not lead to them."""
     trace, _ = run_episode(generate_scenario("doorway", 100), "oracle-eyes", "geometric")
-    states = [entry.record.data["to"] for entry in trace.judged if "to" in entry.record.data]
+    states = [entry.record.data["to"] for entry in trace.entries if "to" in entry.record.data]
     assert trace.ending == "achieved"
     assert states.index("search") < states.index("arrive")
-    assert judge(Task(0, "doorway", 100, "oracle-eyes", "geometric"), trace).success
+    assert result_of(Task(0, "doorway", 100, "oracle-eyes", "geometric"), trace).success

@@ -1,4 +1,4 @@
-"""Every agent ends a mission, and the ground truth judges it."""
+"""Every agent ends a mission, and is evaluated by the ground truth."""
 
 import pytest
 
@@ -20,26 +20,26 @@ def _limited(scenario, limit_s):
     "agent", [pytest.param(name, marks=pytest.mark.nightly) if name in ABLATIONS else name for name in ALL_NAMES]
 )
 def test_every_agent_ends_a_mission_with_the_robot_at_rest(agent):
-    trace, referee = run_episode(_limited(generate_scenario("absent", 100), 40.0), agent, "geometric")
+    trace, recorder = run_episode(_limited(generate_scenario("absent", 100), 40.0), agent, "geometric")
     assert trace.ending in (Ending.TIME_UP, Ending.GIVEN_UP)
     assert trace.duration_s <= 43.0
-    assert [record.kind for record in (referee.records[0], referee.records[-1])] == [RecordKind.START, RecordKind.END]
-    assert trace.judged[-1].record.kind is RecordKind.END
+    assert [record.kind for record in (recorder.records[0], recorder.records[-1])] == [RecordKind.START, RecordKind.END]
+    assert trace.entries[-1].record.kind is RecordKind.END
 
 
 @pytest.mark.slow
 def test_nav2s_list_recovers_in_turn_and_gives_up_after_six():
-    _, referee = run_episode(generate_scenario("absent", 101), "nav2-list", "geometric")
-    first = referee.records[0].data["targets"][0]
-    choices = [r.data["choice"] for r in referee.records if r.kind is RecordKind.CHOICE and r.target == first]
+    _, recorder = run_episode(generate_scenario("absent", 101), "nav2-list", "geometric")
+    first = recorder.records[0].data["targets"][0]
+    choices = [r.data["choice"] for r in recorder.records if r.kind is RecordKind.CHOICE and r.target == first]
     assert choices == ["rescan", "wait", "back_up"] * 2 + ["change_target"]
 
 
 @pytest.mark.parametrize("agent", NAMES)
 @pytest.mark.parametrize("kind", ["link", "camera_loss"])
 def test_outages_suspend_a_mission_which_then_goes_on(kind, agent):
-    _, referee = run_episode(_limited(generate_scenario(kind, 100), 60.0), agent, "geometric")
-    went = [record.data["to"] for record in referee.records if record.kind is RecordKind.TRANSITION]
+    _, recorder = run_episode(_limited(generate_scenario(kind, 100), 60.0), agent, "geometric")
+    went = [record.data["to"] for record in recorder.records if record.kind is RecordKind.TRANSITION]
     if kind == "camera_loss" and agent == "oracle":
         assert "suspended" not in went, "it needs no camera"
         return
@@ -56,6 +56,6 @@ def test_the_oracle_outlasts_outages_of_the_link():
 
 @pytest.mark.slow
 def test_rendered_frames_show_the_same_scenario():
-    trace, referee = run_episode(_limited(generate_scenario("camera_loss", 101), 12.0), "thesis", "camera")
+    trace, recorder = run_episode(_limited(generate_scenario("camera_loss", 101), 12.0), "thesis", "camera")
     assert trace.ending is Ending.TIME_UP
-    assert any(record.kind is RecordKind.LOOK for record in referee.records)
+    assert any(record.kind is RecordKind.LOOK for record in recorder.records)

@@ -6,10 +6,10 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Record, RecordKind
-from nxtdrive.tools.sweep.causes import Cause, judge_choices, longest_run, recognition_s, soonest_s
-from nxtdrive.tools.sweep.metrics import judge_target
-from nxtdrive.tools.sweep.referee import Disturbance, EpisodeTrace, JudgedRecord, TruthSample
-from sim_backend.judge import Scene
+from nxtdrive.tools.sweep.causes import Cause, evaluate_choices, longest_run, recognition_s, soonest_s
+from nxtdrive.tools.sweep.metrics import evaluate_target
+from nxtdrive.tools.sweep.truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSample
+from sim_backend.evaluation import Scene
 from sim_backend.scenarios.floor_plan import FloorPlan, Goal, Obstacle
 from sim_backend.world.truth import TruePose
 
@@ -33,7 +33,7 @@ class EpisodeBuilder:
     def __init__(self, *, scene=None, late_objects=()):
         self.scene = scene or _scene()
         self.late_objects = frozenset(late_objects)
-        self.samples, self.judged, self.disturbances = [], [], []
+        self.samples, self.entries, self.disturbances = [], [], []
         self.time_s, self.at, self.heading_deg = 0.0, (500.0, 1500.0), 0.0
         self._sample()
 
@@ -50,7 +50,7 @@ class EpisodeBuilder:
         return self
 
     def note(self, kind, target="lena", **data):
-        self.judged.append(JudgedRecord(Record(self.time_s, kind, "search", target, data), self._sample()))
+        self.entries.append(RecordWithTruth(Record(self.time_s, kind, "search", target, data), self._sample()))
         return self
 
     def enter(self, state, target="lena"):
@@ -68,7 +68,7 @@ class EpisodeBuilder:
         return EpisodeTrace(
             ["lena"],
             self.samples,
-            self.judged,
+            self.entries,
             self.disturbances,
             self.late_objects,
             3000.0,
@@ -78,7 +78,7 @@ class EpisodeBuilder:
 
 
 def test_a_straight_drive_is_as_good_as_can_be():
-    result = judge_target(EpisodeBuilder().enter("search").drive(3260, 1500, 14.6).enter("reached").end(), "lena")
+    result = evaluate_target(EpisodeBuilder().enter("search").drive(3260, 1500, 14.6).enter("reached").end(), "lena")
     assert result.success
     assert result.spl == pytest.approx(1.0, abs=0.02)
     assert result.sct == pytest.approx((2740 / 200 + 0.5) / 14.6, abs=0.03)
@@ -88,21 +88,21 @@ def test_a_straight_drive_is_as_good_as_can_be():
 
 def test_a_detour_lowers_the_path_efficiency():
     episode = EpisodeBuilder().enter("search").drive(500, 2700, 6).drive(500, 1500, 6).drive(3260, 1500, 14)
-    result = judge_target(episode.enter("reached").end(), "lena")
+    result = evaluate_target(episode.enter("reached").end(), "lena")
     assert result.spl == pytest.approx(2740 / (2760 + 2400), abs=0.02)
     assert result.soft_spl == result.spl
 
 
 @pytest.mark.parametrize("place", [(3200.0, 1500.0), (3750.0, 1200.0)])
 def test_a_stop_that_is_too_far_or_too_much_from_the_side_is_a_wrong_stop(place):
-    result = judge_target(EpisodeBuilder().enter("search").drive(*place, 14).enter("reached").end(), "lena")
+    result = evaluate_target(EpisodeBuilder().enter("search").drive(*place, 14).enter("reached").end(), "lena")
     assert (result.success, result.wrong_stops, result.spl, result.sct) == (False, 1, 0.0, 0.0)
     assert result.soft_spl > 0.7
 
 
 def test_a_stop_before_something_that_hides_the_picture_is_a_wrong_stop():
     episode = EpisodeBuilder(scene=_scene(Obstacle("screen", (3600.0, 1500.0), (20.0, 400.0)))).enter("search")
-    result = judge_target(episode.drive(3400, 1500, 14).enter("reached").end(), "lena")
+    result = evaluate_target(episode.drive(3400, 1500, 14).enter("reached").end(), "lena")
     assert result.wrong_stops == 1
 
 
@@ -110,20 +110,20 @@ def test_a_path_that_opens_later_is_measured_by_the_map_of_the_arrival():
     """A person stands in the only door when the pursuit begins."""
     episode = EpisodeBuilder(late_objects=["anna"], scene=_scene(*WALLS, IN_THE_DOOR)).enter("search")
     episode.drive(500, 1500, 5).scene = _scene(*WALLS)
-    result = judge_target(episode.drive(3260, 1500, 14).enter("reached").end(), "lena")
+    result = evaluate_target(episode.drive(3260, 1500, 14).enter("reached").end(), "lena")
     assert result.success
     assert result.spl == pytest.approx(1.0, abs=0.02)
     assert result.sct == pytest.approx(13.7 / 19.0, abs=0.05)
 
 
 def test_half_of_the_path_gives_half_of_the_soft_figure():
-    result = judge_target(EpisodeBuilder().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
+    result = evaluate_target(EpisodeBuilder().enter("search").drive(1900, 1500, 7).enter("gave_up").end(), "lena")
     assert result.soft_spl == pytest.approx(0.5, abs=0.02)
     assert result.given_up_s == pytest.approx(7.0)
 
 
 def test_a_target_that_is_not_there_is_not_reachable():
-    result = judge_target(EpisodeBuilder(scene=_scene(goals=())).enter("search").enter("gave_up").end(), "lena")
+    result = evaluate_target(EpisodeBuilder(scene=_scene(goals=())).enter("search").enter("gave_up").end(), "lena")
     assert (result.reachable, result.success, result.shortest_mm) == (False, False, None)
 
 
@@ -150,28 +150,28 @@ def _blocked(stays_s, choice, waits_s):
     if stays_s <= waits_s:
         episode.scene = _scene()
     trace = episode.drive(1800, 1500, max(0.1, waits_s - stays_s)).enter("search").end()
-    (judgement,) = judge_choices(trace)
-    return judgement
+    (evaluation,) = evaluate_choices(trace)
+    return evaluation
 
 
 def test_to_wait_fits_when_the_way_is_free_sooner_than_a_detour_takes():
-    judgement = _blocked(stays_s=1.0, choice="wait", waits_s=1.1)
-    assert (judgement.cause, judgement.fits) == (Cause.BLOCKED_SHORT, True)
-    assert judgement.regret_s == pytest.approx(0.1, abs=0.15)
+    evaluation = _blocked(stays_s=1.0, choice="wait", waits_s=1.1)
+    assert (evaluation.cause, evaluation.fits) == (Cause.BLOCKED_SHORT, True)
+    assert evaluation.regret_s == pytest.approx(0.1, abs=0.15)
 
 
 def test_a_long_wait_for_a_person_who_stays_has_regret():
-    judgement = _blocked(stays_s=math.inf, choice="wait", waits_s=15.0)
-    assert (judgement.cause, judgement.fits) == (Cause.BLOCKED_LONG, False)
-    assert judgement.regret_s == pytest.approx(15.0, abs=0.2)
+    evaluation = _blocked(stays_s=math.inf, choice="wait", waits_s=15.0)
+    assert (evaluation.cause, evaluation.fits) == (Cause.BLOCKED_LONG, False)
+    assert evaluation.regret_s == pytest.approx(15.0, abs=0.2)
     assert _blocked(stays_s=math.inf, choice="detour", waits_s=5.0).regret_s == 0.0
 
 
 def test_what_could_have_been_seen_was_missed_and_the_rest_is_elsewhere():
     near = EpisodeBuilder().enter("search").drive(1500, 1500, 4).choose("move_to").end()
     far = EpisodeBuilder(scene=_scene(Obstacle("cupboard", (2000.0, 1500.0), (200.0, 1500.0)))).enter("search")
-    assert [each.cause for each in judge_choices(near)] == [Cause.MISSED]
-    assert [each.cause for each in judge_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
+    assert [each.cause for each in evaluate_choices(near)] == [Cause.MISSED]
+    assert [each.cause for each in evaluate_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
 
 
 def test_a_run_is_of_recoveries_at_one_place_after_one_kind_of_failure_whatever_was_chosen():

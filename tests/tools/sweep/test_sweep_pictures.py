@@ -45,8 +45,8 @@ def test_a_map_says_what_it_shows(trace):
 
 @pytest.mark.slow
 def test_a_map_of_a_failed_mission_says_which_targets_were_not_reached(trace):
-    records = [judged for judged in trace.judged if judged.record.data.get("to") != "reached"]
-    page = true_map_page(replace(trace, judged=records, ending=Ending.TIME_UP), "x")
+    records = [entry for entry in trace.entries if entry.record.data.get("to") != "reached"]
+    page = true_map_page(replace(trace, entries=records, ending=Ending.TIME_UP), "x")
     assert page.subtitle.startswith(
         f"time up after {trace.duration_s:.1f} s; lena: not reached; rilakkuma: not reached"
     )

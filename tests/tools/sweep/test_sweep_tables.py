@@ -7,11 +7,11 @@ from rich.console import Console
 from sweep_results import mission_result, target_result
 
 from nxtdrive.tools.sweep.agents import ALL_NAMES
-from nxtdrive.tools.sweep.causes import Cause, Judgement
+from nxtdrive.tools.sweep.causes import Cause, ChoiceEvaluation
 from nxtdrive.tools.sweep.tables import AGENT_COLUMNS, print_tables
 from sim_backend.scenarios.classes import CLASSES
 
-CHOICES = [Judgement(cause, "wait", 1.0) for cause in Cause]
+CHOICES = [ChoiceEvaluation(cause, "wait", 1.0) for cause in Cause]
 TARGET = target_result(5.0, wrong_stops=1, sct=0.5)
 RESULTS = [
     mission_result(

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from . import judged
+from . import reference_firmware
 from .campaign import Campaign, Tally, batch_of, run_campaign
 from .program_mutation import COMPILED
 
@@ -29,7 +29,7 @@ CAMPAIGNS: tuple[str, ...] = (
 )
 """The modules of this folder that hold a campaign, in the order of docs/reliability.md."""
 
-_JUDGE_OPTIONS = {
+_REFERENCE_OPTIONS = {
     "--judge": "compare the programs with this firmware, which answers the lines of docs/firmware.md section 0.1",
     "--poisoned": "the same firmware with other bytes in memory that it does not initialise",
 }
@@ -51,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
     for name in args.campaigns or CAMPAIGNS:
         campaign = load(name)
         if name == "programs" and args.judge:
-            campaign = judged.campaign(judged.judges(args.judge, args.poisoned), args.compiled)
+            campaign = reference_firmware.campaign(reference_firmware.parse(args.judge, args.poisoned), args.compiled)
         if args.only is not None:
             tally = campaign.run(args.seed, batch_of(campaign, args.only))
             _print(name, campaign, len(batch_of(campaign, args.only)), tally, args.seed, 0.0)
@@ -70,9 +70,11 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, metavar="NUMBER", help="reproduce one trial")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    for option, text in _JUDGE_OPTIONS.items():
+    for option, text in _REFERENCE_OPTIONS.items():
         parser.add_argument(option, metavar="VERSION=COMMAND", action="append", default=[], help=text)
-    parser.add_argument("--compiled", type=Path, default=COMPILED, help="folder of programs to damage for a judge")
+    parser.add_argument(
+        "--compiled", type=Path, default=COMPILED, help="with --judge: folder of the programs to damage"
+    )
     args = parser.parse_args(argv)
     if unknown := set(args.campaigns) - set(CAMPAIGNS):
         parser.error(f"no campaign {', '.join(sorted(unknown))}; there are: {', '.join(CAMPAIGNS)}")

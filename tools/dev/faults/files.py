@@ -35,7 +35,7 @@ from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
-from ...sweep.causes import Cause, Judgement
+from ...sweep.causes import Cause, ChoiceEvaluation
 from ...sweep.result_file import read_results
 from ...sweep.summary import aggregate
 from ...sweep.task import Task, evaluate, failed, run_episode
@@ -211,8 +211,8 @@ def _run_folder() -> dict[str, bytes]:
     """Return the files of a run with decisions."""
     from behaviors.mission import load_mission
 
-    _, referee = run_episode(generate_scenario("block_transient", 100), "adaptive", "geometric")
-    lines = [record.to_json() for record in referee.records if record.kind not in (RecordKind.LOOK, RecordKind.STEP)]
+    _, recorder = run_episode(generate_scenario("block_transient", 100), "adaptive", "geometric")
+    lines = [record.to_json() for record in recorder.records if record.kind not in (RecordKind.LOOK, RecordKind.STEP)]
     mission = load_mission(BUILT_IN, [PICTURES])
     summary = {"ending": "achieved", "achieved": True, "targets": []}
     return {
@@ -227,7 +227,9 @@ def _result_lines() -> bytes:
     reached = evaluate(Task(0, "open", 100, "oracle", "geometric"))
     results = [
         reached,
-        reached.model_copy(update={"agent": "thesis", "choices": [Judgement(cause, "wait", 1.5) for cause in Cause]}),
+        reached.model_copy(
+            update={"agent": "thesis", "choices": [ChoiceEvaluation(cause, "wait", 1.5) for cause in Cause]}
+        ),
         failed(Task(2, "far", 1, "thesis", "camera"), OSError()),
     ]
     return "".join(result.to_json() + "\n" for result in results).encode()

@@ -1,4 +1,4 @@
-"""Link faults at every telegram, under short driver programs and missions; judged by the simulation's ground truth."""
+"""Campaign: link faults at every telegram of short driver programs and missions, checked against the ground truth."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ LONGEST_CALL_S = 40.0
 """Longest time of a request: it waits 30 s for a lost link, and then for its reply."""
 
 
-class Witness:
+class ReplyChecker:
     """Compares the reply to each request of a link with the one that the brick sent for this very request.
 
     Args:
@@ -88,7 +88,7 @@ def _answers(exchange: Exchange, command: Command[Any], reply: object, *, exact:
         return False
 
 
-class Stillness:
+class StandstillMonitor:
     """Records motors that still turn although the brick has been unreachable for longer than a lease.
 
     Args:
@@ -158,12 +158,12 @@ def new_simulation() -> Simulation:
 
 def run_program(actions: Sequence[Action], wire: Wire, *, reconnecting: bool = False) -> tuple[str, list[str]]:
     """Run a program that continues with its next action after each error; return the outcome and any violations."""
-    simulation, still, errors = wire.simulation, Stillness(wire), set()
-    witness: Witness | None = None
+    simulation, still, errors = wire.simulation, StandstillMonitor(wire), set()
+    witness: ReplyChecker | None = None
     trial: Trial | None = None
     try:
         with Brick(plug_in(wire), reconnecting=reconnecting) as brick:
-            witness = Witness(brick, wire)
+            witness = ReplyChecker(brick, wire)
             trial = Trial(simulation, brick, brick.rover())
             for action in actions:
                 try:

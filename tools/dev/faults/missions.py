@@ -1,4 +1,4 @@
-"""Campaign: whole missions in random rooms with random robots, parameters, events and faults; judged by the truth."""
+"""Campaign: whole missions in random rooms with random robots, parameters, events and faults."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.recording.recording import Recording
 from nxtdrive.recording.run_folder import JOURNAL, RunFolder
-from sim_backend.judge import scene
+from sim_backend.evaluation import scene
 from sim_backend.scenarios.floor_plan import Goal
 from sim_backend.simulation import Simulation
 
@@ -51,7 +51,7 @@ LONGEST_S = 120.0
 
 
 @dataclass
-class Referee:
+class TruthMonitor:
     """Notes what a mission claims and decides, with the truth of that moment."""
 
     simulation: Simulation
@@ -152,29 +152,29 @@ def run_mission(drawn: RandomMission, folder: Path) -> tuple[str, list[str]]:
     simulation, outcome = Simulation(drawn.world, seed=drawn.seed), "broken"
     simulation.webcam.unplugged_ms = drawn.camera_lost_ms
     wire = Wire(simulation, drawn.transport, drawn.fault, drawn.latency_ms)
-    referee = Referee(simulation, drawn)
+    monitor = TruthMonitor(simulation, drawn)
     folder.mkdir()
     try:
         with Brick(plug_in(wire)) as brick:
             brick.link.keep_alive()
             brick.link.reconnect_timeout_s, brick.link.reconnecting = 0.0, True
-            report = _pursue(brick, drawn, folder, referee)
+            report = _pursue(brick, drawn, folder, monitor)
         outcome = report.ending.value
         if report.duration_s > drawn.mission.mission.time_limit_s + 60 + drawn.mission.mission.reconnect_timeout_s:
-            referee.wrong.append(f"it lasted {report.duration_s:.1f} s")
+            monitor.wrong.append(f"it lasted {report.duration_s:.1f} s")
     except NXTError as error:
         outcome = NO_BRICK if wire.count < SETTING_UP else f"broken by {type(error).__name__}"
         if outcome != NO_BRICK:
-            referee.wrong.append(traceback.format_exc(limit=-3))
+            monitor.wrong.append(traceback.format_exc(limit=-3))
     except Exception:  # noqa: BLE001 - anything else is a defect
-        referee.wrong.append(traceback.format_exc(limit=-5))
+        monitor.wrong.append(traceback.format_exc(limit=-5))
     simulation.advance(STILL_MS)
     if simulation.motors_turn():
-        referee.wrong.append("motors turn after the mission")
-    return outcome, referee.wrong + referee.livelocks()
+        monitor.wrong.append("motors turn after the mission")
+    return outcome, monitor.wrong + monitor.livelocks()
 
 
-def _pursue(brick: Brick, drawn: RandomMission, folder: Path, referee: Referee) -> Report:
+def _pursue(brick: Brick, drawn: RandomMission, folder: Path, monitor: TruthMonitor) -> Report:
     clock, mission = MissionClock(brick), drawn.mission
     vision: Vision
     if drawn.camera:
@@ -184,14 +184,14 @@ def _pursue(brick: Brick, drawn: RandomMission, folder: Path, referee: Referee) 
     recording, observers = Recording(RunFolder(folder), clock, video=False), Observers()
     recording.folder.write_mission(mission)
     observers.add(JOURNAL, recording)
-    observers.add("referee", referee)
+    observers.add("monitor", monitor)
     report = None
     try:
         report = Executive(mission, mission_ports(brick, mission, vision), observers).run()
     finally:
         recording.finish(report, "", {"mission": mission.mission.name}, observers)
         if observers.failures:
-            referee.wrong.append(f"observers failed: {observers.failures}")
+            monitor.wrong.append(f"observers failed: {observers.failures}")
     return report
 
 

@@ -38,7 +38,7 @@ class RandomMission:
     Attributes:
         world: The room.
         mission: The mission.
-        described: Whether the mission knows the robot as it is, so that its claims can be judged.
+        described: Whether the mission knows the robot as it is, so that its claims can be reference_firmware.
         transport: The kind of link.
         fault: What happens to the link, if anything.
         latency_ms: Round-trip time of the link.

@@ -179,7 +179,7 @@ def _drain(file: int) -> None:
         os.close(file)
 
 
-def judge(case: Case, number: int, ended: Ended, folder: Path) -> tuple[str, list[str]]:
+def evaluate(case: Case, number: int, ended: Ended, folder: Path) -> tuple[str, list[str]]:
     """Return the outcome and any violations."""
     if ended.code is None:
         return "hung", [f"it hangs after {LIMIT_S:g} s"]
@@ -233,7 +233,7 @@ def trials(seed: int, numbers: range) -> Tally:
                 nxt, camera = (served.nxt, served.camera) if served else ("", "")
                 words = [word.format(nxt=nxt, camera=camera) for word in case.words]
                 ended = end_by_signal(words, Path(folder), kind, moments_s, terminal=case.terminal)
-                outcome, wrong = judge(case, kind, ended, Path(folder))
+                outcome, wrong = evaluate(case, kind, ended, Path(folder))
             if served and case.served and (moving := served.moving()):
                 wrong.append(f"motors {', '.join(moving)} are not off")
             tally.outcomes[f"{name.split(',')[0]}: {outcome}"] += not wrong

@@ -105,7 +105,7 @@ def _try(rig: _Rig, rng: Random, telegram: bytes) -> str:
     """Send one telegram, let time pass, and return the outcome."""
     outcome = "incomplete"
     for request, reply in rig.exchange(*_pieces(rng, telegram) if rig.bluetooth else (telegram,)):
-        outcome = _judge(rig, request, reply) if reply else "no reply"
+        outcome = _classified(rig, request, reply) if reply else "no reply"
         if outcome.startswith("violated: "):
             return outcome
     rig.advance(rng.choice(LONG_PAUSES_MS if rng.random() < 0.001 else PAUSES_MS))
@@ -137,10 +137,10 @@ def _pieces(rng: Random, telegram: bytes) -> list[bytes]:
             return [framed]
 
 
-def _judge(rig: _Rig, request: bytes, reply: bytes) -> str:
+def _classified(rig: _Rig, request: bytes, reply: bytes) -> str:
     """Return the outcome that a reply means."""
     if rig.bluetooth and len(request) > BLUETOOTH_TELEGRAM_LIMIT and (len(request) == SPLIT or not _is_write(request)):
-        return _judge_pieces(request, reply)
+        return _classified_pieces(request, reply)
     limit = USB_TELEGRAM_LIMIT
     if rig.bluetooth:
         announced, reply, limit = int.from_bytes(reply[:LENGTH_SIZE], "little"), reply[LENGTH_SIZE:], LENGTH_LIMIT
@@ -167,7 +167,7 @@ def _is_write(request: bytes) -> bool:
     return (request[0] & ~NO_REPLY, request[1]) == (Kind.SYSTEM, Write.opcode)
 
 
-def _judge_pieces(request: bytes, reply: bytes) -> str:
+def _classified_pieces(request: bytes, reply: bytes) -> str:
     """Return the outcome of a telegram longer than the buffer: each piece of that size is a telegram of its own."""
     pieces, replies, rest = -(-len(request) // BLUETOOTH_TELEGRAM_LIMIT), 0, reply
     while rest and rest[LENGTH_SIZE + 1 : LENGTH_SIZE + 2] != bytes([Read.opcode]):  # long reads are cut short

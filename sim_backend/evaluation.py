@@ -1,6 +1,6 @@
-"""Judge by the ground truth of a running simulation where everything stands, and whether a stop is an arrival.
+"""The ground truth of a running simulation: where everything stands, and whether a stop is an arrival.
 
-For referees, oracles and rewards; code that drives the robot never reads it. Definitions: docs/evaluation.md.
+For evaluation, oracles and rewards; code that drives the robot never reads it. Definitions: docs/evaluation.md.
 """
 
 from __future__ import annotations

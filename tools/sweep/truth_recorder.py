@@ -1,4 +1,4 @@
-"""Record the ground truth of a mission that is needed to judge it."""
+"""Record the ground truth of a mission that is needed to evaluate it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from behaviors.executive import Ending
 from behaviors.journal import Record, RecordKind
-from sim_backend.judge import Scene, scene
+from sim_backend.evaluation import Scene, scene
 from sim_backend.simulation import Simulation
 from sim_backend.world.truth import TruePose
 
 SAMPLE_MS = 100
 """Sampling period of the ground truth."""
-JUDGED = (RecordKind.START, RecordKind.TRANSITION, RecordKind.CHOICE, RecordKind.END)
+RECORDED_KINDS = (RecordKind.START, RecordKind.TRANSITION, RecordKind.CHOICE, RecordKind.END)
 """Kinds of records that are kept together with the ground truth of their time."""
 
 
@@ -35,7 +35,7 @@ class TruthSample:
 
 
 @dataclass(frozen=True, slots=True)
-class JudgedRecord:
+class RecordWithTruth:
     """A record of the journal, and the ground truth when it was written."""
 
     record: Record
@@ -64,7 +64,7 @@ class EpisodeTrace:
     Attributes:
         targets: Names in order.
         samples: Samples of the ground truth, one every `SAMPLE_MS`.
-        judged: The judged records.
+        entries: The records of kinds in `RECORDED_KINDS`, in order.
         disturbances: Events that hindered the robot.
         late_objects: Names of the objects that appeared after the start.
         view_mm: Largest distance at which a print can be recognised in this scenario.
@@ -75,7 +75,7 @@ class EpisodeTrace:
 
     targets: Sequence[str]
     samples: Sequence[TruthSample]
-    judged: Sequence[JudgedRecord]
+    entries: Sequence[RecordWithTruth]
     disturbances: Sequence[Disturbance]
     late_objects: frozenset[str]
     view_mm: float
@@ -84,7 +84,7 @@ class EpisodeTrace:
     error: str = ""
 
 
-class Referee:
+class TruthRecorder:
     """Observe a mission's journal and record the ground truth.
 
     Args:
@@ -96,15 +96,15 @@ class Referee:
         self._start_ms = simulation.now_ms
         self._known: tuple[object, Scene] | None = None
         self.samples: list[TruthSample] = []
-        self.judged: list[JudgedRecord] = []
+        self.entries: list[RecordWithTruth] = []
         self.records: list[Record] = []
         self._watch()
 
     def __call__(self, record: Record) -> None:
-        """Keep a record, together with the ground truth if it is judged."""
+        """Keep a record, and with it the ground truth if its kind is in `RECORDED_KINDS`."""
         self.records.append(record)
-        if record.kind in JUDGED:
-            self.judged.append(JudgedRecord(record, self._sample()))
+        if record.kind in RECORDED_KINDS:
+            self.entries.append(RecordWithTruth(record, self._sample()))
 
     def disturbances(self) -> Iterator[Disturbance]:
         """Yield the disturbances so far."""

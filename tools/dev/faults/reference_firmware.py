@@ -48,7 +48,7 @@ _STATUS = COMMAND.field("ProgStatus").read().encode().hex()
 _OFFSETS = COMMAND.between("OffsetDS", "OffsetDVA").read().encode().hex()
 
 
-class Judge(NamedTuple):
+class ReferenceFirmware(NamedTuple):
     """A firmware version as a program.
 
     Attributes:
@@ -62,38 +62,38 @@ class Judge(NamedTuple):
     poisoned: tuple[str, ...] = ()
 
 
-def judges(commands: Sequence[str], poisoned: Sequence[str]) -> tuple[Judge, ...]:
-    """Return the judges of options of the form ``VERSION=COMMAND``."""
+def parse(commands: Sequence[str], poisoned: Sequence[str]) -> tuple[ReferenceFirmware, ...]:
+    """Return the firmwares of options of the form ``VERSION=COMMAND``."""
     others = dict(text.split("=", 1) for text in poisoned)
     found = (text.split("=", 1) for text in commands)
-    return tuple(Judge(v, tuple(shlex.split(c)), tuple(shlex.split(others.get(v, "")))) for v, c in found)
+    return tuple(ReferenceFirmware(v, tuple(shlex.split(c)), tuple(shlex.split(others.get(v, "")))) for v, c in found)
 
 
-def campaign(all_judges: tuple[Judge, ...], folder: Path = COMPILED) -> Campaign:
-    """Return the campaign with these judges; the compiled programs of the folder are damaged."""
+def campaign(references: tuple[ReferenceFirmware, ...], folder: Path = COMPILED) -> Campaign:
+    """Return the campaign with these firmwares; the compiled programs of the folder are damaged."""
     return Campaign(
         promise="Damaged programs end on the simulated brick with the status that LEGO's firmware gives them.",
         unit="programs",
         count=20_000,
         batch=20,
-        run=partial(run, all_judges, folder),
+        run=partial(run, references, folder),
     )
 
 
-def run(all_judges: tuple[Judge, ...], folder: Path, seed: int, numbers: range) -> Tally:
+def run(references: tuple[ReferenceFirmware, ...], folder: Path, seed: int, numbers: range) -> Tally:
     """Compare these programs."""
     tally = Tally()
     for number in numbers:
         rng = Random(f"{seed} {number}")  # noqa: S311 - repeatable
-        judge = rng.choice(all_judges)
-        content = _content(rng, _compiled(folder, judge.version))
-        outcome, seconds = compare(judge, content)
+        reference = rng.choice(references)
+        content = _content(rng, _compiled(folder, reference.version))
+        outcome, seconds = compare(reference, content)
         if seconds > TIME_LIMIT_S:
             outcome = f"violated: it took {seconds:.0f} s"
         tally.longest_s = max(tally.longest_s, seconds)
-        tally.outcomes[f"{judge.version}: {outcome.split(':')[0]}"] += 1
+        tally.outcomes[f"{reference.version}: {outcome.split(':')[0]}"] += 1
         if outcome.startswith("violated: "):
-            tally.violations.append(Violation(number, f"{judge.version}: {outcome} {content.hex()}"))
+            tally.violations.append(Violation(number, f"{reference.version}: {outcome} {content.hex()}"))
     return tally
 
 
@@ -114,13 +114,13 @@ def _content(rng: Random, compiled: list[bytes]) -> bytes:
     return content
 
 
-def compare(judge: Judge, content: bytes) -> tuple[str, float]:
+def compare(reference: ReferenceFirmware, content: bytes) -> tuple[str, float]:
     """Return a program's outcome, and the simulated brick's processor time in seconds."""
-    lines = conversation(judge.version, content)
-    expected = answers(judge.command, lines)
+    lines = conversation(reference.version, content)
+    expected = answers(reference.command, lines)
     begun = time.process_time()
     try:
-        found = simulated(judge.version, lines)
+        found = simulated(reference.version, lines)
     except Exception as error:  # noqa: BLE001 - that is what the campaign looks for
         return f"violated: {error!r}", time.process_time() - begun
     seconds = time.process_time() - begun
@@ -128,9 +128,9 @@ def compare(judge: Judge, content: bytes) -> tuple[str, float]:
         return "LEGO's firmware hangs or crashes", seconds
     if found == expected:
         return f"same in all, {'runs' if '02' in _statuses(lines, found) else 'refused'}", seconds
-    if judge.poisoned and answers(judge.poisoned, lines) != expected:
+    if reference.poisoned and answers(reference.poisoned, lines) != expected:
         return "memory that LEGO's firmware did not initialise", seconds
-    if any(simulated(judge.version, lines, behind) != found for behind in _BEHIND):
+    if any(simulated(reference.version, lines, behind) != found for behind in _BEHIND):
         return "memory outside of the pool", seconds
     theirs, ours = _statuses(lines, expected), _statuses(lines, found)
     if theirs != ours:

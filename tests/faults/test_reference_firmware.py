@@ -1,4 +1,4 @@
-"""Damaged programs on the simulated brick and on a judge; here other simulated bricks are the judges."""
+"""Damaged programs on the simulated brick and on a reference firmware, here another simulated brick."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from nxtdrive.tools.dev.faults.campaign import Tally
-from nxtdrive.tools.dev.faults.judged import campaign, judges
+from nxtdrive.tools.dev.faults.reference_firmware import campaign, parse
 
 FIRMWARE = """
 import sys
@@ -22,13 +22,13 @@ for line in sys.stdin.read().split("\\n")[:-1]:
 
 @pytest.fixture
 def tally(tmp_path, monkeypatch):
-    """What comes of three programs with a judge that changes its answers."""
-    monkeypatch.setattr("nxtdrive.tools.dev.faults.judged.HANG_S", 100)
+    """Outcomes of three programs with a reference whose answers are changed."""
+    monkeypatch.setattr("nxtdrive.tools.dev.faults.reference_firmware.HANG_S", 100)
 
     def run(change: str = "") -> Tally:
-        script = tmp_path / "judge.py"
+        script = tmp_path / "reference.py"
         script.write_text(FIRMWARE.replace("{change}", change))
-        return campaign(judges([f"1.05={sys.executable} {script} 1.05"], [])).run(1, range(3))
+        return campaign(parse([f"1.05={sys.executable} {script} 1.05"], [])).run(1, range(3))
 
     return run
 
