@@ -17,7 +17,7 @@ from behaviors.recoveries import RECOVERIES
 
 
 @dataclass(frozen=True, slots=True)
-class Arrow:
+class Transition:
     """One declared transition.
 
     Attributes:
@@ -42,14 +42,14 @@ class Arrow:
         return " ".join(part for part in (self.event, f"[{self.guard}]" if self.guard else "") if part)
 
 
-def arrows() -> list[Arrow]:
+def arrows() -> list[Transition]:
     """Return every declared transition of the chart, region by region."""
     found = [arrow for region in ROBOT.states for arrow in _arrows_below(region, region.id)]
     return [*found, *_arrows_of(ROBOT, "robot")]
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class StateNode:
     """A state with the states in it.
 
     Attributes:
@@ -58,10 +58,10 @@ class Box:
     """
 
     state: str
-    inner: tuple[Box, ...]
+    inner: tuple[StateNode, ...]
 
 
-def regions() -> list[Box]:
+def regions() -> list[StateNode]:
     """Return the chart's regions, each with all states in it."""
     return [_box(region) for region in ROBOT.states]
 
@@ -123,24 +123,24 @@ def _sentence(name: str) -> str:
     return (method.__doc__ or "").partition("\n")[0] if method else ""
 
 
-def _box(state: State) -> Box:
-    return Box(state.id, tuple(_box(child) for child in state.states))
+def _box(state: State) -> StateNode:
+    return StateNode(state.id, tuple(_box(child) for child in state.states))
 
 
-def _arrows_below(state: State, region: str) -> Iterator[Arrow]:
+def _arrows_below(state: State, region: str) -> Iterator[Transition]:
     for child in state.states:
         yield from _arrows_of(child, region)
         yield from _arrows_below(child, region)
 
 
-def _arrows_of(state: State, region: str) -> Iterator[Arrow]:
+def _arrows_of(state: State, region: str) -> Iterator[Transition]:
     """Yield the transitions declared on `state`, without the library's own to initial children."""
     for transition in state.transitions:
         if transition.target is None or transition.initial:
             continue
         guard = " and ".join(str(condition) for condition in transition.cond)
         action = ", ".join(str(call) for call in transition.on if not call.is_convention)
-        yield Arrow(region, state.id, transition.event or "", guard, transition.target.id, action)
+        yield Transition(region, state.id, transition.event or "", guard, transition.target.id, action)
 
 
 def _entered_by_itself(compound: State) -> bool:

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from behaviors.journal import Record, RecordKind
-from behaviors.thesis.skills import Reply
+from behaviors.thesis.skills import ArriveReply
 
 PREFIX = "[client2] "
 
-_ANSWERS: dict[object, str] = {Reply.CONTINUE.value: "Continue...", Reply.FAILED.value: "Failed"}
+_ANSWERS: dict[object, str] = {ArriveReply.CONTINUE.value: "Continue...", ArriveReply.FAILED.value: "Failed"}
 
 
 class Console:

@@ -49,7 +49,7 @@ class ThesisNumbers:
 N = ThesisNumbers()
 
 
-class Reply(IntEnum):
+class ArriveReply(IntEnum):
     """The small integers of ``arrive``."""
 
     CONTINUE = 0
@@ -58,12 +58,12 @@ class Reply(IntEnum):
 
 
 REPLIES = {
-    Event.TARGET_SEEN: Reply.CONTINUE,
-    Event.CONTINUED: Reply.CONTINUE,
-    Event.ARRIVED: Reply.ARRIVED,
-    Event.SEARCH_FAILED: Reply.FAILED,
-    Event.ARRIVE_FAILED: Reply.FAILED,
-    Event.MISTAKEN: Reply.FAILED,
+    Event.TARGET_SEEN: ArriveReply.CONTINUE,
+    Event.CONTINUED: ArriveReply.CONTINUE,
+    Event.ARRIVED: ArriveReply.ARRIVED,
+    Event.SEARCH_FAILED: ArriveReply.FAILED,
+    Event.ARRIVE_FAILED: ArriveReply.FAILED,
+    Event.MISTAKEN: ArriveReply.FAILED,
 }
 """The reply of ``arrive`` to the thesis's client, by fact."""
 

@@ -198,12 +198,12 @@ class Link:
     def repeat(self, name: str, command: Command[Any], interval_s: float, until_s: float = math.inf) -> None:
         """Send `command` without asking for a reply every `interval_s` until `until_s`; see `cancel_timer`."""
         self._core.timers.repeat(name, command.encode(want_reply=False), interval_s, self.now(), until_s)
-        self.announce()
+        self.wake()
 
     def send_at(self, name: str, command: Command[Any], time_s: float) -> None:
         """Send `command` once at `time_s`, even while a request waits for its reply; see `cancel_timer`."""
         self._core.timers.once(name, command.encode(want_reply=False), time_s)
-        self.announce()
+        self.wake()
 
     def cancel_timer(self, name: str) -> None:
         """Cancel the timer that `repeat` or `send_at` started under `name`."""
@@ -220,11 +220,11 @@ class Link:
         if self._stepped:
             self._check_due = min(self._check_due, due)
 
-    def announce(self) -> None:
+    def wake(self) -> None:
         """Make the next request and the link's thread check the schedule."""
         self._check_due = -math.inf
         if self._thread:
-            self._thread.announce()
+            self._thread.wake()
 
     def wait_for(self, motion: Motion[Any]) -> None:
         """Wait until a motion may have advanced; the caller repeats this."""
@@ -292,7 +292,7 @@ class Link:
         """End all motions and close the link; may be called again, and does not fail if the link is lost."""
         try:
             self._core.close()
-            self.announce()
+            self.wake()
             if self._thread:
                 self._thread.join()
             self.motions.end_all()

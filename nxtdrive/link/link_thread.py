@@ -52,7 +52,7 @@ class LinkThread:
         """Whether this is the calling thread."""
         return threading.get_ident() == self._ident
 
-    def announce(self) -> None:
+    def wake(self) -> None:
         """Wake the thread to check the schedule, which has changed; start it if necessary."""
         self._news.set()
         if self._thread is None and self._core.state is not LinkState.CLOSED:

@@ -48,7 +48,7 @@ class LosableLink(Protocol):
         """Wait, at most `duration_s`."""
         ...
 
-    def announce(self) -> None:
+    def wake(self) -> None:
         """Have the schedule checked."""
         ...
 
@@ -109,7 +109,7 @@ class Reconnector:
             if link.acts_for_program:
                 core.take_unreported()
             raise lost
-        link.announce()
+        link.wake()
 
     def recover(self, lost: LinkLost, timeout_s: float, command: Command[Any], since_s: float = math.inf) -> None:
         """Wait until the lost link is open again and `command` may be sent again; arguments as in `await_reconnect`.
@@ -207,7 +207,7 @@ class Reconnector:
             raise
         finally:
             self._attempting = 0
-            link.announce()
+            link.wake()
 
     def _use(self, transport: Transport) -> None:
         """Switch to a transport that was opened again; the caller holds the lock."""

@@ -143,7 +143,7 @@ class SchedulingLink(Protocol):
         """Run the next step at `due`."""
         ...
 
-    def announce(self) -> None:
+    def wake(self) -> None:
         """Have the schedule checked."""
         ...
 
@@ -192,7 +192,7 @@ class MotionScheduler:
             self.claim(motion.ports)
             self._motions.append(motion)
             self._advance(motion)
-        self._link.announce()
+        self._link.wake()
         if motion.done:
             try:
                 motion.join()

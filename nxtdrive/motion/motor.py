@@ -13,7 +13,7 @@ from nxtdrive.link.link import Link
 from nxtdrive.link.scheduler import Motion, Steps
 from nxtdrive.motion.lease import LEASE_RANGE_S, LEASE_S
 from nxtdrive.motion.outputs import FULL_SPEED_DEG_S, SLOWEST_DEG_S, braked, coasting, held, sample
-from nxtdrive.motion.position_move import Pace, PositionMove, Wheel
+from nxtdrive.motion.position_move import PositionMove, SpeedProfile, Wheel
 from nxtdrive.motion.stall import STALL_S
 from nxtdrive.motion.velocity_move import VelocityMove
 from nxtdrive.ports import MotorPort, in_range, output_port
@@ -149,7 +149,7 @@ class Motor:
         if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
             raise LocalProtocolError(f"speed_deg_s must be at least {SLOWEST_DEG_S:g} either way, not {speed_deg_s!r}.")
         settings = self.settings
-        pace = Pace(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
+        pace = SpeedProfile(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
         stall_s = settings.stall_s or STALL_S
         move = PositionMove(self._link, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)

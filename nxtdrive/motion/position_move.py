@@ -60,7 +60,7 @@ class Wheel:
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class SpeedProfile:
     """Speed profile of the wheels.
 
     Attributes:
@@ -117,7 +117,7 @@ class PositionMove:
         self,
         link: Link,
         wheels: Sequence[Wheel],
-        pace: Pace,
+        pace: SpeedProfile,
         *,
         guard: Guard = unguarded,
         on_reading: Callable[[Sample], None] = lambda _: None,

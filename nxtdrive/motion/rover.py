@@ -21,7 +21,7 @@ from nxtdrive.motion.lease import Lease, brake_all, stopping_on_error
 from nxtdrive.motion.obstacle_monitor import ObstacleMonitor, SafetyLimits
 from nxtdrive.motion.odometry import Odometry
 from nxtdrive.motion.outputs import SLOWEST_DEG_S, Sample, sample
-from nxtdrive.motion.position_move import Pace, PositionMove, Wheel, unguarded
+from nxtdrive.motion.position_move import PositionMove, SpeedProfile, Wheel, unguarded
 from nxtdrive.motion.stall import WATCH_S, StallDetector
 from nxtdrive.motion.wheel_geometry import WheelGeometry
 from nxtdrive.ports import MotorPort, SensorPort, in_range, of_type, output_port
@@ -317,7 +317,7 @@ class Rover:
         speed_s = max(driven_mm / speed_mm_s, turned_deg / limits.turn_deg_s) or 1.0
         change_s2 = max(driven_mm / limits.acceleration_mm_s2, turned_deg / limits.turn_acceleration_deg_s2)
         speed_deg_s = min(FASTEST_WHEEL_DEG_S, longest_deg / speed_s)
-        pace = Pace(max(SLOWEST_DEG_S, speed_deg_s), longest_deg / change_s2 if change_s2 else math.inf)
+        pace = SpeedProfile(max(SLOWEST_DEG_S, speed_deg_s), longest_deg / change_s2 if change_s2 else math.inf)
         wheels = [
             Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
             for port, sign, each_deg in zip(self._ports, self._wheels.signs, wheels_deg, strict=True)
@@ -328,7 +328,9 @@ class Rover:
         motion = self._motion = self._link.motions.start(self._ports, steps)
         return motion.join() if wait else motion
 
-    def _steps(self, wheels: list[Wheel], angle_deg: float, pace: Pace, *, guarded: bool) -> Steps[MotionResult]:
+    def _steps(
+        self, wheels: list[Wheel], angle_deg: float, pace: SpeedProfile, *, guarded: bool
+    ) -> Steps[MotionResult]:
         begin, begin_mm = self.pose(), self._odometry.distance_mm
         for lease in self._leases:
             lease.release()

@@ -23,7 +23,7 @@ NEARLY_MM = 1.0
 """Journals are rounded; numbers that differ by less are equal."""
 
 
-class Result(StrEnum):
+class DecisionResult(StrEnum):
     """The outcome of a decision, in a word."""
 
     FAILED = "failed_again"
@@ -33,7 +33,7 @@ class Result(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StateSpan:
     """A state the mission was in after a decision.
 
     Attributes:
@@ -50,7 +50,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class DecisionOutcome:
     """The outcome of a decision, up to the next one.
 
     Attributes:
@@ -61,11 +61,11 @@ class Outcome:
         steps: The states in between.
     """
 
-    result: Result
+    result: DecisionResult
     target: str
     detail: str
     seconds: float
-    steps: tuple[Step, ...]
+    steps: tuple[StateSpan, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Decision:
     chose: str
     why: str
     choice: Choice | None
-    outcome: Outcome
+    outcome: DecisionOutcome
 
     @property
     def weighed(self) -> bool:
@@ -201,12 +201,12 @@ def _decision(record: Record, failure: Record | None, after: Sequence[Record]) -
     )
 
 
-def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
-    steps: list[Step] = []
+def _outcome(choice: Record, after: Sequence[Record]) -> DecisionOutcome:
+    steps: list[StateSpan] = []
     entered: Record | None = None
 
-    def outcome(result: Result, record: Record, detail: str = "") -> Outcome:
-        return Outcome(result, record.target, detail, record.time_s - choice.time_s, tuple(steps))
+    def outcome(result: DecisionResult, record: Record, detail: str = "") -> DecisionOutcome:
+        return DecisionOutcome(result, record.target, detail, record.time_s - choice.time_s, tuple(steps))
 
     for record in after:
         if not _entered(record):
@@ -214,19 +214,19 @@ def _outcome(choice: Record, after: Sequence[Record]) -> Outcome:
         reason = str(record.data.get("reason", ""))
         if entered is not None:
             seconds = record.time_s - entered.time_s
-            steps.append(Step(_entered(entered), entered.target, seconds, reason))
+            steps.append(StateSpan(_entered(entered), entered.target, seconds, reason))
         if _enters(record, "select"):
-            return outcome(Result.FAILED, record, reason)
+            return outcome(DecisionResult.FAILED, record, reason)
         if _enters(record, "reached"):
-            return outcome(Result.REACHED, record)
+            return outcome(DecisionResult.REACHED, record)
         if _enters(record, "finished"):
             end = next((each for each in after if each.kind is RecordKind.END), None)
-            return outcome(Result.FINISHED, record, str(end.data.get("ending", "")) if end else "")
+            return outcome(DecisionResult.FINISHED, record, str(end.data.get("ending", "")) if end else "")
         entered = record
     last = after[-1] if after else choice
     if entered is not None:
-        steps.append(Step(_entered(entered), entered.target, last.time_s - entered.time_s, ""))
-    return outcome(Result.OPEN, last)
+        steps.append(StateSpan(_entered(entered), entered.target, last.time_s - entered.time_s, ""))
+    return outcome(DecisionResult.OPEN, last)
 
 
 def _entered(record: Record) -> str:

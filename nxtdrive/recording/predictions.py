@@ -17,7 +17,7 @@ from behaviors.journal import Record
 from behaviors.mission import Mission
 from behaviors.profiles.registry import PROFILES, make_policy
 from behaviors.recoveries import DETOUR, WAIT
-from nxtdrive.recording.decisions import Decision, Result, decisions, same, weighed_by
+from nxtdrive.recording.decisions import Decision, DecisionResult, decisions, same, weighed_by
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,21 +59,21 @@ def predictions(records: Sequence[Record], profile: str, mission: Mission) -> li
 def _came_true(decision: Decision) -> bool | None:
     """Return whether a choice achieved its purpose; None if the mission ended before that was known."""
     outcome, choice = decision.outcome, decision.choice
-    if choice is None or outcome.result is Result.OPEN:
+    if choice is None or outcome.result is DecisionResult.OPEN:
         return None
-    if outcome.result is Result.REACHED:
+    if outcome.result is DecisionResult.REACHED:
         return True
     if choice.kind is WAIT:
         ended = [step.reason for step in outcome.steps if step.state == WAIT.name]
         if Reason.BLOCKED_LONG in ended:
             return False
-        return None if outcome.result is Result.FINISHED and Reason.WAY_CLEAR not in ended else True
+        return None if outcome.result is DecisionResult.FINISHED and Reason.WAY_CLEAR not in ended else True
     if choice.kind is DETOUR:
-        return None if outcome.result is Result.FINISHED else outcome.detail != decision.reason
+        return None if outcome.result is DecisionResult.FINISHED else outcome.detail != decision.reason
     wanted = choice.instead or decision.target
     if any(step.state == "arrive" and step.target == wanted for step in outcome.steps):
         return bool(choice.instead) or outcome.detail != decision.reason
-    return None if outcome.result is Result.FINISHED else False
+    return None if outcome.result is DecisionResult.FINISHED else False
 
 
 def counts(found: Iterable[Prediction]) -> dict[str, list[int]]:

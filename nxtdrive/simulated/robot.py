@@ -21,7 +21,7 @@ from nxtdrive.mission.camera import SIMULATED, open_mission_camera
 from nxtdrive.mission.vision import mission_vision
 from nxtdrive.simulated.scenario import Scenario
 from sim_backend.camera.geometric import Quad
-from sim_backend.scenarios.conditions import CameraLoss, Sight
+from sim_backend.scenarios.conditions import CameraLoss, ViewConditions
 from sim_backend.simulation import Simulation
 
 GEOMETRIC, CAMERA = "geometric", "camera"
@@ -58,27 +58,27 @@ def scenario_robot(
         eyes: How targets are seen: ``geometric`` or ``camera``.
         observers: Called with every record of the journal.
     """
-    sight = scenario.conditions.sight
-    sensor = SpoiltSensor(simulation, sight, scenario.seed) if eyes == GEOMETRIC else None
+    view = scenario.conditions.view
+    sensor = DegradedSensor(simulation, view, scenario.seed) if eyes == GEOMETRIC else None
     sees = mission_vision(scenario.mission, brick, open_mission_camera(SIMULATED, brick), SIMULATED, sensor)
-    for loss in sight.losses:
+    for loss in view.losses:
         _lose_camera(simulation, loss)
     return ScenarioRobot(scenario.mission, mission_ports(brick, scenario.mission, sees), observers)
 
 
-class SpoiltSensor:
+class DegradedSensor:
     """A geometric sensor degraded by poor light and look-alikes; see `nxtdrive.vision.target_vision.GeometricSensor`.
 
     Args:
         simulation: The simulation whose webcam is queried.
-        sight: How the view is degraded.
+        view: How the view is degraded.
         seed: Seeds its misses and mistakes.
     """
 
-    def __init__(self, simulation: Simulation, sight: Sight, seed: int) -> None:
+    def __init__(self, simulation: Simulation, view: ViewConditions, seed: int) -> None:
         self._webcam = webcam = simulation.webcam
         self.fps, self.size, self.detector_s = webcam.fps, webcam.size, webcam.detector_s
-        self._sight = sight
+        self._view = view
         self._random = Random(f"{seed}/sight")
         simulation.generators.append(self._random)
 
@@ -94,9 +94,9 @@ class SpoiltSensor:
 
     def observe(self, name: str) -> Quad | None:
         """Return the target, or a look-alike mistaken for it, in the latest frame."""
-        sight = self._sight
-        seen = self._webcam.observe(name, farthest_mm=sight.farthest_mm)
-        if seen is not None and self._random.random() < sight.hit_rate:
+        view = self._view
+        seen = self._webcam.observe(name, farthest_mm=view.farthest_mm)
+        if seen is not None and self._random.random() < view.hit_rate:
             return seen
         found = (self._webcam.observe(lookalike) for lookalike in self._mistaken())
         return next((taken for taken in found if taken is not None), None)
@@ -107,12 +107,12 @@ class SpoiltSensor:
 
     def _mistaken(self) -> tuple[str, ...]:
         """Draw which look-alikes are mistaken for the target in this frame, if it shows them."""
-        sight = self._sight
-        if sight.mistake_rates:
-            draws = zip(sight.lookalikes, sight.mistake_rates, strict=True)
+        view = self._view
+        if view.mistake_rates:
+            draws = zip(view.lookalikes, view.mistake_rates, strict=True)
             return tuple(lookalike for lookalike, rate in draws if self._random.random() < rate)
         # one draw per frame: more look-alikes do not cause more mistakes
-        return sight.lookalikes if sight.lookalikes and self._random.random() < sight.mistake_rate else ()
+        return view.lookalikes if view.lookalikes and self._random.random() < view.mistake_rate else ()
 
 
 def _lose_camera(simulation: Simulation, loss: CameraLoss) -> None:

@@ -1,9 +1,9 @@
 """Geometric vision: what the picture detector would report, computed from geometry and chance without an image.
 
 Rendering and searching a frame takes tens of milliseconds. For sweeps over thousands of missions this model computes
-how large the picture appears, at which angle, how much of it is visible and how fast the camera turns; a law fitted to
+how large the picture appears, at which angle, how much of it is visible and how fast the camera turns; a fit to
 the real detector gives the probability of a detection. `python -m tools.dev.fit_geometric`, in a checkout, measures the
-detector and prints the law.
+detector and prints the model.
 
 Each frame is an independent draw. A real detector that misses a picture from a standstill tends to miss it again in the
 next frame, so the model slightly favours a robot that stops and looks for a long time.
@@ -33,7 +33,7 @@ Quad = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tupl
 lower left of the picture as seen from its front."""
 
 WORK_WIDTH_PX = 320
-"""Width of the detector's working copy; sizes in the law are pixels of that copy."""
+"""Width of the detector's working copy; sizes in the model are pixels of that copy."""
 
 SHARES = (np.arange(6) + 0.5) / 6
 """Sample positions on the picture, across and along."""
@@ -57,7 +57,7 @@ class Falloff:
 
 
 @dataclass(frozen=True, slots=True)
-class DetectorLaw:
+class DetectorModel:
     """Probability and accuracy of detections.
 
     Attributes:
@@ -97,7 +97,7 @@ class DetectorLaw:
         return self.dark.rate(light) * self.glare.rate(light)
 
 
-PICTURE_LAW = DetectorLaw(
+PICTURE_MODEL = DetectorModel(
     log2_height=Falloff(3.69, -0.04),
     slant_deg=Falloff(56.9, 1.54),
     hidden=Falloff(0.34, 0.069),
@@ -141,7 +141,7 @@ class GeometricSensor:
         size: Width and height of the simulated frames in pixels.
         hfov_deg: Horizontal field of view.
         seed: Seed of the random draws.
-        law: Performance of the detector.
+        model: Performance of the detector.
         shutter_s: Shutter time, for motion blur; as in `lens.LensEffects`.
         optics: Distortion of the lens, and shutter.
 
@@ -154,12 +154,12 @@ class GeometricSensor:
         size: tuple[int, int] = (320, 240),
         hfov_deg: float = 60.0,
         seed: int = 0,
-        law: DetectorLaw = PICTURE_LAW,
+        model: DetectorModel = PICTURE_MODEL,
         shutter_s: float = 0.02,
         optics: Optics = PINHOLE_OPTICS,
     ) -> None:
         self.pinhole = Pinhole(*size, hfov_deg)
-        self._law = law
+        self._model = model
         self._shutter_s, self._optics = shutter_s, optics
         self.generator = random.Random(seed)
         self._floor = GeometricFloor()
@@ -188,7 +188,7 @@ class GeometricSensor:
             The corners of the picture with the detector's errors; None without a detection.
         """
         for sight in self.sights(panels, viewpoint, name, turn_rate_deg_s):
-            if self.generator.random() < self.hit_rate(sight) * self._law.visibility(brightness):
+            if self.generator.random() < self.hit_rate(sight) * self._model.visibility(brightness):
                 return self._report(sight, viewpoint, turn_rate_deg_s, farthest_mm)
         return None
 
@@ -220,7 +220,7 @@ class GeometricSensor:
     def hit_rate(self, view: PictureView) -> float:
         """Return the probability that a picture with this appearance is detected in one frame, 0..1."""
         work_px = view.height_px * WORK_WIDTH_PX / self.pinhole.width
-        return self._law.hit_rate(work_px, view.slant_deg, view.hidden, view.smear)
+        return self._model.hit_rate(work_px, view.slant_deg, view.hidden, view.smear)
 
     def _sight(
         self, panel: Panel, panels: Sequence[Panel], viewpoint: Viewpoint, turn_rate_deg_s: float
@@ -271,8 +271,8 @@ class GeometricSensor:
         self, view: PictureView, viewpoint: Viewpoint, turn_rate_deg_s: float, farthest_mm: float
     ) -> Quad | None:
         """Return the picture's corners with the detector's errors: turned about the lens, and smaller or larger."""
-        stretch = math.exp(self.generator.gauss(0.0, self._law.distance_sd))
-        turn_deg = self.generator.gauss(0.0, self._law.bearing_sd_deg)
+        stretch = math.exp(self.generator.gauss(0.0, self._model.distance_sd))
+        turn_deg = self.generator.gauss(0.0, self._model.bearing_sd_deg)
         if view.distance_mm * stretch > farthest_mm:
             return None
         seen_from = replace(viewpoint, heading_deg=viewpoint.heading_deg - turn_deg)

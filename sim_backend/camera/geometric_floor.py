@@ -25,7 +25,7 @@ FARTHEST_MM = 20000.0
 
 
 @dataclass(frozen=True, slots=True)
-class FloorLaw:
+class FloorModel:
     """How well the floor is distinguished from objects on it.
 
     Attributes:
@@ -41,7 +41,7 @@ class FloorLaw:
     speck_px: float = 60.0
 
 
-FLOOR_LAW = FloorLaw(0.75, frozenset({"cardboard", "carton", "crate", "wood"}), 0.004)
+FLOOR_MODEL = FloorModel(0.75, frozenset({"cardboard", "carton", "crate", "wood"}), 0.004)
 """On the floor of all simulated rooms, oak. Source: docs/vision.md section 3."""
 
 
@@ -49,11 +49,11 @@ class GeometricFloor:
     """Simulates the detector of the free floor without rendering.
 
     Args:
-        law: Performance of the detector.
+        model: Performance of the detector.
     """
 
-    def __init__(self, law: FloorLaw = FLOOR_LAW) -> None:
-        self._law = law
+    def __init__(self, model: FloorModel = FLOOR_MODEL) -> None:
+        self._model = model
 
     def ends(self, panels: Sequence[Panel], viewpoint: Viewpoint, camera: Pinhole) -> Array:
         """Return the points of the map, (n, 2), at which the visible floor ends, for each of some columns of a frame.
@@ -82,13 +82,13 @@ class GeometricFloor:
 
     def _looks_like_floor(self, panel: Panel, viewpoint: Viewpoint) -> bool:
         front = panel.shows_front_to(viewpoint.x_mm, viewpoint.y_mm)
-        return panel.texture_of(front=front) in self._law.look_like_floor
+        return panel.texture_of(front=front) in self._model.look_like_floor
 
     def error_px(self, generator: random.Random) -> float:
         """Return an error of the row at which the floor ends."""
-        if generator.random() < self._law.specks:
-            return generator.uniform(0.0, self._law.speck_px)
-        return generator.gauss(0.0, self._law.row_sd_px)
+        if generator.random() < self._model.specks:
+            return generator.uniform(0.0, self._model.speck_px)
+        return generator.gauss(0.0, self._model.row_sd_px)
 
 
 def _met(panels: Sequence[Panel], viewpoint: Viewpoint, rays: Array) -> tuple[Array, list[Panel]]:

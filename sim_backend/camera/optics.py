@@ -59,7 +59,7 @@ class Optics:
 PINHOLE_OPTICS = Optics()
 
 
-class View:
+class CameraWarp:
     """Turns images of a level camera into those of a real one at the same place.
 
     Args:

@@ -81,7 +81,7 @@ class Renderer:
     """Renders panels on a textured floor, seen by a level pinhole camera.
 
     Args:
-        camera: Image size and focal length. Tilt and roll of a viewpoint are left to the caller; see `optics.View`.
+        camera: Image size and focal length. Tilt and roll are left to the caller; see `optics.CameraWarp`.
         textures: Source of the textures.
         floor: Texture of the floor.
         background: Blue, green, red of the area above all panels.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from sim_backend.camera.lens import Lens, LensEffects
-from sim_backend.camera.optics import PINHOLE_OPTICS, Optics, View
+from sim_backend.camera.optics import PINHOLE_OPTICS, CameraWarp, Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.renderer import Renderer
 from sim_backend.camera.scene import Panel, Viewpoint
@@ -43,7 +43,7 @@ class SimCamera:
         self._textures, self._floor = textures or TextureLibrary(seed), floor
         self._level = Renderer(self.pinhole, self._textures, floor)
         self._optics = optics
-        self._views: dict[tuple[float, float], tuple[Renderer, View]] = {}
+        self._views: dict[tuple[float, float], tuple[Renderer, CameraWarp]] = {}
         self._lens = Lens(lens or LensEffects(), size, self.pinhole.focal_px, seed)
 
     def frame(
@@ -68,7 +68,7 @@ class SimCamera:
             return self._level.render(panels, viewpoint)
         turn = viewpoint.tilt_deg, viewpoint.roll_deg
         if turn not in self._views:
-            view = View(self.pinhole, self._optics, *turn)
+            view = CameraWarp(self.pinhole, self._optics, *turn)
             self._views[turn] = Renderer(view.window, self._textures, self._floor), view
         renderer, view = self._views[turn]
         return view.apply(renderer.render(panels, viewpoint), turn_rate_deg_s)

@@ -31,7 +31,7 @@ class CameraLoss:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class ViewConditions:
     """Conditions that degrade the view, besides the obstacles in the room.
 
     Attributes:
@@ -58,13 +58,13 @@ class Conditions:
     Attributes:
         faults: Faults of the link.
         latency_ms: Round-trip time of the link.
-        sight: Conditions that degrade the view.
+        view: Conditions that degrade the view.
         robot: The mission's table of the same name.
         time_limit_s: The mission's time limit.
     """
 
     faults: LinkFaults = NO_FAULTS
     latency_ms: float = USB_MS
-    sight: Sight = field(default_factory=Sight)
+    view: ViewConditions = field(default_factory=ViewConditions)
     robot: Mapping[str, Any] = field(default_factory=dict)
     time_limit_s: float = TIME_LIMIT_S

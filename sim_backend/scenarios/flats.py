@@ -114,7 +114,7 @@ def _side(builder: RoomBuilder, low: float, high: float, widths: Sequence[float]
     return rooms
 
 
-def inhabit(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
+def furnish(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
     """Furnish each room, hang each target in a room of its own, and put the robot into the corridor or a free room.
 
     Args:
@@ -132,13 +132,13 @@ def inhabit(flat: Flat, pieces: tuple[int, int] = (0, 0)) -> RoomBuilder:
         builder.add_picture(target, at, inward + builder.between(-20.0, 20.0))
     for number, room in enumerate(flat.rooms):
         for piece in range(builder.random.randint(*pieces)):
-            _furnish(builder, room, f"{number}.{piece}")
+            _add_furniture(builder, room, f"{number}.{piece}")
     start = builder.random.choice([flat.corridor, *rooms[len(hung) :]])
     builder.start_mm, builder.heading_deg = start.place(builder, 300.0), builder.between(0.0, 360.0)
     return builder
 
 
-def _furnish(builder: RoomBuilder, room: FlatRoom, number: str) -> None:
+def _add_furniture(builder: RoomBuilder, room: FlatRoom, number: str) -> None:
     """Add a piece of furniture at a wall, if there is space; some of it is lower than the camera."""
     kind = builder.random.choice(list(FURNITURE_MM))
     depth, width = (builder.between(0.8 * side, 1.2 * side) for side in FURNITURE_MM[kind])

@@ -36,7 +36,7 @@ FAR_FROM_FREE_CELLS = 4
 """A start may be this far from free cells: the grid may take the cell of a robot near an obstacle for occupied."""
 NARROW_COST = 4.0
 """Additional cost factor of a cell without any of the preferred clearance."""
-EYE_HEIGHT_MM = 200.0
+CAMERA_HEIGHT_MM = 200.0
 """Usual height of the camera."""
 SIGHT_SAMPLES = 40
 """Points at which a line of sight is checked."""
@@ -109,7 +109,7 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class MotionLimits:
     """A robot's speed and acceleration limits.
 
     Attributes:
@@ -140,7 +140,7 @@ class Path:
         """Length of all legs together."""
         return sum(math.dist(one, other) for one, other in pairwise(self.points))
 
-    def duration_s(self, heading_deg: float, pace: Pace) -> float:
+    def duration_s(self, heading_deg: float, pace: MotionLimits) -> float:
         """Return the shortest time for it, from an initial heading, with stops and turns on the spot at the corners."""
         total_s = 0.0
         for one, other in pairwise(self.points):
@@ -191,12 +191,12 @@ class FloorPlan:
         near = self.near(line, radius_mm).obstacles
         return [obstacle for obstacle in near if np.min(obstacle.distance_mm(line)) < radius_mm]
 
-    def sees(self, eye_mm: Floats, eye_height_mm: float, goal: Goal) -> Mask:
-        """Return from which of the points `eye_mm`, shape (n, 2), the centre of the picture is not hidden."""
+    def sees(self, camera_mm: Floats, camera_height_mm: float, goal: Goal) -> Mask:
+        """Return from which of the points `camera_mm`, shape (n, 2), the centre of the picture is not hidden."""
         shares = np.linspace(0.0, 1.0, SIGHT_SAMPLES)
-        lines = eye_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - eye_mm[:, None, :])
-        heights = eye_height_mm + shares * (goal.centre_height_mm - eye_height_mm)
-        hidden = np.zeros(len(eye_mm), dtype=np.bool_)
+        lines = camera_mm[:, None, :] + shares[None, :, None] * (np.asarray(goal.at_mm) - camera_mm[:, None, :])
+        heights = camera_height_mm + shares * (goal.centre_height_mm - camera_height_mm)
+        hidden = np.zeros(len(camera_mm), dtype=np.bool_)
         for obstacle in self.near(lines, 0.0).obstacles:
             if obstacle.name != goal.name:
                 hidden |= np.any((obstacle.distance_mm(lines) <= 0.0) & (obstacle.height_mm > heights), axis=1)
@@ -210,7 +210,7 @@ class FloorPlan:
             return False
         _, parts = cv2.connectedComponents(grid.free.astype(np.uint8), connectivity=8)
         here = parts == parts[first]
-        return all((grid.ends(self, goal, EYE_HEIGHT_MM) & here).any() for goal in goals)
+        return all((grid.ends(self, goal, CAMERA_HEIGHT_MM) & here).any() for goal in goals)
 
     def path(
         self,
@@ -218,7 +218,7 @@ class FloorPlan:
         goal: Goal,
         radius_mm: float,
         *,
-        eye_height_mm: float = EYE_HEIGHT_MM,
+        camera_height_mm: float = CAMERA_HEIGHT_MM,
         inflation_mm: float = 0.0,
     ) -> Path | None:
         """Return a robot's shortest path to a place where a stop in front of the picture counts.
@@ -227,14 +227,14 @@ class FloorPlan:
             start: Centre of the robot.
             goal: The picture.
             radius_mm: The robot's radius.
-            eye_height_mm: Height of its camera; the picture can be seen from the end of the path.
+            camera_height_mm: Height of its camera; the picture can be seen from the end of the path.
             inflation_mm: Additional clearance to keep where that makes the path only a little longer.
 
         Returns:
             The path, or None if there is none.
         """
         grid = _Grid(self, radius_mm, inflation_mm)
-        ends = grid.ends(self, goal, eye_height_mm)
+        ends = grid.ends(self, goal, camera_height_mm)
         first = grid.nearest_free(start)
         if first is None or not ends.any():
             return None
@@ -266,12 +266,12 @@ class _Grid:
     def middle(self, cell: Cell) -> Point:
         return (cell[0] + 0.5) * CELL_MM, (cell[1] + 0.5) * CELL_MM
 
-    def ends(self, plan: FloorPlan, goal: Goal, eye_height_mm: float) -> Mask:
+    def ends(self, plan: FloorPlan, goal: Goal, camera_height_mm: float) -> Mask:
         """Return the cells in which a stop counts."""
         ends = self.free & goal.covers(self.middles)
         places = self.middles[ends]
         if len(places):
-            ends[ends] = plan.sees(places, eye_height_mm, goal)
+            ends[ends] = plan.sees(places, camera_height_mm, goal)
         return ends
 
     def nearest_free(self, place: Point) -> Cell | None:

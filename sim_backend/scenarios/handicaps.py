@@ -7,7 +7,7 @@ from typing import Final
 
 from sim_backend.bundled import PICTURES
 from sim_backend.link import LinkFaults
-from sim_backend.scenarios.conditions import BLUETOOTH_MS, TIME_LIMIT_S, CameraLoss, Conditions, Sight
+from sim_backend.scenarios.conditions import BLUETOOTH_MS, TIME_LIMIT_S, CameraLoss, Conditions, ViewConditions
 from sim_backend.scenarios.room_builder import PRINT_FOUND_MM, RoomBuilder, RoomGenerator
 from sim_backend.scenarios.rooms import furnished
 
@@ -19,8 +19,8 @@ PICTURES_APART_MM = 700.0
 def _dim(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["light"] = {"exposure": round(random.uniform(0.3, 0.5), 2)}
-    sight = Sight(farthest_mm=PRINT_FOUND_MM * builder.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
-    builder.conditions = Conditions(sight=sight)
+    view = ViewConditions(farthest_mm=PRINT_FOUND_MM * builder.between(0.45, 0.7), hit_rate=random.uniform(0.4, 0.7))
+    builder.conditions = Conditions(view=view)
     return builder
 
 
@@ -71,14 +71,14 @@ def _distractor(random: Random) -> RoomBuilder:
         while not builder.is_apart(at, PICTURES_APART_MM):
             at, facing = builder.place_at_wall(corner_mm=350.0)
         builder.add_picture(name, at, facing, file=PICTURES / f"{random.choice(['fox', 'landscape'])}.png")
-    builder.conditions = Conditions(sight=Sight(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
+    builder.conditions = Conditions(view=ViewConditions(lookalikes=tuple(names), mistake_rate=random.uniform(0.2, 0.3)))
     return builder
 
 
 def _camera_loss(random: Random) -> RoomBuilder:
     builder = furnished(random)
     losses = [CameraLoss(target, builder.between(0.5, 4.0), builder.between(2.0, 10.0)) for target in builder.targets]
-    builder.conditions = Conditions(sight=Sight(losses=tuple(losses)))
+    builder.conditions = Conditions(view=ViewConditions(losses=tuple(losses)))
     return builder
 
 

@@ -10,9 +10,9 @@ import math
 from random import Random
 
 from sim_backend.bundled import PICTURES
-from sim_backend.scenarios.conditions import Conditions, Sight
+from sim_backend.scenarios.conditions import Conditions, ViewConditions
 from sim_backend.scenarios.effects import EFFECTS, SONAR_PORT
-from sim_backend.scenarios.flats import Flat, generate_flat, inhabit
+from sim_backend.scenarios.flats import Flat, furnish, generate_flat
 from sim_backend.scenarios.handicaps import PICTURES_APART_MM
 from sim_backend.scenarios.layouts import generate_layout
 from sim_backend.scenarios.realities import REALITIES
@@ -49,7 +49,7 @@ def _spread(random: Random, sd: float) -> float:
 
 def _flat(random: Random) -> RoomBuilder:
     """Find three targets in four rooms on a corridor within four minutes: explore rooms and doors, not places."""
-    builder = inhabit(generate_flat(random, 4, THREE))
+    builder = furnish(generate_flat(random, 4, THREE))
     builder.conditions = Conditions(time_limit_s=240.0)
     return builder
 
@@ -57,7 +57,7 @@ def _flat(random: Random) -> RoomBuilder:
 def _everyday(random: Random) -> RoomBuilder:
     """Do the same in a furnished flat with a late, crooked camera, a wrong track, and a person in the corridor."""
     flat = generate_flat(random, 4, THREE)
-    builder = inhabit(flat, pieces=(1, 3))
+    builder = furnish(flat, pieces=(1, 3))
     builder.tables["camera"] = {
         "latency_s": round(random.uniform(0.1, 0.3), 2),
         "yaw_deg": round(_spread(random, 4.0), 1),
@@ -86,7 +86,7 @@ def _many_lookalikes(random: Random) -> RoomBuilder:
                 break
         builder.add_picture(name, at, facing, file=PICTURES / f"{file}.png")
     rates = tuple(round(random.uniform(0.1, 0.6), 2) for _ in names)
-    builder.conditions = Conditions(sight=Sight(lookalikes=names, mistake_rates=rates))
+    builder.conditions = Conditions(view=ViewConditions(lookalikes=names, mistake_rates=rates))
     return builder
 
 
@@ -102,7 +102,7 @@ def _dusk(random: Random) -> RoomBuilder:
     builder = furnished(random)
     builder.tables["camera"] = {"fps": 5, "shutter_s": 0.1}
     builder.tables["light"] = {"exposure": 0.35}
-    builder.conditions = Conditions(sight=Sight(farthest_mm=PRINT_FOUND_MM / 2))
+    builder.conditions = Conditions(view=ViewConditions(farthest_mm=PRINT_FOUND_MM / 2))
     return builder
 
 
@@ -160,7 +160,7 @@ def _crowd(random: Random) -> RoomBuilder:
 
 def _big(random: Random) -> RoomBuilder:
     """Find six targets in eight to twelve rooms within ten minutes: plan a tour."""
-    builder = inhabit(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1))
+    builder = furnish(generate_flat(random, random.choice((8, 10, 12)), SIX), pieces=(0, 1))
     builder.conditions = Conditions(time_limit_s=600.0)
     return builder
 

@@ -11,7 +11,7 @@ import pymunk
 from sim_backend.camera.scene import Viewpoint, in_camera_frame
 from sim_backend.world.objects import PictureObject
 from sim_backend.world.robot import ROBOT_GROUP, RobotBody, wrapped_deg
-from sim_backend.world.sensor_tables import Echo
+from sim_backend.world.sensor_tables import EchoSettings
 from sim_backend.world.toml_types import Point
 
 CONE_DEG = 15.0
@@ -46,7 +46,7 @@ class UltrasonicBeam:
     def __init__(
         self,
         space: pymunk.Space,
-        sensor: Echo,
+        sensor: EchoSettings,
         robot: RobotBody,
         at_mm: Point,
         direction_deg: float,

@@ -97,7 +97,7 @@ class Magnet(Table):
     deflection_deg: Annotated[float, Field(ge=-180, le=180)]
 
 
-class Echo(Table):
+class EchoSettings(Table):
     """Parameters of an ultrasonic sensor.
 
     Attributes:
@@ -113,7 +113,7 @@ class Echo(Table):
     max_incidence_deg: Annotated[float, Field(gt=0, le=90)] = 65.0
 
 
-class Ultrasonic(Echo):
+class Ultrasonic(EchoSettings):
     """The ultrasonic sensor at the robot's front.
 
     Attributes:
@@ -183,7 +183,7 @@ class SoundMount(Table):
     noise_db: Annotated[float, Field(ge=0, le=30)] = 0.5
 
 
-class UltrasonicMount(Echo):
+class UltrasonicMount(EchoSettings):
     """An additional ultrasonic sensor.
 
     Attributes:

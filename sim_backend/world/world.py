@@ -23,7 +23,7 @@ from sim_backend.world.people import PersonObject
 from sim_backend.world.robot import RobotBody
 from sim_backend.world.scheduler import INTERVAL_MS, EventScheduler
 from sim_backend.world.sensing import LinesOfSight, UltrasonicBeam
-from sim_backend.world.sensor_tables import Echo
+from sim_backend.world.sensor_tables import EchoSettings
 from sim_backend.world.surroundings import LocalConditions
 from sim_backend.world.toml_types import Point
 from sim_backend.world.world_file import Box, Person, Picture, Wall, WorldFile
@@ -94,7 +94,7 @@ class World:
         self._riders = {self.pictures[each.picture] for each in file.events if each.speed_mm_s and each.picture}
         self._stirred = False
 
-    def beam(self, sensor: Echo, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
+    def beam(self, sensor: EchoSettings, at_mm: Point, direction_deg: float, name: str) -> UltrasonicBeam:
         """Make the beam of an ultrasonic sensor on the robot; `name` selects its own random stream."""
         random = self._random(name)
         heights_mm, absorbing = self._heights_mm, self._absorbing

@@ -59,7 +59,7 @@ def test_a_server_that_breaks_the_promise_is_found(monkeypatch, does, violation)
     monkeypatch.setattr(servers, "END_S", 0.2)
     server = Deaf(does)
     try:
-        with pytest.raises(servers.Broken, match=violation):
+        with pytest.raises(servers.PromiseBroken, match=violation):
             servers.attempt(server, [("line", "silent")], Random(0), leaves=False)
     finally:
         server.kill()

@@ -8,7 +8,7 @@ from behaviors.executive import Ending
 from behaviors.journal import RecordKind
 from behaviors.profiles.registry import make_policy
 from behaviors.recoveries import CHANGE_TARGET, WAIT
-from nxtdrive.recording.decisions import Result, decisions, replay, weighed_by
+from nxtdrive.recording.decisions import DecisionResult, decisions, replay, weighed_by
 
 UNUSUAL = {
     "thesis": {"wait_s": 4.0, "turn_deg": 45.0, "max_researches": 1},
@@ -27,7 +27,7 @@ def test_every_choice_follows_from_the_evidence_in_the_journal_and_the_missions_
     policy = make_policy(profile, mission)
     assert made
     for decision in made:
-        assert decision.outcome.result is not Result.OPEN
+        assert decision.outcome.result is not DecisionResult.OPEN
         again = replay(policy, decision)
         assert again.choice is not None
         assert not again.differs

@@ -186,7 +186,7 @@ def test_after_ctrl_c_in_a_request_other_threads_use_the_link(direct, where):
 def test_ctrl_c_while_the_link_closes_releases_the_device(direct, where):
     threads = CtrlC()
     link = Link(direct, threads=threads)
-    link.announce()
+    link.wake()
     threads.interrupted = where
     with pytest.raises(KeyboardInterrupt):
         link.close()

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nxtdrive.simulated.robot import SpoiltSensor
+from nxtdrive.simulated.robot import DegradedSensor
 from nxtdrive.simulated.scenario import generate_scenario
 from sim_backend.scenarios.classes import ALL_CLASSES
 from sim_backend.scenarios.handicaps import PICTURES_APART_MM
@@ -94,12 +94,12 @@ def test_every_other_robot_of_the_hard_suite_is_not_what_its_mission_believes():
 
 def test_each_lookalike_is_mistaken_at_a_rate_of_its_own():
     scenario = generate_scenario("many_lookalikes", 3)
-    sight = scenario.conditions.sight
-    assert len(sight.lookalikes) == len(sight.mistake_rates) == 4
-    assert all(0.1 <= rate <= 0.6 for rate in sight.mistake_rates)
+    view = scenario.conditions.view
+    assert len(view.lookalikes) == len(view.mistake_rates) == 4
+    assert all(0.1 <= rate <= 0.6 for rate in view.mistake_rates)
     simulation = Simulation(scenario.world, seed=3)
-    one = replace(sight, hit_rate=0.0, mistake_rates=(0.0, 0.0, 0.0, 1.0))
-    sensor = SpoiltSensor(simulation, one, 3)
+    one = replace(view, hit_rate=0.0, mistake_rates=(0.0, 0.0, 0.0, 1.0))
+    sensor = DegradedSensor(simulation, one, 3)
     for lookalike in scenario.world.pictures:
         x, y = lookalike.at_mm
         facing = math.radians(lookalike.facing_deg)
@@ -146,9 +146,9 @@ def test_a_class_generates_the_scenarios_that_it_always_generated(kind):
         for picture in world["pictures"]:
             picture["file"] = Path(picture.get("file", "")).name
         mission = scenario.mission.mission.targets, scenario.mission.robot.compass
-        sight = asdict(scenario.conditions.sight)
-        assert sight.pop("mistake_rates") == ()  # newer than the digests
-        return world, mission, scenario.conditions.faults.silent_ms, scenario.conditions.latency_ms, sight
+        view = asdict(scenario.conditions.view)
+        assert view.pop("mistake_rates") == ()  # newer than the digests
+        return world, mission, scenario.conditions.faults.silent_ms, scenario.conditions.latency_ms, view
 
     text = json.dumps([values(seed) for seed in range(5)], sort_keys=True)
     assert hashlib.sha256(text.encode()).hexdigest()[:12] == DIGESTS[kind]

@@ -13,7 +13,7 @@ from nxtdrive.mission.camera import open_mission_camera
 from nxtdrive.mission.vision import camera_vision, geometric_vision
 from nxtdrive.transports.sim import SimTransport
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor
 from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.metering import Metering
 from sim_backend.camera.optics import Optics
@@ -22,7 +22,7 @@ from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Camera, WorldFile
 
-ALWAYS = DetectorLaw(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
+ALWAYS = DetectorModel(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
 SIZE = (640, 480)
 FOCAL_PX = 320 / math.tan(math.radians(30))
 ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
@@ -42,7 +42,9 @@ def outline(frame):
 
 
 def quad(panel, optics, turn_rate_deg_s=0.0, viewpoint=ORIGIN):
-    return GeometricSensor(SIZE, law=ALWAYS, optics=optics).observe([panel], viewpoint, panel.texture, turn_rate_deg_s)
+    return GeometricSensor(SIZE, model=ALWAYS, optics=optics).observe(
+        [panel], viewpoint, panel.texture, turn_rate_deg_s
+    )
 
 
 @pytest.mark.parametrize(
@@ -136,7 +138,7 @@ def test_light_that_drifts_comes_and_goes():
 
 
 def test_detections_become_rarer_in_the_dark_and_in_glare():
-    rates = [PICTURE_LAW.visibility(brightness) for brightness in (0.1, 0.148, 0.3, 1.0, 3.0, 5.0)]
+    rates = [PICTURE_MODEL.visibility(brightness) for brightness in (0.1, 0.148, 0.3, 1.0, 3.0, 5.0)]
     assert rates[0] < 0.1 < rates[1] < 0.9 < rates[2] <= rates[3] == 1.0
     assert rates[5] < 0.1 < rates[4] < 0.9
 

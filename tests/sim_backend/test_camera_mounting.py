@@ -6,14 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_backend.camera.geometric import DetectorLaw, Falloff, GeometricSensor
+from sim_backend.camera.geometric import DetectorModel, Falloff, GeometricSensor
 from sim_backend.camera.lens import PERFECT
 from sim_backend.camera.scene import Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.simulation import Simulation
 from sim_backend.world.world_file import Camera, WorldFile
 
-ALWAYS = DetectorLaw(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
+ALWAYS = DetectorModel(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
 FOCAL_PX = 320 / math.tan(math.radians(30))
 SIZE = (640, 480)
 
@@ -26,7 +26,7 @@ def red(tmp_path_factory):
 
 
 def quad(panel, viewpoint, size=SIZE):
-    return GeometricSensor(size, law=ALWAYS).observe([panel], viewpoint, panel.texture)
+    return GeometricSensor(size, model=ALWAYS).observe([panel], viewpoint, panel.texture)
 
 
 def world(**camera):

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from sim_backend.camera.geometric import GeometricSensor
-from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_LAW, FloorLaw, GeometricFloor
+from sim_backend.camera.geometric_floor import FARTHEST_MM, FLOOR_MODEL, FloorModel, GeometricFloor
 from sim_backend.camera.optics import Optics
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
 
 CAMERA = Pinhole(320, 240, 60.0)
 ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
-EXACT = GeometricFloor(law=FloorLaw(row_sd_px=0.0, look_like_floor=frozenset(), specks=0.0))
+EXACT = GeometricFloor(model=FloorModel(row_sd_px=0.0, look_like_floor=frozenset(), specks=0.0))
 
 
 def wall(ahead_mm, bottom_mm=0.0, texture="wall", half_mm=9000.0):
@@ -66,7 +66,7 @@ def test_what_is_behind_the_camera_hides_nothing():
     assert [x for x, _ in EXACT.ends([], ORIGIN, CAMERA)] == [FARTHEST_MM] * 24
 
 
-TAKEN_FOR_FLOOR = GeometricFloor(law=FloorLaw(row_sd_px=0.0, look_like_floor=frozenset({"crate"}), specks=0.0))
+TAKEN_FOR_FLOOR = GeometricFloor(model=FloorModel(row_sd_px=0.0, look_like_floor=frozenset({"crate"}), specks=0.0))
 
 
 def crate(ahead_mm, top_mm, texture="crate"):
@@ -115,7 +115,7 @@ def test_beside_it_the_floor_ends_as_ever():
 
 
 def test_errors_are_as_large_as_the_law_says():
-    generator, floor = random.Random(4), GeometricFloor(FloorLaw(0.8, frozenset(), 0.1))
+    generator, floor = random.Random(4), GeometricFloor(FloorModel(0.8, frozenset(), 0.1))
     errors = [floor.error_px(generator) for _ in range(4000)]
     low = [error for error in errors if error > 4.0]
     assert len(low) / len(errors) == pytest.approx(0.1 * 56.0 / 60.0, abs=0.02)
@@ -132,9 +132,9 @@ def test_pixels_are_those_of_the_pinhole_and_as_exact_as_the_law_says(size):
         ends = sensor.floor_ends([wall(1000.0)], ORIGIN)
         assert [u for u, _ in ends] == pytest.approx([(column + 0.5) / 24 * size[0] for column in range(24)])
         errors += [(v - row) / scale for _, v in ends]
-    usual = [error for error in errors if abs(error) < 4 * FLOOR_LAW.row_sd_px]
+    usual = [error for error in errors if abs(error) < 4 * FLOOR_MODEL.row_sd_px]
     assert len(usual) > 0.97 * len(errors)
-    assert pstdev(usual) == pytest.approx(FLOOR_LAW.row_sd_px, rel=0.1)
+    assert pstdev(usual) == pytest.approx(FLOOR_MODEL.row_sd_px, rel=0.1)
 
 
 def test_the_same_seed_sees_the_same():

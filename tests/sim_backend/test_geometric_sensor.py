@@ -9,12 +9,12 @@ from nxtdrive.vision.detection import Detection, box_of
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel, standing_panels
 from sim_backend.camera.sim_camera import SimCamera
 
 ORIGIN = Viewpoint(0.0, 0.0, 0.0, 200.0)
-ALWAYS = DetectorLaw(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
+ALWAYS = DetectorModel(Falloff(-99.0, -1.0), Falloff(999.0, 1.0), Falloff(99.0, 1.0), Falloff(99.0, 1.0), 0.0, 0.0)
 """Finds everything that is not fully hidden, without any error."""
 
 
@@ -38,7 +38,7 @@ def test_bearing_distance_and_corners_are_those_of_the_pinhole(size, distance_mm
     viewpoint = Viewpoint(-400.0, 900.0, 77.0, 200.0)
     direction = math.radians(77.0 + bearing_deg)
     panel = lena(-400.0 + distance_mm * math.cos(direction), 900.0 + distance_mm * math.sin(direction), 257.0)
-    quad = GeometricSensor(size, law=ALWAYS).observe([panel], viewpoint, "lena")
+    quad = GeometricSensor(size, model=ALWAYS).observe([panel], viewpoint, "lena")
     bearing, distance = located(quad, size)
     (left, top), (right, bottom) = quad[0], quad[2]
     width, height = right - left, bottom - top
@@ -55,8 +55,8 @@ def test_errors_are_as_large_as_the_law_says():
     sensor = GeometricSensor(seed=2)
     seen = [sensor.observe([lena()], ORIGIN, "lena") for _ in range(400)]
     bearings, distances = zip(*[located(one) for one in seen if one], strict=True)
-    assert pstdev(bearings) == pytest.approx(PICTURE_LAW.bearing_sd_deg, rel=0.15)
-    assert pstdev(distances) / 1200.0 == pytest.approx(PICTURE_LAW.distance_sd, rel=0.15)
+    assert pstdev(bearings) == pytest.approx(PICTURE_MODEL.bearing_sd_deg, rel=0.15)
+    assert pstdev(distances) / 1200.0 == pytest.approx(PICTURE_MODEL.distance_sd, rel=0.15)
     assert fmean(distances) == pytest.approx(1200.0, rel=0.01)
 
 
@@ -70,7 +70,7 @@ def test_the_same_seed_sees_the_same():
 
 
 def test_a_picture_is_not_seen_from_behind_from_outside_the_view_or_under_another_name():
-    sensor = GeometricSensor(law=ALWAYS)
+    sensor = GeometricSensor(model=ALWAYS)
     assert sensor.observe([lena(facing_deg=0.0)], ORIGIN, "lena") is None
     assert sensor.observe([lena(-1200.0, facing_deg=0.0)], ORIGIN, "lena") is None
     assert sensor.observe([lena(y=1200.0)], ORIGIN, "lena") is None
@@ -104,7 +104,7 @@ def test_half_of_it_hidden_is_measured_as_a_half():
 
 def test_a_hidden_picture_does_not_hide_another_of_the_same_name():
     wall = Panel(500.0, -300.0, 500.0, 100.0, 0.0, 900.0, "wall")
-    sensor = GeometricSensor(law=ALWAYS)
+    sensor = GeometricSensor(model=ALWAYS)
     seen = sensor.observe([lena(900.0, -150.0), lena(2000.0, 700.0), wall], ORIGIN, "lena")
     assert seen is not None
     assert located(seen)[1] == pytest.approx(math.hypot(2000.0, 700.0))
@@ -147,8 +147,8 @@ SITUATIONS = {
 """Arrangements that grow with a distance, and the turn rate."""
 
 PLACES_MM = (1000.0, 1150.0, 1300.0, 1450.0, 1600.0, 1750.0)
-LAW_MARGIN = 0.25
-"""The law holds for the average over places; at single places the detector sees better or worse."""
+MODEL_MARGIN = 0.25
+"""The model holds for the average over places; at single places the detector sees better or worse."""
 
 
 @pytest.mark.slow
@@ -160,5 +160,5 @@ def test_the_law_agrees_with_the_real_detector_on_rendered_frames(situation):
     camera = SimCamera(seed=4)
     rooms = [[*arrange(place), wall] for place in PLACES_MM]
     real = fmean(bool(detector.detect(camera.frame(room, ORIGIN, turn_rate_deg_s))) for room in rooms)
-    law = fmean(rate(room, turn_rate_deg_s, looks=50) for room in rooms)
-    assert law == pytest.approx(real, abs=LAW_MARGIN)
+    modelled = fmean(rate(room, turn_rate_deg_s, looks=50) for room in rooms)
+    assert modelled == pytest.approx(real, abs=MODEL_MARGIN)

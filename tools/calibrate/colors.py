@@ -16,7 +16,7 @@ from nxtdrive.vision.detection import Detection, Image
 from nxtdrive.vision.detectors.color import HUES, ColorDetector, usual_shade
 
 from .course import CalibrationRefused
-from .session import Line, Outcome, identified
+from .session import CalibrationResult, ReportLine, identified
 from .verdict import described, measured
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ OTHER_SHARE = 0.5
 
 def calibrate_color(
     brick: Brick, camera: Camera, before: RobotFile, today: datetime.date, color: str | None = None
-) -> Outcome:
+) -> CalibrationResult:
     """Learn the colour in the middle of the camera's picture; the robot stands still.
 
     Args:
@@ -71,11 +71,11 @@ def calibrate_color(
     how = measured(f"{name}, in the middle of the picture", {"hue_deg": error_deg}, today)
     file = described(before, {"color": {name: values}, "calibration": {**identity, "colors": how}})
     lines = [
-        Line(f"color.{name}.{key}", getattr(known, key), value, error_deg if key == "hue_deg" else None)
+        ReportLine(f"color.{name}.{key}", getattr(known, key), value, error_deg if key == "hue_deg" else None)
         for key, value in values.items()
     ]
     remark = f"It was found in {shares[0]:.0%} of {FRAMES} frames before, and in {shares[1]:.0%} now."
-    return Outcome(file, lines, None, FRAMES, remark)
+    return CalibrationResult(file, lines, None, FRAMES, remark)
 
 
 def learn(frames: Sequence[Image], color: str | None = None) -> tuple[ColorName, ColorTable, float]:

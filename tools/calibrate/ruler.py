@@ -10,7 +10,7 @@ from behaviors.mission.robot import RobotFile, RobotTable
 from nxtdrive.mission.body import build_rover
 
 from .course import CalibrationRefused
-from .session import Line, Outcome, identified
+from .session import CalibrationResult, ReportLine, identified
 from .verdict import described, measured
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def calibrate_by_ruler(
     today: datetime.date,
     ready: Callable[[str], None],
     ask: Callable[[str], float],
-) -> Outcome:
+) -> CalibrationResult:
     """Drive and turn, ask how far, and return the resulting robot file.
 
     Args:
@@ -82,8 +82,8 @@ def calibrate_by_ruler(
         "calibration": {**identity, "wheels": wheels},
     }
     file = described(before, tables, "Measure again, in millimetres.")
-    lines = [Line(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]
-    return Outcome(file, lines, None, 0)
+    lines = [ReportLine(f"robot.{key}", getattr(robot, key), value, errors[key]) for key, value in values.items()]
+    return CalibrationResult(file, lines, None, 0)
 
 
 def _measure(

@@ -30,7 +30,7 @@ CONE_UNSURE_DEG = 6.0
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ReportLine:
     """One value in the report.
 
     Attributes:
@@ -47,7 +47,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CalibrationResult:
     """The result of a calibration.
 
     Attributes:
@@ -60,7 +60,7 @@ class Outcome:
     """
 
     file: RobotFile
-    lines: list[Line]
+    lines: list[ReportLine]
     misfit_px: tuple[float, float] | None
     views: int
     remark: str = ""
@@ -74,7 +74,7 @@ def calibrate(
     today: datetime.date,
     say: Callable[[str], None] = lambda _: None,
     sheet_height_mm: float = SHEET_HEIGHT_MM,
-) -> Outcome:
+) -> CalibrationResult:
     """Calibrate before the marker sheet; the robot is at rest afterwards.
 
     Args:
@@ -110,11 +110,11 @@ def calibrate(
     file = described(before, new.tables)
     lines = list(new.lines(before, file))
     if course is None or found is None:
-        return Outcome(file, lines, None, 0)
+        return CalibrationResult(file, lines, None, 0)
     earlier_px, now_px = (
         misfit_px(course.track, believed_values(each.robot, each.camera), found.values) for each in (before, file)
     )
-    return Outcome(file, lines, (earlier_px, now_px), found.views, remark)
+    return CalibrationResult(file, lines, (earlier_px, now_px), found.views, remark)
 
 
 def _possible(what: Collection[str], robot: RobotTable) -> set[str]:
@@ -170,16 +170,16 @@ class _Values:
         self._errors |= errors
         self._groups.append(group)
 
-    def lines(self, before: RobotFile, after: RobotFile) -> Iterator[Line]:
+    def lines(self, before: RobotFile, after: RobotFile) -> Iterator[ReportLine]:
         """Yield the report's lines."""
         for name in ("camera", "robot"):
             old, new = getattr(before, name), getattr(after, name)
             for key in self.tables[name]:
-                yield Line(f"{name}.{key}", getattr(old, key), getattr(new, key), self._errors.get(key))
+                yield ReportLine(f"{name}.{key}", getattr(old, key), getattr(new, key), self._errors.get(key))
         for group in self._groups:
             known = getattr(before.calibration, group)
             for key, value in getattr(after.calibration, group).measured.items():
-                yield Line(f"{group}.{key}", known.measured.get(key) if known else None, value, None)
+                yield ReportLine(f"{group}.{key}", known.measured.get(key) if known else None, value, None)
 
 
 def _add(new: _Values, what: Collection[str], found: Estimate, sheet_height_mm: float) -> None:

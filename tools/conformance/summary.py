@@ -35,7 +35,7 @@ class Category:
 
 
 @dataclass(frozen=True)
-class Cause:
+class DifferenceCause:
     """Differences of one kind.
 
     Attributes:
@@ -80,7 +80,7 @@ def by_category(reports: Iterable[Report]) -> list[Category]:
     ]
 
 
-def by_cause(reports: Iterable[Report]) -> list[Cause]:
+def by_cause(reports: Iterable[Report]) -> list[DifferenceCause]:
     """Group all differences of all scenarios, the most frequent cause first."""
     groups: dict[str, list[tuple[str, str]]] = defaultdict(list)
     for report in reports:
@@ -88,7 +88,7 @@ def by_cause(reports: Iterable[Report]) -> list[Cause]:
             example = f"{report.scenario} step {difference.step}: {difference.text}"
             groups[difference.cause].append((report.scenario, example))
     causes = [
-        Cause(cause, len(found), list(dict.fromkeys(name for name, _ in found)), found[0][1])
+        DifferenceCause(cause, len(found), list(dict.fromkeys(name for name, _ in found)), found[0][1])
         for cause, found in groups.items()
     ]
     return sorted(causes, key=lambda each: -each.count)

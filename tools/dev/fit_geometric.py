@@ -24,7 +24,7 @@ from nxtdrive.vision.detection import TargetDetector
 from nxtdrive.vision.detectors import make_detector
 from nxtdrive.vision.geometry import Pinhole
 from sim_backend.bundled import PICTURES
-from sim_backend.camera.geometric import PICTURE_LAW, DetectorLaw, Falloff, GeometricSensor, PictureView
+from sim_backend.camera.geometric import PICTURE_MODEL, DetectorModel, Falloff, GeometricSensor, PictureView
 from sim_backend.camera.scene import Panel, Viewpoint, picture_panel
 from sim_backend.camera.sim_camera import SimCamera
 from sim_backend.camera.textures import TextureLibrary
@@ -146,7 +146,7 @@ def sweep(bench: BenchSetup, trials: int, make: Callable[[], Setup]) -> list[Tri
     return [trial for trial in done if trial is not None]
 
 
-def fit_law(trials: int) -> DetectorLaw:
+def fit_model(trials: int) -> DetectorModel:
     """Measure all six sweeps and the errors, and fit the model."""
     rng = random.Random(SEED)  # noqa: S311 - a repeatable draw
     bench = BenchSetup(SEED)
@@ -170,7 +170,7 @@ def fit_law(trials: int) -> DetectorLaw:
         return fit(levels, [trial.errors is not None for trial in done], sign)
 
     errors = [trial.errors for trial in sizes if trial.errors is not None]
-    return DetectorLaw(
+    return DetectorModel(
         log2_height=curve(sizes, lambda sight: math.log2(sight.height_px), -1),
         slant_deg=curve(slants, lambda sight: sight.slant_deg, 1),
         hidden=curve(covered, lambda sight: sight.hidden, 1),
@@ -187,8 +187,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="fit_geometric", description="Fit geometric vision to the real detector.")
     parser.add_argument("--trials", type=int, default=200, help="frames in each of the six sweeps")
     arguments = parser.parse_args(argv)
-    print(f"in use:   {PICTURE_LAW}")
-    print(f"measured: {fit_law(arguments.trials)}")
+    print(f"in use:   {PICTURE_MODEL}")
+    print(f"measured: {fit_model(arguments.trials)}")
     return 0
 
 

@@ -29,7 +29,7 @@ from nxtdrive.vision.free_floor import FreeFloorDetector
 from nxtdrive.vision.free_floor import N as DETECTOR
 from nxtdrive.vision.geometry import Mounting
 from nxtdrive.vision.geometry import Pinhole as DetectorPinhole
-from sim_backend.camera.geometric_floor import FloorLaw, GeometricFloor
+from sim_backend.camera.geometric_floor import FloorModel, GeometricFloor
 from sim_backend.camera.lens import PERFECT, Lens, LensEffects
 from sim_backend.camera.projection import Pinhole
 from sim_backend.camera.scene import Panel, Viewpoint, standing_panels
@@ -225,7 +225,9 @@ def make_room(number: int, places: int, seed: int) -> Room:
 def free_ahead_mm(panels: Sequence[Panel], viewpoint: Viewpoint) -> float:
     """Return the distance of the nearest object in the sonar's cone."""
     nearest_mm = math.inf
-    for x, y in GeometricFloor(law=FloorLaw(0.0, frozenset(), 0.0)).ends(panels, viewpoint, Pinhole(320, 240, 60.0)):
+    for x, y in GeometricFloor(model=FloorModel(0.0, frozenset(), 0.0)).ends(
+        panels, viewpoint, Pinhole(320, 240, 60.0)
+    ):
         bearing_deg = math.degrees(math.atan2(y - viewpoint.y_mm, x - viewpoint.x_mm)) - viewpoint.heading_deg
         if abs(wrapped_deg(bearing_deg)) <= CONE_DEG:
             nearest_mm = min(nearest_mm, math.dist((x, y), (viewpoint.x_mm, viewpoint.y_mm)))

@@ -12,7 +12,7 @@ from itertools import groupby
 from xml.etree import ElementTree as Xml
 
 from behaviors.chart_words import EVENTS, STATES
-from behaviors.diagram import Arrow, arrows
+from behaviors.diagram import Transition, arrows
 from behaviors.events import Event
 
 Place = tuple[float, float]
@@ -215,7 +215,7 @@ def _legend(parent: Xml.Element, place: Place) -> None:
         _text(parent, (x + 38, y + 4 + 24 * number), meaning, "legend")
 
 
-def _pair(arrow: Arrow) -> tuple[str, str]:
+def _pair(arrow: Transition) -> tuple[str, str]:
     return arrow.source, arrow.target
 
 
@@ -303,7 +303,7 @@ def _towards(corner: Place, end: Place) -> Place:
     return corner[0] + share * (end[0] - corner[0]), corner[1] + share * (end[1] - corner[1])
 
 
-def _line(parent: Xml.Element, pair: tuple[str, str], group: Sequence[Arrow]) -> None:
+def _line(parent: Xml.Element, pair: tuple[str, str], group: Sequence[Transition]) -> None:
     route = ROUTES[pair]
     events = " ".join(arrow.event or arrow.guard for arrow in group)
     element = Xml.SubElement(parent, "g", {"data-from": pair[0], "data-to": pair[1], "data-on": events})
@@ -313,14 +313,14 @@ def _line(parent: Xml.Element, pair: tuple[str, str], group: Sequence[Arrow]) ->
     _path(element, route.points, route.color)
 
 
-def _label(parent: Xml.Element, pair: tuple[str, str], group: Sequence[Arrow]) -> None:
+def _label(parent: Xml.Element, pair: tuple[str, str], group: Sequence[Transition]) -> None:
     route = ROUTES[pair]
     x, y = route.label
     for number, line in enumerate(_label_lines(group)):
         _text(parent, (x, y + LINE_PX * number), line, "label", style=f"fill:{route.color}")
 
 
-def _label_lines(group: Iterable[Arrow]) -> Iterator[str]:
+def _label_lines(group: Iterable[Transition]) -> Iterator[str]:
     """Yield events and guards, and the action once."""
     action = ""
     for arrow in group:

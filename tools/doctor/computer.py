@@ -16,7 +16,7 @@ from nxtdrive.transports.base import WallClock
 from nxtdrive.transports.pairing import paired_bricks
 from nxtdrive.transports.usb_port import UsbTransport
 
-from .finding import Finding, Verdict, ok, trouble, warning
+from .finding import Finding, Severity, ok, trouble, warning
 from .udev import udev
 from .usb_devices import other_devices
 
@@ -44,7 +44,7 @@ def examine(scheme: str, camera: str | None) -> Iterator[Finding]:
     on_usb = list(usb(needed=scheme == "usb"))
     yield from on_usb
     if sys.platform.startswith("linux"):
-        opened = any(finding.topic == "USB" and finding.verdict is Verdict.OK for finding in on_usb)
+        opened = any(finding.topic == "USB" and finding.verdict is Severity.OK for finding in on_usb)
         yield udev(needed=scheme == "usb" and os.geteuid() != 0, opened=opened)
         yield from radio(needed=scheme == "bt")
         yield bluetooth(needed=scheme == "bt")

@@ -13,7 +13,7 @@ _COMMAND = re.compile(r"`[^`]*`")
 _UNBROKEN = "\N{NO-BREAK SPACE}"
 
 
-class Verdict(StrEnum):
+class Severity(StrEnum):
     """Severity of a finding."""
 
     OK = "ok"
@@ -33,24 +33,24 @@ class Finding:
     """
 
     topic: str
-    verdict: Verdict
+    verdict: Severity
     text: str
     remedy: str = ""
 
 
 def ok(topic: str, text: str) -> Finding:
     """Return a finding that needs no action."""
-    return Finding(topic, Verdict.OK, text)
+    return Finding(topic, Severity.OK, text)
 
 
 def warning(topic: str, text: str, remedy: str) -> Finding:
     """Return a finding that does not prevent what the user wants."""
-    return Finding(topic, Verdict.WARNING, text, remedy)
+    return Finding(topic, Severity.WARNING, text, remedy)
 
 
 def problem(topic: str, text: str, remedy: str) -> Finding:
     """Return a finding that prevents what the user wants."""
-    return Finding(topic, Verdict.PROBLEM, text, remedy)
+    return Finding(topic, Severity.PROBLEM, text, remedy)
 
 
 def trouble(topic: str, text: str, remedy: str, *, needed: bool) -> Finding:

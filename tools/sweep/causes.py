@@ -29,7 +29,7 @@ AFTER_IT_S = 1.0
 """A picture that moved at most this long ago was being pursued when it moved."""
 
 
-class Cause(StrEnum):
+class FailureCause(StrEnum):
     """The true cause of a failed attempt."""
 
     BLOCKED_SHORT = "blocked_short"
@@ -38,7 +38,7 @@ class Cause(StrEnum):
     MISSED = "missed"
 
 
-FITTING = {Cause(recovery.fits): recovery.name for recovery in RECOVERIES.values() if recovery.fits}
+FITTING = {FailureCause(recovery.fits): recovery.name for recovery in RECOVERIES.values() if recovery.fits}
 """The choice that fits each cause."""
 
 
@@ -52,7 +52,7 @@ class ChoiceEvaluation:
         regret_s: Its cost beyond the best choice, seconds; None where that is not defined.
     """
 
-    cause: Cause
+    cause: FailureCause
     choice: str
     regret_s: float | None
 
@@ -161,16 +161,16 @@ def _evaluated(trace: EpisodeTrace, index: int, entry: RecordWithTruth) -> Choic
     if goal is None:
         return None
     if not _could_be_seen(trace, here, goal):
-        return ChoiceEvaluation(Cause.ELSEWHERE, choice, None)
+        return ChoiceEvaluation(FailureCause.ELSEWHERE, choice, None)
     blocking = frozenset(_in_the_way(here.pose[:2], here, goal)) - {goal.name}
     if not blocking:
-        return ChoiceEvaluation(Cause.MISSED, choice, None)
+        return ChoiceEvaluation(FailureCause.MISSED, choice, None)
     remaining_s, detour_s = _remaining_s(trace, here, goal, blocking), _detour_s(here, goal, blocking)
     leaves = math.isfinite(remaining_s) and remaining_s <= detour_s
-    cause = Cause.BLOCKED_SHORT if leaves else Cause.BLOCKED_LONG
+    cause = FailureCause.BLOCKED_SHORT if leaves else FailureCause.BLOCKED_LONG
     best_s = min(remaining_s, detour_s)
-    cost_s = detour_s if choice == FITTING[Cause.BLOCKED_LONG] else math.inf
-    if choice == FITTING[Cause.BLOCKED_SHORT]:
+    cost_s = detour_s if choice == FITTING[FailureCause.BLOCKED_LONG] else math.inf
+    if choice == FITTING[FailureCause.BLOCKED_SHORT]:
         waited_s = _waited_s(trace, index)
         cost_s = waited_s + max(0.0, min(remaining_s - waited_s, detour_s))
     return ChoiceEvaluation(cause, choice, cost_s - best_s if math.isfinite(cost_s) and math.isfinite(best_s) else None)

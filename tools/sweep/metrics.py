@@ -9,12 +9,12 @@ from itertools import groupby, pairwise
 from behaviors.journal import RecordKind
 from nxtdrive.motion.drive_settings import USUAL
 from sim_backend.evaluation import CAMERA_FORWARD_MM, CAMERA_HEIGHT_MM, stop_counts
-from sim_backend.scenarios.floor_plan import Pace, Path
+from sim_backend.scenarios.floor_plan import MotionLimits, Path
 from sim_backend.scenarios.room_builder import ROBOT_RADIUS_MM
 
 from .truth_recorder import EpisodeTrace, TruthSample
 
-PACE = Pace(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
+PACE = MotionLimits(USUAL.speed_mm_s, USUAL.acceleration_mm_s2, USUAL.turn_deg_s, USUAL.turn_acceleration_deg_s2)
 """The rover's own limits; they give the duration of the fastest path."""
 
 
@@ -121,7 +121,7 @@ def _path(begin: TruthSample, end: TruthSample, target: str) -> Path | None:
         return None
     # the centre of a robot that faces the picture is this much farther away than its camera
     goal = replace(goal, reach_mm=goal.reach_mm + CAMERA_FORWARD_MM)
-    return begin.scene.plan.path(begin.pose[:2], goal, ROBOT_RADIUS_MM, eye_height_mm=CAMERA_HEIGHT_MM)
+    return begin.scene.plan.path(begin.pose[:2], goal, ROBOT_RADIUS_MM, camera_height_mm=CAMERA_HEIGHT_MM)
 
 
 def _share(best: float, actual: float) -> float:

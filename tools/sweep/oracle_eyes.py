@@ -53,7 +53,7 @@ class OracleEyes(Oracle):
 
     def __init__(self, robot: ScenarioRobot, simulation: Simulation) -> None:
         super().__init__(robot, simulation)
-        self._places = LookoutPlaces(self._walls_and_furniture())
+        self._places = ScanPositions(self._walls_and_furniture())
         self._seen: set[str] = set()
         self.queue.rounds = TURNS
 
@@ -122,7 +122,7 @@ class OracleEyes(Oracle):
         return abs(wrapped_deg(bearing_deg - sighting.bearing_deg)) <= GENUINE_DEG
 
 
-class LookoutPlaces:
+class ScanPositions:
     """Places to look from, and which of the possible pictures each of them shows.
 
     Args:

@@ -17,7 +17,7 @@ from firmware_protocol.printable import printable
 
 from .agents import ALL_NAMES
 from .calibration import calibration_error, error_of_true_chances, pairs, reliability
-from .causes import FITTING, Cause
+from .causes import FITTING, FailureCause
 from .chart_coverage import coverage_words
 from .headline import HEADLINE, REACHED_BY_S, beyond, headline, success_by
 from .mission_result import MissionResult
@@ -120,7 +120,7 @@ def choice_rows(results: Results) -> tuple[list[str], Rows]:
     rows = []
     for agent, group in _by_agent(results).items():
         choices = [choice for result in group for choice in result.choices]
-        for cause in Cause:
+        for cause in FailureCause:
             chosen = Counter(choice.choice for choice in choices if choice.cause == cause)
             others = chosen.total() - sum(chosen[kind] for kind in FITTING.values())
             if chosen:

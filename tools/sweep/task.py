@@ -94,7 +94,7 @@ def run_episode(scenario: Scenario, agent: str, eyes: str) -> tuple[EpisodeTrace
         entries=recorder.entries,
         disturbances=[each for each in recorder.disturbances() if each.time_s <= ended_s],
         late_objects=late_objects(scenario.world),
-        view_mm=min(VIEW_RANGE_MM, scenario.conditions.sight.farthest_mm),
+        view_mm=min(VIEW_RANGE_MM, scenario.conditions.view.farthest_mm),
         ending=report.ending,
         duration_s=ended_s,
         error=report.error,

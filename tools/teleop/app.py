@@ -21,7 +21,7 @@ from nxtdrive.motion.lease import stopping_on_error
 from .controls import STEP_PERCENT, Controls, Direction
 from .gamepad import Button, Gamepad
 from .latest_frame import FPS, LatestFrame
-from .pilot import Pilot, View
+from .pilot import Pilot, PilotState
 from .widgets import LEGEND, CameraView, KeysScreen
 
 DIRECTIONS = {
@@ -109,7 +109,7 @@ class Teleop(App[None]):
         self._pilot, self._controls, self._now = pilot, controls, now
         self._gamepad, self._gamepad_words = gamepad, ""
         self._latest, self._why_no_camera = latest, why_no_camera
-        self._view: View | None = None
+        self._view: PilotState | None = None
         self._stopped = stopped
         self._leaving = threading.Event()
         self._driving = threading.Thread(target=self._drive, name="teleop pilot", daemon=True)
@@ -240,7 +240,7 @@ class Teleop(App[None]):
             self.post_message(self.Ended())
 
 
-def describe(view: View, gamepad: str = "", camera: str = "", *, compact: bool = False) -> str:
+def describe(view: PilotState, gamepad: str = "", camera: str = "", *, compact: bool = False) -> str:
     """Format the panel's text.
 
     Args:

@@ -43,7 +43,7 @@ class Button(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class GamepadReading:
     """The state of the gamepad.
 
     Attributes:
@@ -89,7 +89,7 @@ class Gamepad:
         pygame.display.init()
         controller.init()
 
-    def read(self) -> Reading:
+    def read(self) -> GamepadReading:
         """Return what has happened since the last call, without waiting."""
         pressed: list[Button] = []
         lost = changed = False
@@ -103,7 +103,7 @@ class Gamepad:
                 pressed.append(self._meanings[event.button])
         if changed and self._open is None:
             self._words = self._find() or self._without
-        return Reading(self._words, self._sticks(), tuple(pressed), lost)
+        return GamepadReading(self._words, self._sticks(), tuple(pressed), lost)
 
     def close(self) -> None:
         """Close the gamepad."""

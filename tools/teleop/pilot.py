@@ -26,7 +26,7 @@ _REASONS = {
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class PilotState:
     """The contents of the user interface after a step.
 
     Attributes:
@@ -91,7 +91,7 @@ class Pilot:
         self._battery_mv = 0
         self._senses_due_s = self._battery_due_s = 0.0
 
-    def step(self) -> View:
+    def step(self) -> PilotState:
         """Drive as the controls demand now and read the sensors; takes about `STEP_S`.
 
         Raises:
@@ -105,7 +105,7 @@ class Pilot:
         self.map.drive_over(pose)
         self._sense(begun, pose)
         target_text = self._look(begun, pose)
-        view = View(
+        view = PilotState(
             time_s=begun,
             state=state,
             speed_mm_s=speed,

@@ -19,7 +19,7 @@ from nxtdrive.mission.files import read_robot_file
 
 from ..calibrate.colors import calibrate_color
 from ..calibrate.ruler import calibrate_by_ruler
-from ..calibrate.session import Outcome, calibrate
+from ..calibrate.session import CalibrationResult, calibrate
 from ..calibrate.verdict import write_robot_file
 from .answers import Answers
 
@@ -51,7 +51,7 @@ class ShownCalibration:
 
     def __init__(self, wanted: StartCalibration, before: RobotFile, show: Callable[[dict[str, Any]], None]) -> None:
         self.over = False
-        self.outcome: Outcome | None = None
+        self.outcome: CalibrationResult | None = None
         self._wanted, self._before, self._show = wanted, before, show
         self._pause = Pause()
         self._lines: list[str] = []
@@ -87,7 +87,7 @@ class ShownCalibration:
             found = NOTHING if self.outcome is None else _found(self.outcome)
             self._show({"running": False, "question": None, "problem": problem, **found})
 
-    def _calibrated(self, robot: OpenRobot) -> Outcome:
+    def _calibrated(self, robot: OpenRobot) -> CalibrationResult:
         today = datetime.datetime.now().astimezone().date()
         wanted = self._wanted
         if wanted.how == "color":
@@ -190,6 +190,6 @@ class Calibrations:
         self._hub.show("calibration", self._state)
 
 
-def _found(outcome: Outcome) -> dict[str, Any]:
+def _found(outcome: CalibrationResult) -> dict[str, Any]:
     values = [asdict(line) for line in outcome.lines]
     return {"values": values, "misfit_px": outcome.misfit_px, "views": outcome.views, "remark": outcome.remark}

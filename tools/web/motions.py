@@ -20,7 +20,7 @@ CHECK_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class RobotReading:
     """The robot at rest.
 
     Attributes:
@@ -56,7 +56,7 @@ class ShortMotion:
         self.drives = begin is not None
         self.over = False
         self.result: MotionResult | None = None
-        self.reading: Reading | None = None
+        self.reading: RobotReading | None = None
         self.problem = ""
         self._begin = begin
         self._ended, self._done = threading.Event(), threading.Event()
@@ -78,7 +78,7 @@ class ShortMotion:
                     brick.sleep(CHECK_S)
                 motion.cancel()  # no effect if it is done
                 self.result = motion.join()
-            self.reading = Reading(rover.pose(), rover.range_mm(), rover.touching(), rover.battery_mv())
+            self.reading = RobotReading(rover.pose(), rover.range_mm(), rover.touching(), rover.battery_mv())
         except NXTError as error:
             self.problem = str(error)
         finally:

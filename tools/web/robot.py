@@ -20,7 +20,7 @@ from nxtdrive.motion.sensor_health import SENSOR_ERRORS
 from nxtdrive.transports.address import Address
 
 from ..teleop.controls import Controls
-from ..teleop.pilot import Pilot, View
+from ..teleop.pilot import Pilot, PilotState
 from .hub import Hub
 from .mission_run import ShownMission
 from .motions import ShortMotion
@@ -286,7 +286,7 @@ class Robot:
 
         return rest
 
-    def _show(self, view: View) -> None:
+    def _show(self, view: PilotState) -> None:
         self._hub.show("link", {"lost": ""})
         self._state = {
             "doing": "stopped until released" if self.controls.stopped else view.state,

@@ -22,7 +22,7 @@ from nxtdrive.tools.calibrate import SHEET_HEIGHT_MM
 
 if TYPE_CHECKING:
     from behaviors.mission.robot import RobotFile
-    from nxtdrive.tools.calibrate.session import Outcome
+    from nxtdrive.tools.calibrate.session import CalibrationResult
     from nxtdrive.transports.address import Address
 
 DESCRIPTION = """\
@@ -144,7 +144,9 @@ def _wanted(args: argparse.Namespace) -> list[str]:
     return [each for each in CALIBRATED if each in wanted or ALL in wanted]
 
 
-def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotFile, what: list[str]) -> Outcome:
+def _before_the_sheet(
+    args: argparse.Namespace, address: Address, before: RobotFile, what: list[str]
+) -> CalibrationResult:
     from nxtdrive.mission.assembly import open_robot
     from nxtdrive.tools.calibrate.session import calibrate
 
@@ -153,7 +155,7 @@ def _before_the_sheet(args: argparse.Namespace, address: Address, before: RobotF
         return calibrate(robot.brick, robot.camera, before, what, _today(), say, args.sheet_height_mm)
 
 
-def _colors(args: argparse.Namespace, address: Address, before: RobotFile) -> Outcome:
+def _colors(args: argparse.Namespace, address: Address, before: RobotFile) -> CalibrationResult:
     from nxtdrive.mission.assembly import open_robot
     from nxtdrive.tools.calibrate.colors import calibrate_color
     from nxtdrive.vision.detectors.color import usual_shade
@@ -164,7 +166,7 @@ def _colors(args: argparse.Namespace, address: Address, before: RobotFile) -> Ou
         return calibrate_color(robot.brick, robot.camera, before, _today(), args.color)
 
 
-def _by_ruler(address: Address, before: RobotFile) -> Outcome:
+def _by_ruler(address: Address, before: RobotFile) -> CalibrationResult:
     from nxtdrive.brick import open_brick
     from nxtdrive.tools.calibrate.ruler import calibrate_by_ruler
 
@@ -219,7 +221,7 @@ def _ask(question: str) -> None:
         raise ConfigError("you did not agree that the robot may drive.", remedy="Clear the floor, then answer y.")
 
 
-def _tell(outcome: Outcome, path: Path, *, as_json: bool) -> None:
+def _tell(outcome: CalibrationResult, path: Path, *, as_json: bool) -> None:
     if as_json:
         values = {line.key: line.after for line in outcome.lines}
         errors = {line.key: line.standard_error for line in outcome.lines if line.standard_error is not None}

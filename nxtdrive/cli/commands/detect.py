@@ -57,7 +57,7 @@ READ_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundTarget:
     """One detection of the target.
 
     Attributes:
@@ -76,7 +76,7 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class FrameDetections:
     """The detections in one frame.
 
     Attributes:
@@ -87,7 +87,7 @@ class Look:
 
     frame: int
     ms: float
-    found: list[Found]
+    found: list[FoundTarget]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -132,7 +132,7 @@ def _try(args: argparse.Namespace) -> int:
     in_source = _is_image(out) and out.resolve().parent == source.resolve()
     check_not_read(out, out if in_source else source, *(args.picture or ()))
     drawing = _AnnotatedOutput(out)
-    looks: list[Look] = []
+    looks: list[FrameDetections] = []
     others: set[str] = set()
     about = dict(detector.detector.description()) if isinstance(detector.detector, Described) else {}
     if args.target is None and args.height_mm is None:
@@ -185,7 +185,7 @@ def _frames(source: str, mission: Path | None, limit: int | None) -> Iterator[Fr
             yield camera.read(READ_TIMEOUT_S)
 
 
-def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[Look, list[Detection]]:
+def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[FrameDetections, list[Detection]]:
     from nxtdrive.transports.base import WallClock
     from nxtdrive.vision.cut_off import marked
 
@@ -194,11 +194,13 @@ def _look(frame: Frame, target: TargetDetector, pinhole: Pinhole) -> tuple[Look,
     detections = marked(target.detector.detect(frame.image), *frame.image.shape[1::-1])
     ms = (clock.now() - begun) * 1000
     places = ((one, *pinhole.locate(one, target.height_mm)) for one in detections)
-    found = [Found(round(deg, 2), round(mm), round(one.score, 3), one.box, one.cut.names) for one, deg, mm in places]
-    return Look(frame.index, round(ms, 2), found), detections
+    found = [
+        FoundTarget(round(deg, 2), round(mm), round(one.score, 3), one.box, one.cut.names) for one, deg, mm in places
+    ]
+    return FrameDetections(frame.index, round(ms, 2), found), detections
 
 
-def _drawn(frame: Frame, name: str, look: Look, detections: list[Detection]) -> Image:
+def _drawn(frame: Frame, name: str, look: FrameDetections, detections: list[Detection]) -> Image:
     from behaviors.ports import Sighting
     from nxtdrive.vision.annotate import annotate
 
@@ -210,20 +212,20 @@ def _drawn(frame: Frame, name: str, look: Look, detections: list[Detection]) -> 
     return annotate(frame.image, sighting, detections)
 
 
-def _line(name: str, look: Look) -> str:
+def _line(name: str, look: FrameDetections) -> str:
     if not look.found:
         return f"frame {look.frame:4}  nothing  {look.ms:.1f} ms"
     return f"frame {look.frame:4}  {name} at {', '.join(map(_place, look.found))}  {look.ms:.1f} ms"
 
 
-def _place(one: Found) -> str:
+def _place(one: FoundTarget) -> str:
     distance, cut = f"{one.distance_mm} mm", ""
     if one.cut:
         distance, cut = f"at most {distance}", f", cut off at {' and '.join(one.cut)}"
     return f"{one.bearing_deg:+z.1f} deg {distance} (score {one.score:.2f}{cut})"
 
 
-def _report(looks: list[Look], path: Path, about: Mapping[str, str], as_json: bool) -> int:
+def _report(looks: list[FrameDetections], path: Path, about: Mapping[str, str], as_json: bool) -> int:
     seen = sum(bool(look.found) for look in looks)
     median_ms = median(look.ms for look in looks) if looks else math.nan
     if as_json:

@@ -16,7 +16,7 @@ from nxtdrive.cli.output import write_json, write_line, write_text
 
 if TYPE_CHECKING:
     from nxtdrive.tools.conformance.replay import Report
-    from nxtdrive.tools.conformance.summary import Category, Cause
+    from nxtdrive.tools.conformance.summary import Category, DifferenceCause
 
 FIRMWARES = ("1.29", "1.05", "1.32")
 """Firmware versions the simulated brick can behave as."""
@@ -96,7 +96,7 @@ def _print_scenarios(reports: list[Report]) -> None:
         write_line(f"{report.scenario:{width}}  {report.matched:4}/{report.steps:<4}  {verdict}")
 
 
-def _print_causes(causes: Iterable[Cause]) -> None:
+def _print_causes(causes: Iterable[DifferenceCause]) -> None:
     write_line("steps scenarios  cause")
     for cause in causes:
         write_line(f"{cause.count:5} {len(cause.scenarios):9}  {cause.cause}")
@@ -122,7 +122,7 @@ def _firmwares(reports: list[Report]) -> str:
     return ", ".join(sorted({report.firmware for report in reports}))
 
 
-def _print_json(reports: list[Report], categories: Iterable[Category], causes: Iterable[Cause]) -> None:
+def _print_json(reports: list[Report], categories: Iterable[Category], causes: Iterable[DifferenceCause]) -> None:
     write_json(
         {
             "firmware": _firmwares(reports),

@@ -11,7 +11,7 @@ from behaviors.profile_names import THESIS
 from firmware_protocol.printable import printable
 from nxtdrive.cli.output import make_console
 from nxtdrive.cli.views.decision import CandidateTable, known_lines
-from nxtdrive.recording.decisions import Decision, Result, Step, same
+from nxtdrive.recording.decisions import Decision, DecisionResult, StateSpan, same
 from nxtdrive.recording.explanation import Explained, Explanation
 from nxtdrive.recording.wording import measured_words, reason_words, spaced, state_words
 
@@ -121,24 +121,24 @@ def outcome_words(decision: Decision) -> str:
     outcome = decision.outcome
     steps = [_step_words(step, outcome.target) for step in outcome.steps]
     reasons = [f" ({reason_words(step.reason)})" if step.reason else "" for step in outcome.steps]
-    if outcome.result is Result.FAILED and reasons:
+    if outcome.result is DecisionResult.FAILED and reasons:
         reasons[-1] = ""  # the failure, which the next line tells
     path = ", ".join(map("".join, zip(steps, reasons, strict=True)))
     after = f"after {outcome.seconds:.1f} s"
     match outcome.result:
-        case Result.FAILED:
+        case DecisionResult.FAILED:
             again = "again " if outcome.target == decision.target else ""
             end = f"the attempt at {outcome.target} failed {again}{after}: {reason_words(outcome.detail)}"
-        case Result.REACHED:
+        case DecisionResult.REACHED:
             end = f"{outcome.target} reached {after}"
-        case Result.FINISHED:
+        case DecisionResult.FINISHED:
             end = f"the mission ended {after}: {spaced(outcome.detail) or 'how is not recorded'}"
-        case Result.OPEN:
+        case DecisionResult.OPEN:
             end = f"the journal ends {after}"
     return "\n".join(map(printable, filter(None, (path, end))))
 
 
-def _step_words(step: Step, target: str) -> str:
+def _step_words(step: StateSpan, target: str) -> str:
     if step.state in LEFT:
         return f"{step.target} {LEFT[step.state]}"
     name = state_words(step.state) + ("" if step.target == target else f" {step.target}")

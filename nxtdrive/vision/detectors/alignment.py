@@ -131,8 +131,8 @@ class Aligner:
         return np.asarray(np.linalg.solve(normal, (difference @ self._basis)[:, :, None])[:, :6, 0])
 
 
-class Places(NamedTuple):
-    """Places that are aligned with one template.
+class Candidates(NamedTuple):
+    """Candidate poses to align with one template.
 
     Attributes:
         aligner: The template.
@@ -149,7 +149,7 @@ Aligned = tuple[Poses, NDArray[np.float64]]
 """Poses, and the normalised correlation of each."""
 
 
-def align(canvas: Canvas, places: Sequence[Places], steps: int) -> list[Aligned]:
+def align(canvas: Canvas, places: Sequence[Candidates], steps: int) -> list[Aligned]:
     """Return the poses of all places after some steps; those of templates of one size take their steps together.
 
     Args:
@@ -170,13 +170,13 @@ def align(canvas: Canvas, places: Sequence[Places], steps: int) -> list[Aligned]
 
 
 class _Batch:
-    """Places that are aligned with templates of one size.
+    """Candidate poses to align with templates of one size.
 
     Args:
         places: The places of each template, at least one of each.
     """
 
-    def __init__(self, places: Sequence[Places]) -> None:
+    def __init__(self, places: Sequence[Candidates]) -> None:
         self._places = places
         ends = np.cumsum([len(each.poses) for each in places])
         self._rows = [slice(end - len(each.poses), end) for end, each in zip(ends, places, strict=True)]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nxtdrive.vision.detection import Detection, Image, Quad, box_of, distinct, quad_of
-from nxtdrive.vision.detectors.alignment import Aligner, Places, Poses, align
+from nxtdrive.vision.detectors.alignment import Aligner, Candidates, Poses, align
 from nxtdrive.vision.detectors.frame_pyramid import Pyramid, straightened
 from nxtdrive.vision.detectors.proposals import Proposer
 from nxtdrive.vision.detectors.resemblance import resemblance
@@ -110,17 +110,17 @@ def match_all(matchers: Sequence[CorrelationMatcher], frame: Pyramid, sharers: i
 
 def _aligned(frame: Pyramid, parts: Sequence[_Part], sharers: int) -> list[Poses]:
     """Return the poses of the best distinct proposals of each part after their alignment."""
-    places = [Places(part.aligner(COARSE_HEIGHT, cut=frame.overexposed), *part.propose(frame)) for part in parts]
+    places = [Candidates(part.aligner(COARSE_HEIGHT, cut=frame.overexposed), *part.propose(frame)) for part in parts]
     promising = max(MIN_PROMISING, PROMISING // sharers)
     for number, (poses, scores) in enumerate(align(frame.canvas, places, 1)):
         best = np.argsort(-scores, kind="stable")[:promising]
-        places[number] = Places(places[number].aligner, poses[best], places[number].levels[best])
+        places[number] = Candidates(places[number].aligner, poses[best], places[number].levels[best])
     kept = []
     for part, before, (poses, scores) in zip(parts, places, align(frame.canvas, places, COARSE_STEPS - 1), strict=True):
         chosen = part.chosen(poses, scores, max(MIN_CHECKS, CHECKS // sharers))
         kept.append((poses[chosen], before.levels[chosen]))
     fine = [
-        Places(part.aligner(FINE_HEIGHT, cut=frame.overexposed), poses[levels > 0], levels[levels > 0] - 1)
+        Candidates(part.aligner(FINE_HEIGHT, cut=frame.overexposed), poses[levels > 0], levels[levels > 0] - 1)
         for part, (poses, levels) in zip(parts, kept, strict=True)
     ]
     for (poses, levels), (finer, _) in zip(kept, align(frame.canvas, fine, FINE_STEPS), strict=True):

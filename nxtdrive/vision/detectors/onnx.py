@@ -14,7 +14,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import Detection, Image, distinct
 from nxtdrive.vision.detectors.onnx_isolation import try_in_subprocess
 from nxtdrive.vision.detectors.onnx_labels import number_of
-from nxtdrive.vision.detectors.onnx_layouts import Places
+from nxtdrive.vision.detectors.onnx_layouts import ModelDetections
 from nxtdrive.vision.detectors.onnx_model import OPEN_SIZE, OnnxModel, Options
 from nxtdrive.vision.detectors.spec import DetectorSpec
 
@@ -61,7 +61,7 @@ class OnnxDetector:
         places = {model: model.places(image) for model in models}
         return [detector._named(image, *places[detector._model]) for detector in detectors]
 
-    def _named(self, image: Image, places: Places, extent: NDArray[np.float64]) -> list[Detection]:
+    def _named(self, image: Image, places: ModelDetections, extent: NDArray[np.float64]) -> list[Detection]:
         """Return those of the model's places in the image that have the label."""
         wanted = np.flatnonzero((places.labels == self._number) & (places.scores >= self._min_score))
         best = wanted[np.argsort(-places.scores[wanted], kind="stable")][:MAX_PLACES]

@@ -39,7 +39,7 @@ Floats = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class OutputLayout:
     """The meaning of a model's outputs.
 
     Attributes:
@@ -69,7 +69,7 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class ModelDetections:
     """The places that a model found.
 
     Attributes:
@@ -85,7 +85,7 @@ class Places:
 
 def find_layout(
     model: OnnxFile, outputs: Arrays, size: tuple[int, int], named: int, wanted: str | None = None
-) -> Layout:
+) -> OutputLayout:
     """Return the layout of a model.
 
     Args:
@@ -114,7 +114,7 @@ def find_layout(
     return found
 
 
-def decode(layout: Layout, outputs: Arrays, size: tuple[int, int]) -> Places:
+def decode(layout: OutputLayout, outputs: Arrays, size: tuple[int, int]) -> ModelDetections:
     """Decode a model's outputs.
 
     Args:
@@ -139,7 +139,9 @@ def decode(layout: Layout, outputs: Arrays, size: tuple[int, int]) -> Places:
         return _places(corners, scores, parts["labels"].reshape(-1))
 
 
-def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: int, wanted: str | None) -> Layout | None:
+def _alone(
+    shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: int, wanted: str | None
+) -> OutputLayout | None:
     """Return the layout of a single output."""
     ((name, shape),) = shapes.items()
     if len(shape) < 2 or any(side != 1 for side in shape[:-2]):
@@ -157,22 +159,22 @@ def _alone(shapes: Mapping[str, Sequence[int]], size: tuple[int, int], named: in
     # what is beyond the named labels are keypoints, or coefficients of a mask
     classes = {"yolox": columns - 5, "yolo": named if 0 < named < shown else shown, "e2e": None}
     chosen = wanted if wanted in fits else next((each for each in fits if fits[each]), None)
-    return Layout(chosen, roles, classes[chosen], in_rows) if chosen and fits[chosen] else None
+    return OutputLayout(chosen, roles, classes[chosen], in_rows) if chosen and fits[chosen] else None
 
 
-def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> Layout | None:
+def _together(model: OnnxFile, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> OutputLayout | None:
     """Return the layout of several outputs."""
     if set(shapes) >= YUNET_OUTPUTS:
-        return Layout("yunet", {}, 1)
+        return OutputLayout("yunet", {}, 1)
     roles = _roles(model, shapes)
     if set(roles) == {"boxes", "scores"}:
         boxes, scores = shapes[roles["boxes"]], shapes[roles["scores"]]
         fits = len(scores) >= 2 and scores[-2] == boxes[-2] and boxes[-1] == 4
-        return Layout("detr", roles, scores[-1]) if fits else None
+        return OutputLayout("detr", roles, scores[-1]) if fits else None
     if "labels" not in roles or ("scores" not in roles and shapes[roles["boxes"]][-1] != 5):
         return None
     takes_size = len(model.inputs) > 1 if wanted is None else wanted == "detr-post"
-    return Layout("detr-post" if takes_size else "boxes", roles)
+    return OutputLayout("detr-post" if takes_size else "boxes", roles)
 
 
 def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, str]:
@@ -197,7 +199,7 @@ def _rows(output: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return output.reshape(-1, output.shape[-1]) if output.ndim < 3 else output.reshape(output.shape[-2:])
 
 
-def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
+def _dense(layout: OutputLayout, rows: Floats, size: tuple[int, int]) -> ModelDetections:
     """Decode an output with a row or a column for each cell."""
     if layout.name == "yolo":
         rows = rows.T if layout.in_rows else rows
@@ -213,20 +215,20 @@ def _dense(layout: Layout, rows: Floats, size: tuple[int, int]) -> Places:
     return _places(_shares(_corners(boxes), size), scores.max(axis=1, initial=0.0), labels)
 
 
-def _queries(boxes: Floats, scores: Floats) -> Places:
+def _queries(boxes: Floats, scores: Floats) -> ModelDetections:
     scores = scores.reshape(len(boxes), scores.shape[-1])
     if scores.size and not (scores.min() >= 0 and scores.max() <= 1):
         scores = 1 / (1 + np.exp(-scores))
     return _places(_corners(boxes), scores.max(axis=1, initial=0.0), scores.argmax(axis=1))
 
 
-def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> Places:
+def _places(corners: Floats, scores: Floats, labels: NDArray[Any]) -> ModelDetections:
     """Leave out places that are not numbers or not valid."""
     count = min(len(corners), len(scores), len(labels))
     corners, scores, labels = corners[:count], scores[:count], labels[:count]
     usable = np.isfinite(corners).all(axis=1) & np.isfinite(scores) & np.isfinite(labels)
     usable &= (np.abs(labels) < 2**31) & (corners[:, 2:] > corners[:, :2]).all(axis=1)
-    return Places(corners[usable], scores[usable], np.rint(labels[usable]).astype(np.int64))
+    return ModelDetections(corners[usable], scores[usable], np.rint(labels[usable]).astype(np.int64))
 
 
 def _corners(boxes: Floats) -> Floats:

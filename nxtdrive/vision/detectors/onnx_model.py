@@ -14,7 +14,7 @@ from nxtdrive.vision.detection import Image
 from nxtdrive.vision.detectors.onnx_file import read_onnx
 from nxtdrive.vision.detectors.onnx_input import COLORS, GRAY, LARGEST, NORMALISATIONS, fitted, image_input
 from nxtdrive.vision.detectors.onnx_labels import coco_labels, labels_in, listed, read_labels
-from nxtdrive.vision.detectors.onnx_layouts import LAYOUTS, Layout, Places, decode, find_layout
+from nxtdrive.vision.detectors.onnx_layouts import LAYOUTS, ModelDetections, OutputLayout, decode, find_layout
 from nxtdrive.vision.detectors.onnx_runtimes import RUNTIMES, load
 
 OPEN_SIZE = 416
@@ -97,7 +97,7 @@ class OnnxModel:
         self.labels = self._named(named)
         self._assumed = bool(self.labels) and not named and self._layout.name != "yunet"
 
-    def places(self, image: Image) -> tuple[Places, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    def places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
         """Return the places found in a BGR frame, and width and height of the frame of which their corners are shares.
 
         Raises:
@@ -106,7 +106,7 @@ class OnnxModel:
         with self._running:
             return self._places(image)
 
-    def _places(self, image: Image) -> tuple[Places, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    def _places(self, image: Image) -> tuple[ModelDetections, np.ndarray[tuple[int], np.dtype[np.float64]]]:
         small, scale = fitted(image, self._input.size_for(image), stretched=self._layout.name in STRETCHED)
         size = small.shape[1], small.shape[0]
         if self._faces is not None:
@@ -154,7 +154,7 @@ def labels_of(path: Path, file: str | None = None) -> tuple[str, ...]:
     return read_labels(Path(file)) if file else labels_in(read_onnx(path).metadata)
 
 
-def _usual(layout: Layout, dtype: str) -> tuple[str, str]:
+def _usual(layout: OutputLayout, dtype: str) -> tuple[str, str]:
     """Return the order of the colours and the normalisation with which a layout's models are trained."""
     if layout.name == "yolox" and layout.anchors == 1:
         return "bgr", "none"
@@ -171,7 +171,7 @@ def _face_detector(path: Path) -> cv2.FaceDetectorYN:
         raise ConfigError(f"OpenCV cannot load {path} as YuNet: {error}", remedy="Use the one of 2023.") from None
 
 
-def _find_faces(detector: cv2.FaceDetectorYN, image: Image) -> Places:
+def _find_faces(detector: cv2.FaceDetectorYN, image: Image) -> ModelDetections:
     size = image.shape[1], image.shape[0]
     try:
         detector.setInputSize(size)
@@ -181,4 +181,4 @@ def _find_faces(detector: cv2.FaceDetectorYN, image: Image) -> Places:
     found = np.empty((0, 15), np.float32) if faces is None else np.asarray(faces, np.float32)
     corners = np.concatenate([found[:, :2], found[:, :2] + found[:, 2:4]], axis=1) / np.tile(size, 2)
     usable = np.isfinite(found).all(axis=1)
-    return Places(corners[usable], found[usable, 14], np.zeros(int(usable.sum()), np.int64))
+    return ModelDetections(corners[usable], found[usable, 14], np.zeros(int(usable.sum()), np.int64))

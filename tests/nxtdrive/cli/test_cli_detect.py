@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import ConfigError
-from nxtdrive.cli.commands.detect import Found, _place
+from nxtdrive.cli.commands.detect import FoundTarget, _place
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.tools.dev.onnx_models import constant_model, outputs_of, red_model
 from nxtdrive.vision.detectors.onnx_runtimes import load
@@ -454,4 +454,4 @@ def test_a_model_that_opencv_cannot_name_is_refused(tmp_path):
 
 
 def test_straight_ahead_has_one_spelling():
-    assert _place(Found(-0.01, 184, 0.97, (0, 0, 9, 9), ())) == "+0.0 deg 184 mm (score 0.97)"
+    assert _place(FoundTarget(-0.01, 184, 0.97, (0, 0, 9, 9), ())) == "+0.0 deg 184 mm (score 0.97)"

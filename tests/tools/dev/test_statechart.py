@@ -3,14 +3,14 @@
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from behaviors.diagram import Box, arrows, regions
+from behaviors.diagram import StateNode, arrows, regions
 from nxtdrive.tools.dev.statechart import PAGE, PICTURE, page
 from nxtdrive.tools.dev.statechart_picture import PLACES, ROUTES, SIZE, picture
 
 ROOT = Path(__file__).parents[3]
 
 
-def _names(box: Box) -> set[str]:
+def _names(box: StateNode) -> set[str]:
     return {box.state}.union(*(_names(inner) for inner in box.inner))
 
 

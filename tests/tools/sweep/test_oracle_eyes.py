@@ -1,7 +1,7 @@
 """The oracle that must see: it tours viewpoints on the true map, and goes to targets that its eyes have seen."""
 
 from nxtdrive.simulated.scenario import generate_scenario
-from nxtdrive.tools.sweep.oracle_eyes import LookoutPlaces
+from nxtdrive.tools.sweep.oracle_eyes import ScanPositions
 from nxtdrive.tools.sweep.task import Task, result_of, run_episode
 from sim_backend.scenarios.floor_plan import FloorPlan, Obstacle
 
@@ -12,7 +12,7 @@ LEFT, SPEED_MM_S = (1000.0, 1000.0), 200.0
 
 def test_what_was_shown_is_not_looked_for_again():
     """After a look in one room the best place is in the other one; after both nothing is left."""
-    places = LookoutPlaces(FloorPlan((4000.0, 2000.0), (WALL,)))
+    places = ScanPositions(FloorPlan((4000.0, 2000.0), (WALL,)))
     places.looked(LEFT)
     path = places.best(LEFT, SPEED_MM_S)
     assert path is not None
@@ -29,7 +29,7 @@ def test_what_was_shown_is_not_looked_for_again():
 
 def test_no_place_behind_a_closed_wall_is_chosen():
     """A room without a door cannot be looked into."""
-    places = LookoutPlaces(FloorPlan((4000.0, 2000.0), (Obstacle("wall", (2000.0, 1000.0), (10.0, 2000.0)),)))
+    places = ScanPositions(FloorPlan((4000.0, 2000.0), (Obstacle("wall", (2000.0, 1000.0), (10.0, 2000.0)),)))
     for _ in range(40):
         path = places.best(LEFT, SPEED_MM_S)
         if path is None:

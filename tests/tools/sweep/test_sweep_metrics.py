@@ -6,7 +6,7 @@ import pytest
 
 from behaviors.executive import Ending
 from behaviors.journal import Record, RecordKind
-from nxtdrive.tools.sweep.causes import Cause, evaluate_choices, longest_run, recognition_s, soonest_s
+from nxtdrive.tools.sweep.causes import FailureCause, evaluate_choices, longest_run, recognition_s, soonest_s
 from nxtdrive.tools.sweep.metrics import evaluate_target
 from nxtdrive.tools.sweep.truth_recorder import Disturbance, EpisodeTrace, RecordWithTruth, TruthSample
 from sim_backend.evaluation import Scene
@@ -156,13 +156,13 @@ def _blocked(stays_s, choice, waits_s):
 
 def test_to_wait_fits_when_the_way_is_free_sooner_than_a_detour_takes():
     evaluation = _blocked(stays_s=1.0, choice="wait", waits_s=1.1)
-    assert (evaluation.cause, evaluation.fits) == (Cause.BLOCKED_SHORT, True)
+    assert (evaluation.cause, evaluation.fits) == (FailureCause.BLOCKED_SHORT, True)
     assert evaluation.regret_s == pytest.approx(0.1, abs=0.15)
 
 
 def test_a_long_wait_for_a_person_who_stays_has_regret():
     evaluation = _blocked(stays_s=math.inf, choice="wait", waits_s=15.0)
-    assert (evaluation.cause, evaluation.fits) == (Cause.BLOCKED_LONG, False)
+    assert (evaluation.cause, evaluation.fits) == (FailureCause.BLOCKED_LONG, False)
     assert evaluation.regret_s == pytest.approx(15.0, abs=0.2)
     assert _blocked(stays_s=math.inf, choice="detour", waits_s=5.0).regret_s == 0.0
 
@@ -170,8 +170,8 @@ def test_a_long_wait_for_a_person_who_stays_has_regret():
 def test_what_could_have_been_seen_was_missed_and_the_rest_is_elsewhere():
     near = EpisodeBuilder().enter("search").drive(1500, 1500, 4).choose("move_to").end()
     far = EpisodeBuilder(scene=_scene(Obstacle("cupboard", (2000.0, 1500.0), (200.0, 1500.0)))).enter("search")
-    assert [each.cause for each in evaluate_choices(near)] == [Cause.MISSED]
-    assert [each.cause for each in evaluate_choices(far.choose("move_to").end())] == [Cause.ELSEWHERE]
+    assert [each.cause for each in evaluate_choices(near)] == [FailureCause.MISSED]
+    assert [each.cause for each in evaluate_choices(far.choose("move_to").end())] == [FailureCause.ELSEWHERE]
 
 
 def test_a_run_is_of_recoveries_at_one_place_after_one_kind_of_failure_whatever_was_chosen():

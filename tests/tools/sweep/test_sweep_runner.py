@@ -22,7 +22,7 @@ from firmware_protocol.errors import ConfigError
 from nxtdrive.cli.main import DONE, USAGE, main
 from nxtdrive.cli.workers import open_workers
 from nxtdrive.tools.sweep import agents, task
-from nxtdrive.tools.sweep.causes import Cause, ChoiceEvaluation
+from nxtdrive.tools.sweep.causes import ChoiceEvaluation, FailureCause
 from nxtdrive.tools.sweep.headline import difference, headline
 from nxtdrive.tools.sweep.result_file import read_results
 from nxtdrive.tools.sweep.runner import InProcess, Workers, WorkersDied, local_workers, plan, sweep
@@ -267,7 +267,9 @@ def test_a_mission_that_broke_counts_in_a_comparison_as_many_targets_as_there_ar
 
 
 def test_tables_show_what_was_chosen_for_each_cause_and_how_soon_targets_were_reached():
-    choices = [ChoiceEvaluation(Cause.MISSED, choice, None) for choice in ("rescan", "rescan", "move_to", "back_up")]
+    choices = [
+        ChoiceEvaluation(FailureCause.MISSED, choice, None) for choice in ("rescan", "rescan", "move_to", "back_up")
+    ]
     results = [mission_result(*map(target_result, (20.0, 59.0, None)), choices=choices)]
     columns, rows = choice_rows(results)
     assert [dict(zip(columns, row, strict=True)) for row in rows] == [

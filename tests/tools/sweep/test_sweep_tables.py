@@ -7,11 +7,11 @@ from rich.console import Console
 from sweep_results import mission_result, target_result
 
 from nxtdrive.tools.sweep.agents import ALL_NAMES
-from nxtdrive.tools.sweep.causes import Cause, ChoiceEvaluation
+from nxtdrive.tools.sweep.causes import ChoiceEvaluation, FailureCause
 from nxtdrive.tools.sweep.tables import AGENT_COLUMNS, print_tables
 from sim_backend.scenarios.classes import CLASSES
 
-CHOICES = [ChoiceEvaluation(cause, "wait", 1.0) for cause in Cause]
+CHOICES = [ChoiceEvaluation(cause, "wait", 1.0) for cause in FailureCause]
 TARGET = target_result(5.0, wrong_stops=1, sct=0.5)
 RESULTS = [
     mission_result(
@@ -31,7 +31,7 @@ def _printed(width):
 def test_every_word_of_the_tables_is_shown_whole(width):
     text = _printed(width)
     assert "…" not in text
-    for word in (*ALL_NAMES, *CLASSES, *AGENT_COLUMNS, *Cause, "contact-free", "0.500"):
+    for word in (*ALL_NAMES, *CLASSES, *AGENT_COLUMNS, *FailureCause, "contact-free", "0.500"):
         assert word in text
     assert max(map(len, text.splitlines())) <= width
 

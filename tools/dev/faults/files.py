@@ -35,7 +35,7 @@ from sim_backend.simulation import Simulation
 
 from ...conformance.recording import load as load_recording
 from ...conformance.replay import replay
-from ...sweep.causes import Cause, ChoiceEvaluation
+from ...sweep.causes import ChoiceEvaluation, FailureCause
 from ...sweep.result_file import read_results
 from ...sweep.summary import aggregate
 from ...sweep.task import Task, evaluate, failed, run_episode
@@ -228,7 +228,7 @@ def _result_lines() -> bytes:
     results = [
         reached,
         reached.model_copy(
-            update={"agent": "thesis", "choices": [ChoiceEvaluation(cause, "wait", 1.5) for cause in Cause]}
+            update={"agent": "thesis", "choices": [ChoiceEvaluation(cause, "wait", 1.5) for cause in FailureCause]}
         ),
         failed(Task(2, "far", 1, "thesis", "camera"), OSError()),
     ]

@@ -84,7 +84,7 @@ class Port(Connection):
             os.close(file)
 
 
-class Hostile:
+class HostileClients:
     """Some clients of one kind at one address.
 
     Args:

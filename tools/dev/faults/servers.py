@@ -1,4 +1,4 @@
-"""Hostile clients at `nxtdrive sim serve` and `nxtdrive serve`, in processes and over sockets of the operating system.
+"""Campaign: hostile clients at `nxtdrive sim serve` and `nxtdrive serve`, over real sockets, in separate processes.
 
 Outcomes depend on the machine's speed by nature: the limits are those that the documents promise, with a margin.
 """
@@ -23,7 +23,7 @@ from firmware_protocol.direct import GetBatteryLevel
 from firmware_protocol.framing import frame
 
 from .campaign import Campaign, Tally, Violation
-from .hostile_clients import KINDS, Hostile
+from .hostile_clients import KINDS, HostileClients
 
 SERVED_S = 3.0
 """Longest wait of a well-behaved client for its answer."""
@@ -40,7 +40,7 @@ QUESTION = GetBatteryLevel().encode()
 VIEW = b"GET /camera.mjpg HTTP/1.0\r\n\r\n"
 
 
-class Broken(Exception):
+class PromiseBroken(Exception):
     """A broken promise."""
 
 
@@ -69,22 +69,22 @@ class Server(ABC):
         return int(re.findall(r"VmRSS:\s+(\d+)", status)[0])
 
     @abstractmethod
-    def clients(self) -> Iterator[Good]:
+    def clients(self) -> Iterator[WellBehavedClient]:
         """Connect well-behaved clients, which are served at the same time."""
 
     def end(self) -> None:
         """Press Ctrl-C.
 
         Raises:
-            Broken: The server does not end in time, or not with exit code 0.
+            PromiseBroken: The server does not end in time, or not with exit code 0.
         """
         self.process.send_signal(signal.SIGINT)
         try:
             said, _ = self.process.communicate(timeout=END_S)
         except subprocess.TimeoutExpired:
-            raise Broken(f"Ctrl-C did not end the server within {END_S:g} s") from None
+            raise PromiseBroken(f"Ctrl-C did not end the server within {END_S:g} s") from None
         if self.process.returncode != 0 or "Traceback" in said:
-            raise Broken(f"the server ended with exit code {self.process.returncode}: {said[-500:]}")
+            raise PromiseBroken(f"the server ended with exit code {self.process.returncode}: {said[-500:]}")
 
     def kill(self) -> None:
         """End the server in any case."""
@@ -108,7 +108,7 @@ class SimServe(Server):
             "pty": (str(folder / "nxt"), frame(QUESTION)),
         }
 
-    def clients(self) -> Iterator[Good]:
+    def clients(self) -> Iterator[WellBehavedClient]:
         """Connect one client at each TCP port."""
         yield Program(self._tcp, framed=True)
         yield Program(self._nxt_server, framed=False)
@@ -123,16 +123,16 @@ class Serve(Server):
         self._address = _host_and_port(self.first_line())
         self.doors = {"line": (self._address, b"why\n")}
 
-    def clients(self) -> Iterator[Good]:
+    def clients(self) -> Iterator[WellBehavedClient]:
         """Connect the one client that is served."""
         yield Agent(self._address)
 
 
-class Good(ABC):
+class WellBehavedClient(ABC):
     """A well-behaved client.
 
     Raises:
-        Broken: From `ask` and from construction: it was not served in time.
+        PromiseBroken: From `ask` and from construction: it was not served in time.
     """
 
     def __init__(self, address: Address) -> None:
@@ -140,16 +140,16 @@ class Good(ABC):
             self._socket = socket.create_connection(address, timeout=SERVED_S)
             self._stream = self._socket.makefile("rb")
         except OSError as error:
-            raise Broken(f"{type(self).__name__} cannot connect: {error}") from error
+            raise PromiseBroken(f"{type(self).__name__} cannot connect: {error}") from error
 
     def ask(self) -> None:
         """Send a request and wait for its answer."""
         try:
             answer = self._ask()
         except OSError as error:
-            raise Broken(f"{type(self).__name__} got no reply: {error or type(error).__name__}") from error
+            raise PromiseBroken(f"{type(self).__name__} got no reply: {error or type(error).__name__}") from error
         if not answer:
-            raise Broken(f"{type(self).__name__} was disconnected")
+            raise PromiseBroken(f"{type(self).__name__} was disconnected")
 
     @abstractmethod
     def _ask(self) -> bytes:
@@ -161,7 +161,7 @@ class Good(ABC):
         self._socket.close()
 
 
-class Program(Good):
+class Program(WellBehavedClient):
     """A program at the door tcp or nxt-server."""
 
     def __init__(self, address: Address, *, framed: bool) -> None:
@@ -173,7 +173,7 @@ class Program(Good):
         return self._stream.read(7 if self._framed else 5)
 
 
-class Viewer(Good):
+class Viewer(WellBehavedClient):
     """A viewer of the camera."""
 
     def __init__(self, address: Address) -> None:
@@ -190,14 +190,14 @@ class Viewer(Good):
         return self._stream.read(int(line.split()[1]))
 
 
-class Agent(Good):
+class Agent(WellBehavedClient):
     """A client of the line protocol."""
 
     def _ask(self) -> bytes:
         self._socket.sendall(b"connect\n")
         answer = self._stream.readline()
         if answer not in (b"1\n", b""):
-            raise Broken(f"connect got the reply {answer!r}")
+            raise PromiseBroken(f"connect got the reply {answer!r}")
         return answer
 
 
@@ -212,7 +212,7 @@ def run(seed: int, numbers: range) -> Tally:
                 chosen = [(rng.choice(sorted(server.doors)), rng.choice(KINDS)) for _ in range(rng.randint(1, 3))]
                 attempt(server, chosen, rng, leaves=number % 2 == 0)
                 tally.outcomes.update(f"{door}: others served beside {kind} clients" for door, kind in chosen)
-            except Broken as broken:
+            except PromiseBroken as broken:
                 name = type(server).__name__
                 tally.violations.append(Violation(number, f"{name}, hostile clients {chosen}: {broken}"))
             finally:
@@ -230,12 +230,12 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
         leaves: Whether the hostile clients leave before Ctrl-C, and others are served after them.
 
     Raises:
-        Broken: The promise is broken.
+        PromiseBroken: The promise is broken.
     """
     with contextlib.ExitStack() as stack:
         good = _connected(server, stack)
         before_kb = server.memory_kb
-        hostile = [Hostile(kind, *server.doors[door], rng) for door, kind in chosen]
+        hostile = [HostileClients(kind, *server.doors[door], rng) for door, kind in chosen]
         for group in hostile:
             stack.callback(group.leave)
         for _ in range(ROUNDS):
@@ -245,7 +245,7 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
                 client.ask()
         grown_kb = server.memory_kb - before_kb
         if grown_kb > MEMORY_LIMIT_KB:
-            raise Broken(f"the server's memory grew by {grown_kb // 1000} MB")
+            raise PromiseBroken(f"the server's memory grew by {grown_kb // 1000} MB")
         if leaves:
             for group in hostile:
                 group.leave()
@@ -255,7 +255,7 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
         server.end()
 
 
-def _connected(server: Server, stack: contextlib.ExitStack) -> list[Good]:
+def _connected(server: Server, stack: contextlib.ExitStack) -> list[WellBehavedClient]:
     """Connect well-behaved clients, each of which gets a reply; the stack closes them."""
     good = []
     for client in server.clients():
@@ -271,7 +271,7 @@ def _again(server: Server, stack: contextlib.ExitStack) -> None:
         with contextlib.ExitStack() as attempt:
             try:
                 _connected(server, attempt)
-            except Broken:
+            except PromiseBroken:
                 if time.monotonic() > deadline_s:
                     raise
             else:
