@@ -1,4 +1,4 @@
-"""Angles as differences: a little to the left is not nearly a full turn to the right."""
+"""Wraps angles: a small turn to the left is not nearly a full turn to the right."""
 
 from __future__ import annotations
 

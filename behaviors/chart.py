@@ -103,7 +103,7 @@ class MissionChart(StateChart[Any]):
             abort = idle.to(finished) | active.to(finished) | suspended.to(finished)
 
         class equipment(State.Compound):  # noqa: N801
-            """Whether everything answers that the mission cannot do without: brick, camera, sensors."""
+            """Whether everything that the mission needs answers: brick, camera, sensors."""
 
             up = State(initial=True)
             down = State()
@@ -126,7 +126,7 @@ class MissionChart(StateChart[Any]):
             trip = clear.to(tripped, on="raise_abort") | held.to(tripped, on="raise_abort")
 
         class camera(State.Compound):  # noqa: N801
-            """Whether pictures come."""
+            """Whether frames arrive."""
 
             seeing = State(initial=True)
             blind = State()

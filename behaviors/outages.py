@@ -129,7 +129,7 @@ class OutageSupervisor:
         """Stop the robot and retry the failed part."""
         try:
             self._body.stop()
-            self._body.battery_mv()  # stopping takes no answer, and silence is not a failure of it
+            self._body.battery_mv()  # stopping needs no reply, so a missing one is not its failure
             if part == "camera":
                 self._vision.glance(())
             elif part == "sensor":

@@ -20,11 +20,13 @@ STANDS_MM = 30.0
 """A low target's lower edge is this near to the floor; one that is not where its size says looks higher."""
 
 
-def passes_over(heard_mm: float, distance_mm: float, edges_mm: Edges | None, lens_mm: float, sonar_mm: float) -> bool:
+def passes_over(
+    echo_ahead_mm: float, distance_mm: float, edges_mm: Edges | None, lens_mm: float, sonar_mm: float
+) -> bool:
     """Return whether an echo is from behind a target that stands on the floor and is lower than the sonar.
 
     Args:
-        heard_mm: How far in front of the lens the echo comes from.
+        echo_ahead_mm: How far in front of the lens the echo comes from.
         distance_mm: How far in front of the lens the target is by its apparent size.
         edges_mm: Its edges by its apparent size; None where that is not known.
         lens_mm: The lens above the floor.
@@ -33,7 +35,7 @@ def passes_over(heard_mm: float, distance_mm: float, edges_mm: Edges | None, len
     if edges_mm is None:
         return False
     bottom_mm, top_mm = (lens_mm + edge_mm for edge_mm in edges_mm)
-    return top_mm <= sonar_mm + EDGE_MM and abs(bottom_mm) <= STANDS_MM and heard_mm > distance_mm
+    return top_mm <= sonar_mm + EDGE_MM and abs(bottom_mm) <= STANDS_MM and echo_ahead_mm > distance_mm
 
 
 def contradicts(range_mm: float | None, distance_mm: float, tolerance_mm: float = TOLERANCE_MM) -> bool:

@@ -36,7 +36,7 @@ class Pose:
 
     @property
     def point(self) -> Point:
-        """The place without the heading."""
+        """The position without the heading."""
         return self.x_mm, self.y_mm
 
     def ahead(self, distance_mm: float, bearing_deg: float = 0.0) -> Point:
@@ -208,7 +208,7 @@ class RobotUnreachable(Outage):
 
 
 class CameraLost(Outage):
-    """The camera gives no picture: that a target is not seen says nothing."""
+    """The camera delivers no frames: a target that is not seen may still be there."""
 
 
 class SensorLost(Outage):
@@ -298,11 +298,11 @@ class Vision(Protocol):
     """The camera with its detectors. `look` and `glance` raise `CameraLost` when no frame arrives."""
 
     def look(self, target: str) -> Sighting | None:
-        """Take the next fresh frame and say whether `target` is confirmed in it; bounded by the camera's time limit."""
+        """Return the sighting of `target` if it is confirmed in the next new frame; ends within the camera's timeout."""
         ...
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
-        """Take the next fresh frame and say which of the targets are confirmed in it."""
+        """Return which of the targets are confirmed in the next new frame."""
         ...
 
     def free_floor(self, free_at_s: float | None) -> Sequence[FloorRay]:
@@ -319,7 +319,7 @@ class Vision(Protocol):
 
 
 class Ports(NamedTuple):
-    """What a mission acts on, sees with and takes its time from.
+    """The ports of a mission: robot, camera and clock.
 
     Attributes:
         body: The robot.

@@ -18,7 +18,7 @@ from behaviors.wiring import WiringCheck
 
 @dataclass(frozen=True, slots=True)
 class SkillNumbers:
-    """The numbers by which all approaches steer.
+    """Tuning constants of the steering of all approaches.
 
     Attributes:
         steer_per_s: Turn rate per degree of bearing while approaching, 1/s; settles in about a second without swinging.

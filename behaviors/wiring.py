@@ -1,4 +1,4 @@
-"""Whether the motors are connected and mounted as the mission says, by what the robot sees and hears as it moves.
+"""Checks by sightings and echoes whether the motors are connected and mounted as the mission says.
 
 A robot whose motor cables are exchanged, or whose motors are mounted the other way round, turns away from what it
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
@@ -28,7 +28,7 @@ from behaviors.pose_history import PoseHistory
 
 @dataclass(frozen=True, slots=True)
 class WiringNumbers:
-    """The numbers of the check.
+    """Tuning constants of the check.
 
     Attributes:
         described: Chance that a robot is connected and mounted as its mission says, before anything was seen; a guess.
@@ -131,7 +131,7 @@ WIRINGS = [Wiring(*each) for each in product((1, -1), (1, -1), (False, True))]
 
 
 class WiringCheck:
-    """Compares what is seen and heard with how the wheels turn, until it is clear whether that fits.
+    """Compares sightings and echoes with how the wheels turn, until it is clear whether they fit.
 
     Args:
         robot: The description to check.
@@ -142,7 +142,7 @@ class WiringCheck:
         self._robot, self._camera = robot, camera
         self._poses = PoseHistory()
         self._seen: tuple[Sighting, dict[float, Pose]] | None = None
-        self._heard: list[tuple[float, float, Pose]] = []
+        self._echoes: list[tuple[float, float, Pose]] = []
         wrong = (1.0 - N.described) / (len(WIRINGS) - 1)
         self._chances = {
             wiring: {
@@ -169,32 +169,32 @@ class WiringCheck:
             return
         self._poses.add(time_s, pose)
         if range_mm is not None:
-            self._hear(time_s, range_mm, pose)
+            self._add_echo(time_s, range_mm, pose)
         if sighting is not None and self._in_view(sighting):
             self._see(sighting, {age_s: self._poses.at(sighting.time_s - age_s) for age_s in AGES})
 
     def forget_poses(self) -> None:
-        """Compare nothing with what was seen and heard before; call this when odometry's pose was corrected."""
+        """Compare nothing with earlier sightings and echoes; call this when odometry's pose was corrected."""
         self._poses.clear()
         self._seen = None
-        self._heard.clear()
+        self._echoes.clear()
 
-    def _hear(self, time_s: float, range_mm: float, pose: Pose) -> None:
+    def _add_echo(self, time_s: float, range_mm: float, pose: Pose) -> None:
         """Compare an echo with the last one, and with the first one of the last seconds.
 
-        A robot that drives in circles hears the same echoes again and again; they may fit a wrong wiring's short ways,
-        but not its long ones.
+        A robot that drives in circles receives the same echoes again and again; they may fit a wrong wiring's short
+        ways, but not its long ones.
         """
-        self._heard = [echo for echo in self._heard if time_s - echo[0] <= N.within_s]
-        if self._heard:
-            forward_mm, turned_deg = _displacement(self._heard[-1][2], pose)
+        self._echoes = [echo for echo in self._echoes if time_s - echo[0] <= N.within_s]
+        if self._echoes:
+            forward_mm, turned_deg = _displacement(self._echoes[-1][2], pose)
             if abs(forward_mm) + math.radians(abs(turned_deg)) * self._robot.axle_track_mm / 2 < N.rolled_mm:
                 return
-        for _, before_mm, before in self._heard[:1] + self._heard[1:][-1:]:
+        for _, before_mm, before in self._echoes[:1] + self._echoes[1:][-1:]:
             displacement = _displacement(before, pose)
             likelihood = partial(_echo_likelihood, before_mm, range_mm)
             self._learn(dict.fromkeys(AGES, displacement), likelihood)
-        self._heard.append((time_s, range_mm, pose))
+        self._echoes.append((time_s, range_mm, pose))
 
     def _see(self, seen: Sighting, poses: dict[float, Pose]) -> None:
         last, then = self._seen or (seen, poses)
@@ -218,7 +218,7 @@ class WiringCheck:
 
         Args:
             displacements: How far the robot drove and turned between two sightings or echoes, for each of `AGES`.
-            likelihood: Of what was seen or heard after it, if it really drove and turned so far.
+            likelihood: Of the sighting or echo after it, if it really drove and turned so far.
         """
         track_mm, different = self._robot.axle_track_mm, set(displacements.values())
         for wiring, chances in self._chances.items():
@@ -258,21 +258,21 @@ class WiringCheck:
         return _mixed(density(bearing_deg, distance_mm), density(last.bearing_deg, last.distance_mm), anywhere)
 
     def _advice(self) -> str:
-        """Say what else would explain what was seen and heard, and what to do."""
+        """Say what else would explain the sightings and echoes, and what to do."""
         likely = sorted(WIRINGS, key=self._chance, reverse=True)
         others = [each for each in likely if self._chance(each) >= self._chance(likely[0]) / 10]
         keys = " or ".join(_changes(self._robot, each.described(self._robot)) for each in others)
         mirrored = Wiring(exchanged=True) in others
         camera = " A camera whose picture is mirrored or upside down gives the same impression." if mirrored else ""
         return (
-            f"The robot does not move as [robot] says: what it saw and heard as it moved fits {keys}.{camera} "
+            f"The robot does not move as [robot] says: its sightings and echoes while it moved fit {keys}.{camera} "
             "Correct the mission or its robot file; `nxtdrive calibrate motors` finds out what is right."
         )
 
 
-def _echo_likelihood(last_mm: float, heard_mm: float, forward_mm: float, turned_deg: float) -> float:
+def _echo_likelihood(last_mm: float, now_mm: float, forward_mm: float, turned_deg: float) -> float:
     """Return how probable an echo is after another one, if the robot really moved like this in between."""
-    farther_mm, anything, echoes = heard_mm - last_mm, 1.0 / N.any_mm, NormalDist(0.0, N.echo_mm)
+    farther_mm, anything, echoes = now_mm - last_mm, 1.0 / N.any_mm, NormalDist(0.0, N.echo_mm)
     expected = anything if abs(turned_deg) > N.straight_deg else echoes.pdf(farther_mm + forward_mm)
     return _mixed(expected, echoes.pdf(farther_mm), anything)
 

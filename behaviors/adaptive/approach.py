@@ -1,4 +1,4 @@
-"""The states arrive and verify: drives to where a target was seen, and notices early when that fails."""
+"""The states arrive and verify: drive to where a target was seen, and detect early when that fails."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from behaviors.adaptive.arrival import Arrival, arrive_failed
 from behaviors.adaptive.arrival import N as ARRIVAL
 from behaviors.adaptive.perception import N as PERCEPTION
-from behaviors.adaptive.perception import Observation, Perception, unheard_blocker
+from behaviors.adaptive.perception import Observation, Perception, blocker_without_echo
 from behaviors.adaptive.retreat import Retreat
 from behaviors.adaptive.target_memory import N as TARGETS
 from behaviors.adaptive.target_memory import TargetEstimate
@@ -21,17 +21,18 @@ from behaviors.skills import N as SKILLS
 
 @dataclass(frozen=True, slots=True)
 class ApproachNumbers:
-    """The numbers of an approach.
+    """Tuning constants of an approach.
 
     Attributes:
         slow_mm: The robot slows down over this last stretch before the target.
         slowest: Share of its speed to which it slows down there.
-        blocked_mm: An echo from nearer, straight ahead, is of something that the robot would touch.
-        beside_mm: The same while the target stays in view: an echo from farther away is as likely of something low
+        blocked_mm: A nearer echo from straight ahead comes from something that the robot would touch.
+        beside_mm: The same while the target stays in view: an echo from farther away as likely comes from something low
             beside the path, which leaves the beam as the robot comes nearer.
-        hidden_s: What the safety stop reports hides the target if that has not been seen for longer than this.
+        hidden_s: An obstacle that the safety stop reports hides the target if the target was not seen for longer than
+            this.
         before_mm: Something is in front of the target when its echo is this much nearer than the picture.
-        echoes: This many such echoes in a row are believed.
+        echoes: Number of such echoes in a row that are believed.
         progress_s: Time over which progress is measured.
         progress_mm: A robot that is commanded to drive and gets no farther than this in `progress_s` is stuck.
         kept_s: Poses are kept this much longer than `progress_s`, so that one of them is old enough.
@@ -41,7 +42,7 @@ class ApproachNumbers:
         straight: Progress is not measured while it turns so sharply that it drives slower than this share of its speed.
         map_ends_mm: Nearer to the target than this the camera counts, not the map.
         stretch_mm: Farther away, the map must be free for this stretch ahead.
-        clearance_mm: Room that must be free beside that stretch: less than beside a planned path, since the target is
+        clearance_mm: Clearance that is needed beside that stretch: less than beside a planned path, since the target is
             in view.
         retreat_mm: The robot backs off this far from what it touched.
     """
@@ -164,7 +165,7 @@ class ApproachSkill:
     def _remembered_mm(self, known: TargetEstimate, distance_mm: float) -> float | None:
         """Return how far ahead of the sonar the map blocks the next stretch; None where it is free.
 
-        There may be more beside the beam than gives an echo now.
+        Objects beside the beam may give no echo now.
         """
         world = self._perception.world
         share = min(1.0, N.stretch_mm / distance_mm)
@@ -176,7 +177,7 @@ class ApproachSkill:
     def _blocked(self, observation: Observation, *, hides: bool) -> Failure:
         """Report an obstacle in front of the target; one that hides it may be a person, who leaves again."""
         reason, world = Reason.BLOCKED_SHORT if hides else Reason.BLOCKED_LONG, self._perception.world
-        range_mm = PERCEPTION.unheard_mm if observation.range_mm is None else observation.range_mm
+        range_mm = PERCEPTION.no_echo_mm if observation.range_mm is None else observation.range_mm
         sudden = world.echoes.appeared(world.pose, range_mm)
         blocker = Blocker(range_mm, moving=sudden, hides=hides)
         return arrive_failed(reason, observation, blocker, hides=hides, sudden=sudden)
@@ -192,7 +193,7 @@ class ApproachSkill:
         moved_mm = then.distance_mm_to(pose)
         if moved_mm < N.progress_mm:
             return arrive_failed(
-                Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm), moved_mm=moved_mm
+                Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm), moved_mm=moved_mm
             )
         if observation.sighting is not None and moved_mm > N.slipped_mm and then_mm - known.distance_mm < N.closer_mm:
             return arrive_failed(Reason.SLIPPED, observation, moved_mm=moved_mm)
@@ -221,15 +222,15 @@ class ApproachSkill:
         if stop is StopReason.CONTACT:
             return self._touched(observation)
         if stop is StopReason.STALLED:
-            return arrive_failed(Reason.NO_PROGRESS, observation, unheard_blocker(observation.range_mm))
+            return arrive_failed(Reason.NO_PROGRESS, observation, blocker_without_echo(observation.range_mm))
         return self._blocked(observation, hides=seen is None and observation.time_s - self._seen_s > N.hidden_s)
 
     def _touched(self, observation: Observation) -> Failure:
-        """Map an obstacle that was neither seen nor heard but touched, and back off."""
+        """Map an obstacle that was touched before a sensor detected it, and back off."""
         perception = self._perception
         perception.world.floor.mark_obstacle(perception.world.pose, 0.0)
         hides = self._arrival.seen is None
-        blocker = unheard_blocker(observation.range_mm, hides=hides)
+        blocker = blocker_without_echo(observation.range_mm, hides=hides)
         failure = arrive_failed(Reason.BLOCKED_LONG, observation, blocker, touched=True, hides=hides)
         self._retreat = Retreat(perception, N.retreat_mm, StopReason.CONTACT), failure
         return self._back_off(*self._retreat)

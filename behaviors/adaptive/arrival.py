@@ -1,4 +1,4 @@
-"""Whether the robot has arrived, and at its target: by its size, by echoes, and by how steadily it is found."""
+"""Decides whether the robot has arrived at its target: by apparent size, by echoes, and by how steadily it is found."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from behaviors.skills import sighted
 
 @dataclass(frozen=True, slots=True)
 class ArrivalNumbers:
-    """The numbers of an arrival.
+    """Tuning constants of an arrival.
 
     Attributes:
         in_view_share: Within this share of the reliable view, and of the detector's range, a target should be found.
@@ -71,7 +71,7 @@ class Arrival:
         self._verifier = TargetVerifier()
         self._oblique = self._too_near = self._sure = False
         self._echo: tuple[float, float] | None = None
-        self._heard, self._low = True, False
+        self._confirmed, self._low = True, False
         self._contradictions = 0
 
     @property
@@ -81,15 +81,15 @@ class Arrival:
 
     @property
     def near_mm(self) -> float:
-        """From how near a stop counts as far as the camera is known, or from where the target leaves the frame."""
+        """Largest distance at which a stop counts, as far as is known; at least where the target fills the frame."""
         target, arrive_mm = self._perception.target, self._perception.parameters.arrive_mm
         fills_mm = arrive_mm if self._low else min(arrive_mm, self._targets.fills_mm(target))
-        assured_mm = max(fills_mm, self._targets.scale.assured_mm(target, arrive_mm, heard=self._heard))
+        assured_mm = max(fills_mm, self._targets.scale.assured_mm(target, arrive_mm, confirmed=self._confirmed))
         return N.hysteresis * assured_mm if self.stands else assured_mm
 
     @property
     def stop_mm(self) -> float:
-        """From how near the robot stops: while it is not sure of the target, from where the frame shows that whole."""
+        """Distance at which the robot stops: while the target is in doubt, where the frame shows all of it."""
         whole_mm = 0.0 if self._sure else self._targets.whole_mm(self._perception.target)
         return max(self.near_mm, N.hysteresis * whole_mm if self.stands else whole_mm)
 
@@ -129,7 +129,7 @@ class Arrival:
             self._echo = (observation.time_s, observation.range_mm)
         if sighting is not None:
             echo_mm = self._echo_of(sighting, observation.time_s)
-            self._heard, self._low = echo_mm is not None, self._passes_over(sighting)
+            self._confirmed, self._low = echo_mm is not None, self._passes_over(sighting)
             if not self._contradicted(sighting, echo_mm):
                 self._contradictions = 0
         if self._verifier.verdict is Verdict.MISTAKEN:
@@ -174,8 +174,8 @@ class Arrival:
         echo_mm = self._echo_ahead(sighting, now_s)
         if echo_mm is None or self._contradicted(sighting, echo_mm):
             return sighting.distance_mm
-        heard_mm = echo_mm + self._targets.scale.sonar_ahead_mm
-        return max(sighting.distance_mm, min(heard_mm, sighting.distance_mm / N.size_share))
+        echo_ahead_mm = echo_mm + self._targets.scale.sonar_ahead_mm
+        return max(sighting.distance_mm, min(echo_ahead_mm, sighting.distance_mm / N.size_share))
 
     def _contradicted(self, sighting: Sighting, echo_mm: float | None) -> bool:
         """Return whether the sonar contradicts the target's size; once it has, an echo that agrees is needed."""
@@ -184,8 +184,8 @@ class Arrival:
         return contradicts(echo_mm, sighting.distance_mm, self._perception.parameters.sonar_tolerance_mm)
 
     def _echo_of(self, sighting: Sighting, now_s: float) -> float | None:
-        """Return the echo from where the target is seen; None if the sonar has nothing to say about that."""
-        # a slanted print throws hardly any echo back
+        """Return the echo that comes from the target; None if no echo can be attributed to it."""
+        # a slanted print reflects hardly any sound back
         return None if self._oblique else self._echo_ahead(sighting, now_s)
 
     def _echo_ahead(self, sighting: Sighting, now_s: float) -> float | None:
@@ -197,12 +197,12 @@ class Arrival:
 
     def _passes_over(self, sighting: Sighting) -> bool:
         world = self._perception.world
-        heard_mm = self._targets.scale.sonar_ahead_mm + (self._echo[1] if self._echo else -math.inf)
+        echo_ahead_mm = self._targets.scale.sonar_ahead_mm + (self._echo[1] if self._echo else -math.inf)
         lens_mm, sonar_mm = world.camera.height_mm, world.floor.sonar_height_mm
-        return passes_over(heard_mm, sighting.distance_mm, sighting.edges_mm, lens_mm, sonar_mm)
+        return passes_over(echo_ahead_mm, sighting.distance_mm, sighting.edges_mm, lens_mm, sonar_mm)
 
     def _mismatch(self, sighting: Sighting, echo_mm: float | None) -> Failure | None:
-        """Stand and listen again before the arrival fails: the object there has another size than the target."""
+        """Measure again at rest before the arrival fails: the object there has another size than the target."""
         self._contradictions += 1
         if self._contradictions < N.contradictions:
             return None

@@ -12,7 +12,7 @@ from behaviors.ports import Point
 
 @dataclass(frozen=True, slots=True)
 class AttemptNumbers:
-    """The numbers of what counts as the same attempt.
+    """Tuning constants: which attempts count as the same.
 
     Attributes:
         same_place_mm: Attempts and choices no farther apart than this are made at one place.

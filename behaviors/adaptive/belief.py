@@ -1,8 +1,8 @@
-"""Where a target may be: a probability for every place and facing, lowered by every look that did not see it.
+"""The belief about a target: a probability for every place and facing, lowered by every frame that did not show it.
 
-A look that sees nothing is evidence against the places it would have shown, as strong as the detector is reliable at
-that distance and angle. Far places, oblique ones and those behind an obstacle lose little; so a target that was merely
-missed keeps its probability where it is, and one that is elsewhere gains it there.
+A frame without the target is evidence against the places that it would have shown, as strong as the detector is
+reliable at that distance and angle. Places that are far away, seen obliquely or behind an obstacle lose little; so a
+target that was merely missed keeps its probability where it is, and one that is elsewhere gains it there.
 """
 
 from __future__ import annotations
@@ -240,9 +240,9 @@ class Belief:
         """Return the probability that it is near a place."""
         return float(self._mass(self._near(place)).sum())
 
-    def renew(self, passed_s: float) -> None:
-        """Let time pass: the belief returns to the prior."""
-        share = 1.0 - math.exp(-passed_s / N.renews_s)
+    def decay(self, passed_s: float) -> None:
+        """Let the belief decay towards the prior."""
+        share = 1.0 - math.exp(-passed_s / N.decay_s)
         self._return_to_prior(share)
         if self._stand is not None:  # and belief that has come back may be looked for again
             self._stand.missed = (1.0 - share) * self._stand.missed + share

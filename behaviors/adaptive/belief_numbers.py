@@ -1,4 +1,4 @@
-"""The numbers of the belief about where a target is, and of the detector model behind it."""
+"""Tuning constants of the belief about where a target is, and of the detector model behind it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class BeliefNumbers:
-    """The numbers of the belief and of the detector model behind it.
+    """Tuning constants of the belief and of the detector model behind it.
 
     Attributes:
         spacing_mm: Between neighbouring places.
@@ -34,7 +34,7 @@ class BeliefNumbers:
         spike_mm: A target seen at a place is at one of the grid's places this near to it.
         refuted: Share of the belief in a place that remains when the target turned out not to be there.
         trust: Share of the belief that a sighting moves to where it was.
-        renews_s: Targets move: belief returns to the prior with this time constant.
+        decay_s: Targets move: belief returns to the prior with this time constant.
         frontier_mm: Unknown floor farther away than this, two rooms, is not seen from a viewpoint at its frontier.
         empty_share: A place is empty when more than this share of the cells around it are free.
         unknown_share: A place is unknown when more than this share of them are.
@@ -66,7 +66,7 @@ class BeliefNumbers:
     spike_mm: float = 350.0
     refuted: float = 0.02
     trust: float = 0.85
-    renews_s: float = 1000.0
+    decay_s: float = 1000.0
     frontier_mm: float = 4000.0
     empty_share: float = 0.8
     unknown_share: float = 0.9

@@ -10,7 +10,7 @@ BEAM_DEG = 10.0
 """A target within this bearing gives an echo."""
 
 
-def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:
+def estimated(sighting: Sighting, echo_ahead_mm: float | None, remembered: tuple[float, float] | None) -> Sighting:
     """Return a sighting with the best estimate of its place, where it only bounds that.
 
     An echo is of the target if that extends below the frame: a nearer object would hide its lower part. Without
@@ -18,7 +18,7 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
 
     Args:
         sighting: With its distance corrected.
-        heard_mm: How far in front of the lens the echo comes from, or None.
+        echo_ahead_mm: How far in front of the lens the echo comes from, or None.
         remembered: Bearing and distance, from the lens, of where it was seen last; None if it was not.
     """
     if not sighting.bound:
@@ -27,21 +27,25 @@ def estimated(sighting: Sighting, heard_mm: float | None, remembered: tuple[floa
     if remembered is not None:
         bearing_deg = _aside(sighting, remembered[0])
         distance_mm = min(distance_mm, remembered[1])
-    heard = heard_mm is not None and Cut.BOTTOM in sighting.cut and abs(sighting.bearing_deg) <= BEAM_DEG
-    if heard:
-        distance_mm = no_farther_than_heard(sighting, heard_mm).distance_mm
-    bound = remembered is None and not heard
+    echo = echo_ahead_mm is not None and Cut.BOTTOM in sighting.cut and abs(sighting.bearing_deg) <= BEAM_DEG
+    if echo:
+        distance_mm = no_farther_than_echo(sighting, echo_ahead_mm).distance_mm
+    bound = remembered is None and not echo
     return replace(sighting, bearing_deg=bearing_deg, distance_mm=distance_mm, bound=bound)
 
 
-def no_farther_than_heard(sighting: Sighting, heard_mm: float | None) -> Sighting:
+def no_farther_than_echo(sighting: Sighting, echo_ahead_mm: float | None) -> Sighting:
     """Return a sighting of a target of unknown size, no farther than an echo: its source is the target, or hides it.
 
     Args:
         sighting: With its distance by a guessed size.
-        heard_mm: How far in front of the lens the echo comes from, or None.
+        echo_ahead_mm: How far in front of the lens the echo comes from, or None.
     """
-    return sighting if heard_mm is None or abs(sighting.bearing_deg) > BEAM_DEG else no_farther(sighting, heard_mm)
+    return (
+        sighting
+        if echo_ahead_mm is None or abs(sighting.bearing_deg) > BEAM_DEG
+        else no_farther(sighting, echo_ahead_mm)
+    )
 
 
 def no_farther(sighting: Sighting, most_mm: float) -> Sighting:

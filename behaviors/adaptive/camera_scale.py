@@ -1,4 +1,4 @@
-"""How wrong distances by apparent size are: learned while driving, from echoes and from how a picture grows.
+"""The error of distances by apparent size, learned from echoes and from how the target grows in the frame.
 
 A wrong field of view makes all distances by size wrong by one factor, that of the robot; a wrong `height_mm` makes
 those of its target wrong. Both are learned as one factor for each target, and a new target begins with that of
@@ -20,7 +20,7 @@ from behaviors.ports import Pose, Sighting
 
 @dataclass(frozen=True, slots=True)
 class ScaleNumbers:
-    """The numbers of the estimate.
+    """Tuning constants of the estimate.
 
     Attributes:
         prior_sd: Standard deviation of the factor before anything was measured: a webcam's field of view by its data
@@ -45,7 +45,7 @@ class ScaleNumbers:
         stretch_mm: Least length of a stretch over which the growth of a picture is measured.
         longest_mm: Maximum length of such a stretch, since wheels slip.
         straight_deg: The robot turns no more than this on such a stretch.
-        unheard_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
+        unconfirmed_sd: The factor is no better known than this for a stop that no echo confirms: wheels are wrong by
             up to 8 %, and so is a factor learned by driving.
         sure: A stop may be this much farther away than it should be, with a chance of about 2 %.
     """
@@ -69,7 +69,7 @@ class ScaleNumbers:
     stretch_mm: float = 250.0
     longest_mm: float = 800.0
     straight_deg: float = 15.0
-    unheard_sd: float = 0.09
+    unconfirmed_sd: float = 0.09
     sure: float = 1.1
 
 
@@ -86,7 +86,7 @@ class _Estimate:
     offset_variance: float = N.offset_mm**2
     covariance: float = 0.0
     begin: tuple[Pose, float, bool] | None = None
-    heard_at: tuple[Pose, float] | None = None
+    last_echo: tuple[Pose, float] | None = None
     guessed: bool = False
     by_floor: float | None = None
 
@@ -165,16 +165,16 @@ class CameraScale:
         estimate = self._of(target)
         return estimate.guessed and estimate.share_sd > N.prior_sd
 
-    def assured_mm(self, target: str, arrive_mm: float, *, heard: bool = True) -> float:
+    def assured_mm(self, target: str, arrive_mm: float, *, confirmed: bool = True) -> float:
         """Return from how near a stop for a target counts: nearer than asked while the factor is uncertain.
 
         Args:
             target: Its name.
             arrive_mm: What is asked.
-            heard: Whether an echo confirms the distance.
+            confirmed: Whether an echo confirms the distance.
         """
         sd = self._of(target).share_sd
-        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if heard else max(sd, N.unheard_sd))))
+        return arrive_mm * min(1.0, N.sure * math.exp(-2.0 * (sd if confirmed else max(sd, N.unconfirmed_sd))))
 
     def stand(self, sighting: Sighting, floor_mm: float) -> None:
         """Take a target whose height is a guess for one that stands on the floor, until it is measured.
@@ -214,7 +214,7 @@ class CameraScale:
         before = estimate.variance
         self._grow(estimate, pose, sighting.distance_mm, floor_mm if estimate.guessed else None)
         if range_mm is not None:
-            self._hear(estimate, pose, sighting.distance_mm, range_mm + self.sonar_ahead_mm)
+            self._add_echo(estimate, pose, sighting.distance_mm, range_mm + self.sonar_ahead_mm)
         if estimate.variance != before and not estimate.guessed:
             self._last = estimate
 
@@ -248,15 +248,15 @@ class CameraScale:
         if estimate.begin is None:
             estimate.begin = pose, looks_mm, by_floor
 
-    def _hear(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
-        at = estimate.heard_at
+    def _add_echo(self, estimate: _Estimate, pose: Pose, distance_mm: float, echo_mm: float) -> None:
+        at = estimate.last_echo
         by_size_mm = distance_mm * estimate.factor if estimate.guessed else distance_mm
         if not N.nearest_echo_mm <= by_size_mm <= N.farthest_echo_mm:
             return
         driven_mm = math.inf if at is None else at[0].distance_mm_to(pose)
         if driven_mm < N.apart_mm:
             return
-        estimate.heard_at = pose, echo_mm
+        estimate.last_echo = pose, echo_mm
         # an object straight ahead comes nearer by the distance driven; one beside the path does not
         if at is None or not N.least_nearer <= (at[1] - echo_mm) / driven_mm <= N.most_nearer:
             estimate.forget_offset()

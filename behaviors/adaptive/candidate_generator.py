@@ -19,7 +19,7 @@ from behaviors.ports import Point
 
 @dataclass(frozen=True, slots=True)
 class CandidateNumbers:
-    """The numbers of the candidates; times were measured in the simulator.
+    """Tuning constants of the candidates; times were measured in the simulator.
 
     Attributes:
         spacing_mm: Distance between the places considered as viewpoints.

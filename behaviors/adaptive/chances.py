@@ -23,7 +23,7 @@ from input_files.json_text import parse_object
 ESTIMATES = (0.01, 0.05, 0.15, 0.5)
 """The chances by the world model that are distinguished; others are interpolated, and below these in proportion."""
 TRIES = (0, 1, 2, 4, 8)
-"""The numbers of choices in a row without an approach that are distinguished: from this one on."""
+"""Buckets for the number of choices in a row without an approach; each begins at this number."""
 PRIOR = 4.0
 """The more common situation counts as this many outcomes: by log loss on seeds that were left out."""
 OWN_PRIOR = 10.0

@@ -15,7 +15,7 @@ from behaviors.failures import Blocker
 
 @dataclass(frozen=True, slots=True)
 class DwellNumbers:
-    """The numbers of the hypotheses and of the bound.
+    """Tuning constants of the hypotheses and of the bound.
 
     Attributes:
         negligible: Less likely hypotheses do not count.

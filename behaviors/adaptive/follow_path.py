@@ -19,7 +19,7 @@ from behaviors.skills import sighted
 
 @dataclass(frozen=True, slots=True)
 class PathNumbers:
-    """The numbers of following a path.
+    """Tuning constants of following a path.
 
     Attributes:
         passed_mm: A waypoint is passed when the robot is this near to it.

@@ -1,4 +1,4 @@
-"""The numbers of the occupancy grid: its model of the sonar, of the camera's view of the floor, and of time."""
+"""Tuning constants of the occupancy grid: its model of the sonar, of the camera's view of the floor, and of time."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GridNumbers:
-    """The numbers of the sonar model and of the map; log odds are not calibrated.
+    """Tuning constants of the sonar model and of the map; log odds are not calibrated.
 
     Attributes:
         arc_deg: An echo's arc is marked this far to either side.
         near_mm: An echo from nearer than this places an obstacle.
         far_mm: An echo from farther than this places nothing; in between it is a hint.
-        silent_mm: Without an echo the floor is assumed free up to here.
+        no_echo_mm: Without an echo the floor is assumed free up to here.
         spared_mm: A line of sight says nothing about the floor this near to the object seen.
         margin_mm: The floor this near to an echo is not marked free.
         hint: Log odds above which a cell may be occupied.
@@ -23,9 +23,9 @@ class GridNumbers:
         passed: A farther echo does not come from a cell with log odds below minus this, if it may come from another
             one: the beam is wide, and the edges of a door would close it.
         explains: A cell with higher log odds than this explains a farther echo from its place, to within a cell.
-        free_silent: Silence lowers them by this.
+        free_no_echo: A measurement without an echo lowers the log odds by this.
         freest: The lowest log odds that echoes leave.
-        freest_silent: The lowest log odds that silence leaves.
+        freest_no_echo: The lowest log odds that measurements without an echo leave.
         glancing_deg: A surface that gave an echo may deflect a beam that differs by more than this from that one.
         hit_near: A near echo raises the log odds of its arc by this.
         hit_far: A farther one raises them by this.
@@ -38,8 +38,8 @@ class GridNumbers:
         free: A cell with log odds below minus this is known as free.
         behind: Chance to see past an obstacle on the map: over it, or because the map is wrong.
         unknown_hides_mm: Unknown floor this long hides nothing with probability 1/e.
-        fades_s: Log odds fall to 1/e in this time: things move, and odometry drifts.
-        appeared_fades_s: Those of an obstacle that stopped the robot where the floor had been free do so in this time:
+        decay_s: Log odds fall to 1/e in this time: things move, and odometry drifts.
+        appeared_decay_s: Those of an obstacle that stopped the robot where the floor had been free do so in this time:
             it appeared there and may leave again.
         appeared_cells: For an obstacle that appeared, the floor was free up to this many cells behind its echo.
         block_radius_mm: An obstacle of unknown size is marked this large. The camera has overlooked it and does not
@@ -58,7 +58,7 @@ class GridNumbers:
     arc_deg: float = 11.0
     near_mm: float = 700.0
     far_mm: float = 1800.0
-    silent_mm: float = 1200.0
+    no_echo_mm: float = 1200.0
     spared_mm: float = 300.0
     margin_mm: float = 100.0
     hint: float = 0.3
@@ -67,9 +67,9 @@ class GridNumbers:
     free_echo: float = 0.35
     passed: float = 0.3
     explains: float = 0.8
-    free_silent: float = 0.1
+    free_no_echo: float = 0.1
     freest: float = -2.0
-    freest_silent: float = -0.5
+    freest_no_echo: float = -0.5
     glancing_deg: float = 50.0
     hit_near: float = 1.0
     hit_far: float = 0.5
@@ -81,8 +81,8 @@ class GridNumbers:
     free: float = 0.2
     behind: float = 0.1
     unknown_hides_mm: float = 2500.0
-    fades_s: float = 240.0
-    appeared_fades_s: float = 45.0
+    decay_s: float = 240.0
+    appeared_decay_s: float = 45.0
     appeared_cells: tuple[float, ...] = (0.5, 1.5)
     block_radius_mm: float = 250.0
     block: float = 2.2

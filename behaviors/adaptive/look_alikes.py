@@ -10,7 +10,7 @@ from behaviors.ports import Point, Sighting
 
 @dataclass(frozen=True, slots=True)
 class LookAlikeNumbers:
-    """The numbers of look-alikes.
+    """Tuning constants of look-alikes.
 
     Attributes:
         near_mm: Sightings no farther than this from a look-alike are of it.

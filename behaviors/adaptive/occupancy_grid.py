@@ -31,7 +31,7 @@ Grid = NDArray[np.float32]
 
 _LAYERS = {
     "log_odds": np.float32(0.0),
-    "_heard_deg": np.float32(np.nan),
+    "_echo_heading_deg": np.float32(np.nan),
     **dict.fromkeys(("_swept", "_was_free", "_appeared", "_unseen", "seen"), np.False_),
 }
 """What is known of the cells, and its value where nothing is."""
@@ -58,7 +58,7 @@ class OccupancyGrid:
 
     log_odds: Grid
     seen: Mask
-    _heard_deg: Grid
+    _echo_heading_deg: Grid
     _swept: Mask
     _was_free: Mask
     _appeared: Mask
@@ -104,17 +104,17 @@ class OccupancyGrid:
                 self._saved[name] = np.pad(self._saved[name], N.grows_cells, constant_values=empty)
         return self.cells is not before
 
-    def fade(self, now_s: float) -> None:
-        """Let what is old fade."""
+    def decay(self, now_s: float) -> None:
+        """Let old evidence decay."""
         if now_s - self._time_s > 1.0:
             if self._time_s > -math.inf:
                 # where the camera alone saw free floor it may have overlooked something
-                self._was_free |= self._swept & (self.log_odds < N.freest_silent)
+                self._was_free |= self._swept & (self.log_odds < N.freest_no_echo)
                 self._appeared &= self.log_odds > 0.0
                 self._unseen &= self.log_odds > 0.0
                 self.seen &= self.log_odds > 0.0
-                fades_s = np.where(self._appeared, N.appeared_fades_s, N.fades_s)
-                self.log_odds *= np.exp((self._time_s - now_s) / fades_s)
+                decay_s = np.where(self._appeared, N.appeared_decay_s, N.decay_s)
+                self.log_odds *= np.exp((self._time_s - now_s) / decay_s)
             self._time_s = now_s
 
     def add_echo(self, pose: Pose, range_mm: float) -> None:
@@ -136,19 +136,19 @@ class OccupancyGrid:
             for likelier in (hit & (cells > -N.passed), cone.arc(range_mm, CELL_MM) & (cells > N.explains)):
                 hit = likelier if likelier.any() else hit
         cells[hit] = np.maximum(cells[hit], np.minimum(cells[hit] + gain, most))
-        self._heard_deg[cone.window][hit] = pose.heading_deg
+        self._echo_heading_deg[cone.window][hit] = pose.heading_deg
 
-    def add_silence(self, pose: Pose) -> None:
-        """Update with silence: most likely nothing is near, but smooth surfaces reflect echoes away."""
+    def add_no_echo(self, pose: Pose) -> None:
+        """Update with a missing echo: most likely nothing is near, but smooth surfaces deflect the sound."""
         if self._last is not None and _same(self._last, (pose, math.inf)):
             return
         self._last = (pose, math.inf)
-        cone = self._cone(pose, N.silent_mm)
+        cone = self._cone(pose, N.no_echo_mm)
         cells = self.log_odds[cone.window]
-        free = self._passed(cone, N.silent_mm)
-        cells[free] = np.maximum(cells[free] - self.weight * N.free_silent, np.minimum(cells[free], N.freest_silent))
+        free = self._passed(cone, N.no_echo_mm)
+        cells[free] = np.maximum(cells[free] - self.weight * N.free_no_echo, np.minimum(cells[free], N.freest_no_echo))
 
-    def add_view(self, lens: Pose, view: VisibleFloor, heard: tuple[Pose, float] | None = None) -> None:
+    def add_view(self, lens: Pose, view: VisibleFloor, echo: tuple[Pose, float] | None = None) -> None:
         """Update with the free floor that a camera sees; another view from the same place says nothing new.
 
         Floor that an echo of the same moment shows to be free is not an obstacle, whatever it looks like there; and
@@ -158,14 +158,14 @@ class OccupancyGrid:
         Args:
             lens: Pose of the lens, with the robot's heading.
             view: The floor.
-            heard: The robot's pose at an echo, and its distance from the sonar.
+            echo: The robot's pose at an echo, and its distance from the sonar.
         """
         if self._seen_from is not None and _same_place(self._seen_from, lens):
             return
         self._seen_from = lens
         free_mm, end_mm = view.free_mm - N.seen_margin_mm, view.end_mm
-        if heard is not None:
-            free_mm, end_mm = self._reconciled(lens, view, free_mm, heard)
+        if echo is not None:
+            free_mm, end_mm = self._reconciled(lens, view, free_mm, echo)
         along_mm = np.arange(0.0, float(free_mm.max(initial=0.0)), CELL_MM / 2)[None, :]
         ends_mm, known = end_mm[:, None] + CELL_MM / 4, np.isfinite(end_mm)
         far_mm = np.where(known, ends_mm[:, 0], free_mm)
@@ -183,10 +183,10 @@ class OccupancyGrid:
         self.seen[window] |= exact
 
     def _reconciled(
-        self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], heard: tuple[Pose, float]
+        self, lens: Pose, view: VisibleFloor, free_mm: NDArray[np.float64], echo: tuple[Pose, float]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return up to where a view shows free floor, and where it shows something, as far as an echo allows it."""
-        pose, range_mm = heard
+        pose, range_mm = echo
         off_deg, echo_mm = lens.polar_to(pose.ahead(self.sonar_forward_mm + range_mm))
         ahead = np.abs(view.bearing_deg - off_deg) <= N.arc_deg
         end_mm = np.where(ahead & (view.end_mm < (1.0 - N.same_share) * echo_mm), np.inf, view.end_mm)
@@ -220,7 +220,7 @@ class OccupancyGrid:
         """Return which cells a beam has passed up to a distance, without what deflects it and what lies behind that."""
         before = cone.inside & (cone.along_mm < far_mm)
         # a surface deflects a beam at a grazing angle
-        along = np.abs(np.cos(np.radians(self._heard_deg[cone.window] - cone.heading_deg)))
+        along = np.abs(np.cos(np.radians(self._echo_heading_deg[cone.window] - cone.heading_deg)))
         glanced = before & (along < math.cos(math.radians(N.glancing_deg))) & (self.log_odds[cone.window] > 0.0)
         passed = before & ~glanced
         deflecting = glanced & (self.log_odds[cone.window] > N.hint)

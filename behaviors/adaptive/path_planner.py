@@ -17,7 +17,7 @@ from behaviors.ports import Point
 
 @dataclass(frozen=True, slots=True)
 class PlannerNumbers:
-    """The numbers of path planning.
+    """Tuning constants of path planning.
 
     Attributes:
         clearance_mm: Room beside the robot that a path must leave.
@@ -29,7 +29,7 @@ class PlannerNumbers:
         likely: Cost of a cell with higher log odds than `likely_log_odds`.
         likely_log_odds: Higher ones than this come from several echoes.
         unknown: Cost of a cell that is not known.
-        unknown_without_sonar: The same without a sonar, which would hear an obstacle there in time.
+        unknown_without_sonar: The same without a sonar, which would detect an obstacle there in time.
         few_places: A robot that can reach fewer places than this is walled in.
         few_spacing_mm: Spacing of the places that are counted for it.
         touched: A cell with log odds nearer to 0 than this counts as never looked at and does not extend the map.

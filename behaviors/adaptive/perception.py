@@ -20,10 +20,10 @@ from behaviors.target_queue import TargetOutcome, TargetQueue
 
 @dataclass(frozen=True, slots=True)
 class PerceptionNumbers:
-    """The numbers of perception.
+    """Tuning constants of perception.
 
     Attributes:
-        unheard_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
+        no_echo_mm: Something that holds or touches the robot and gives no echo is about this far ahead of the sonar.
         step_mm: The robot drives no farther than this from one look to the next, however slow the link.
         corrects: Share of a bearing's error that it corrects at most from one look to the next, so as not to swerve.
         lost_frames: A target is lost only after this many frames without it.
@@ -37,7 +37,7 @@ class PerceptionNumbers:
         turn_tests: After this many turns whose echoes did not show the scale of turns, no more are made for it.
     """
 
-    unheard_mm: float = 150.0
+    no_echo_mm: float = 150.0
     step_mm: float = 150.0
     corrects: float = 0.6
     lost_frames: float = 4.0
@@ -70,9 +70,9 @@ class Observation:
     frames: tuple[bool, ...]
 
 
-def unheard_blocker(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
+def blocker_without_echo(range_mm: float | None = None, *, hides: bool = False) -> Blocker:
     """Return a blocker that the bumper or the wheels noticed; an echo may be of something behind it."""
-    return Blocker(N.unheard_mm if range_mm is None else min(range_mm, N.unheard_mm), hides=hides)
+    return Blocker(N.no_echo_mm if range_mm is None else min(range_mm, N.no_echo_mm), hides=hides)
 
 
 class Perception:
@@ -120,11 +120,11 @@ class Perception:
         return N.burst if self._answer_s > N.slow_link_s else 1
 
     def step(self) -> Observation:
-        """Look at the next frame or frames, listen for an echo, and update the world model.
+        """Look at the next frame or frames, measure the range, and update the world model.
 
         Raises:
             TimeUp: The mission's time is over.
-            Outage: The camera gives no picture, or the brick does not answer.
+            Outage: No frame arrives, or the brick does not answer.
         """
         context = self.context
         context.check_time()
@@ -190,7 +190,7 @@ class Perception:
 
     @property
     def doubts_turns(self) -> bool:
-        """Whether a turn should go on until it shows the scale of turns; echoes must come, and often enough."""
+        """Whether a turn should go on until it shows the scale of turns, which takes frequent echoes."""
         return self._turn_tests > 0 and not self.sonar.silent and self.frames == 1
 
     def begin_turn(self) -> None:

@@ -15,12 +15,11 @@ from behaviors.recoveries import CHANGE_TARGET, DETOUR, MOVE_TO, RESCAN, WAIT, C
 
 @dataclass(frozen=True, slots=True)
 class PolicyNumbers:
-    """The numbers of the rule that a mission does not set.
+    """Tuning constants of the rule, beyond those that a mission sets.
 
     Attributes:
-        shortest_wait_s: A shorter wait is none.
-        worth_a_look: Where the belief gives less of a chance, it is not looked for again from here while there is
-            anywhere else to look from.
+        shortest_wait_s: Shorter waits are not proposed.
+        worth_a_look: A rescan with a smaller chance is not proposed while there is another viewpoint.
     """
 
     shortest_wait_s: float = 0.5

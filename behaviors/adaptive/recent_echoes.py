@@ -12,14 +12,15 @@ from behaviors.ports import Point, Pose
 
 @dataclass(frozen=True, slots=True)
 class EchoNumbers:
-    """The numbers of what counts as free before.
+    """Tuning constants: what counts as previously free.
 
     Attributes:
         kept_s: Beams are remembered this long.
         core_deg: A place within this angle of the beam's axis is well within the beam.
         arc_deg: The source of an echo may be this far to either side of the axis.
         farthest_mm: Beams say nothing about places farther away than this: small things give no echo from there.
-        past_mm: An echo from this much farther than a place says that the place is free; silence may be a slanted side.
+        past_mm: An echo from this much farther than a place says that the place is free; no echo may mean a slanted
+            side.
         beams: This many such beams in a row are believed.
     """
 
@@ -35,7 +36,7 @@ N = EchoNumbers()
 
 
 class RecentEchoes:
-    """The echoes of the last seconds, with the poses from which they were heard.
+    """The echoes of the last seconds, with the poses at which they were received.
 
     Args:
         sonar_forward_mm: The sonar in front of the axle.
@@ -46,7 +47,7 @@ class RecentEchoes:
         self._beams: deque[tuple[float, Pose, float]] = deque()
 
     def add(self, now_s: float, pose: Pose, range_mm: float | None) -> None:
-        """Add the current echo; silence says nothing, since slanted sides deflect an echo."""
+        """Add the current echo; a missing echo says nothing, since slanted sides deflect the sound."""
         if range_mm is not None:
             self._beams.append((now_s, pose, range_mm))
         while self._beams and self._beams[0][0] < now_s - N.kept_s:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from behaviors.adaptive.perception import Perception, unheard_blocker
+from behaviors.adaptive.perception import Perception, blocker_without_echo
 from behaviors.adaptive.turn_scale import N as TURNS
 from behaviors.angles import wrapped_deg
 from behaviors.events import Event, Fact, Reason
@@ -15,7 +15,7 @@ from behaviors.skills import sighted
 
 @dataclass(frozen=True, slots=True)
 class ScanNumbers:
-    """The numbers of scanning.
+    """Tuning constants of scanning.
 
     Attributes:
         step_deg: The robot turns no more than this between two frames, so that neighbouring frames show the same thing.
@@ -164,7 +164,7 @@ class ScanSkill:
                 moved_deg, still_s = heading_deg, 0.0
             elif still_s > N.held_s:
                 turned = {"turned_deg": sign * (heading_deg - start_deg)}
-                return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=unheard_blocker())
+                return Failure(Event.SEARCH_FAILED, Reason.NO_PROGRESS, turned, blocker=blocker_without_echo())
             # on a slow link steps take longer: turn slower
             step_deg = N.burst_step_deg if perception.frames > 1 else N.step_deg
             self._rate_deg_s = max(N.slowest_deg_s, min(self._unblurred_deg_s(), step_deg / max(0.01, now_s - then_s)))

@@ -11,7 +11,7 @@ from behaviors.ports import Pose
 
 @dataclass(frozen=True, slots=True)
 class SonarNumbers:
-    """The numbers of the test of a sonar.
+    """Tuning constants of the test of a sonar.
 
     Attributes:
         silent_s: A sonar without an echo for this time may be dead; in a room there is mostly something in range.
@@ -45,7 +45,7 @@ class SonarTrust:
     def __init__(self) -> None:
         self.stopped = self.stuck = False
         self._headings = 0.0, 0.0
-        self._heard_s = -math.inf
+        self._last_echo_s = -math.inf
         self._now_s = 0.0
         self._pose: Pose | None = None
         self._last_mm: float | None = None
@@ -54,8 +54,8 @@ class SonarTrust:
 
     @property
     def silent(self) -> bool:
-        """Whether there has been no echo for some time: then silence does not mean that the path is free."""
-        return self._now_s - self._heard_s > N.silent_s
+        """Whether there has been no echo for some time: then a missing echo does not mean that the path is free."""
+        return self._now_s - self._last_echo_s > N.silent_s
 
     @property
     def doubtful(self) -> bool:
@@ -86,5 +86,5 @@ class SonarTrust:
         self.stuck = (self.stuck and self._fresh < N.fresh) or (self.stopped and self._repeated_deg > N.certain_deg)
         if self._fresh < N.fresh:
             return None
-        self._heard_s = now_s
+        self._last_echo_s = now_s
         return range_mm

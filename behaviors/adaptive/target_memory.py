@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.adaptive.belief import Belief, likely_places
-from behaviors.adaptive.bounded_sighting import estimated, no_farther, no_farther_than_heard
+from behaviors.adaptive.bounded_sighting import estimated, no_farther, no_farther_than_echo
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.adaptive.frame_fit import FrameFit
 from behaviors.adaptive.look_alikes import LookAlikes
@@ -28,14 +28,14 @@ OTHER_RANGE_HEIGHTS = 12.0
 
 @dataclass(frozen=True, slots=True)
 class TargetNumbers:
-    """The numbers of the memory of targets.
+    """Tuning constants of the memory of targets.
 
     Attributes:
         farthest_mm: No detector finds a target from farther away, at 320 x 240 pixels. Source: docs/vision.md section
             1.2, from the front.
         half_view_share: A target nearer to the frame's edge than this share of the field of view is partly outside.
         shown_share: A target of which the frame shows a smaller share of its height may be missed.
-        renew_every_s: Beliefs age in steps of this time.
+        decay_every_s: Beliefs age in steps of this time.
         new_look_s: A sighting this long after the last one is new evidence, not the same look again.
         settles: Weight of a new sighting in the estimate of a target's place and of its edges, 0..1.
         held: A remembered place is kept as long as the belief in it is stronger.
@@ -53,7 +53,7 @@ class TargetNumbers:
     farthest_mm: float = 4500.0
     half_view_share: float = 0.42
     shown_share: float = 0.85
-    renew_every_s: float = 5.0
+    decay_every_s: float = 5.0
     new_look_s: float = 1.0
     settles: float = 0.4
     held: float = 0.25
@@ -137,13 +137,13 @@ class TargetMemory:
         self._renewed_s: float | None = None
         self._looked_from: dict[str, list[Point]] = {}
 
-    def renew(self, now_s: float) -> None:
+    def decay(self, now_s: float) -> None:
         """Let the beliefs age."""
         if self._renewed_s is None:
             self._renewed_s = now_s
-        elif now_s - self._renewed_s >= N.renew_every_s:
+        elif now_s - self._renewed_s >= N.decay_every_s:
             for belief in self.beliefs.values():
-                belief.renew(now_s - self._renewed_s)
+                belief.decay(now_s - self._renewed_s)
             self._renewed_s = now_s
 
     def look(self, looked_for: Sequence[str], glimpse: Glimpse, range_mm: float | None) -> Mapping[str, Sighting]:
@@ -307,13 +307,13 @@ class TargetMemory:
     def _estimated(self, sighting: Sighting, range_mm: float | None) -> Sighting:
         """Return a sighting with the best estimate of distance and bearing."""
         lens, known = self._camera.lens_at(self._poses.at(sighting.time_s)), self.known.get(sighting.target)
-        heard_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
+        echo_ahead_mm = None if range_mm is None else range_mm + self.scale.sonar_ahead_mm
         remembered = None if known is None else lens.polar_to(known.place)
         floor_mm = self._floor_mm(sighting) if self.scale.guessed(sighting.target) else None
         corrected = self.scale.corrected(sighting) if floor_mm is None else self._standing(sighting, floor_mm)
         if self.scale.unknown(sighting.target):
-            corrected = no_farther_than_heard(corrected, heard_mm)
-        return estimated(corrected, heard_mm, remembered)
+            corrected = no_farther_than_echo(corrected, echo_ahead_mm)
+        return estimated(corrected, echo_ahead_mm, remembered)
 
     def _standing(self, sighting: Sighting, floor_mm: float) -> Sighting:
         """Return a sighting of a target whose height is a guess, corrected by the floor at its lower edge."""

@@ -13,7 +13,7 @@ from enum import StrEnum
 
 @dataclass(frozen=True, slots=True)
 class VerifierNumbers:
-    """The numbers of the test; docs/adaptive.md shows what they lead to.
+    """Tuning constants of the test; docs/adaptive.md shows what they lead to.
 
     Attributes:
         clear_rate: Share of the frames in which the real target is found at least, in good light.

@@ -18,17 +18,17 @@ from behaviors.ports import Pose
 
 @dataclass(frozen=True, slots=True)
 class TurnNumbers:
-    """The numbers of the estimate.
+    """Tuning constants of the estimate.
 
     Attributes:
-        enough_deg: A turn this long, by the wheels, shows the scale if the sonar heard edges at its beginning.
+        enough_deg: A turn this long, by the wheels, shows the scale if the echoes showed edges at its beginning.
         further_deg: Otherwise the turn goes on by this much at a time.
         longest_deg: Maximum length of the turn.
         most: Wheels are no farther off than this share: a track or diameter is measured by ruler, and some wheels slip.
         least: A smaller share may be an accident of the echoes, and is ignored.
-        overlap_deg: The arc that is heard twice must be at least this wide.
+        overlap_deg: The arc that is measured twice must be at least this wide.
         step_deg: Echoes are compared this far apart; the sonar's beam is far wider.
-        farthest_mm: Echoes from farther away, and silence, count as this.
+        farthest_mm: Echoes from farther away, and missing echoes, count as this.
         outlier_mm: A larger difference counts as this: something moved, or a beam just missed an edge.
         fits_mm: Echoes that differ by more in the mean do not fit.
         distinct: Scales that differ from the best one by more than `apart_deg` in a turn must fit worse by this share
@@ -87,7 +87,7 @@ class TurnScale:
         self._beams.clear()
 
     def add(self, pose: Pose, range_mm: float | None) -> None:
-        """Add an echo or silence; where the robot moved on, a new turn begins."""
+        """Add an echo, or None for a missing one; where the robot moved on, a new turn begins."""
         if self._beams and self._beams[0][0].distance_mm_to(pose) > N.moved_mm:
             self._beams.clear()
         self._beams.append((pose, range_mm))

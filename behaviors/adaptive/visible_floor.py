@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class VisibleFloorNumbers:
-    """The numbers of the estimate.
+    """Tuning constants of the estimate.
 
     Attributes:
         offset_sd_deg: Standard deviation of the camera's tilt: taped or clamped by hand. A guess.
@@ -154,7 +154,7 @@ class FloorRanges:
         Args:
             rays: The free floor in the frame.
             pose: The robot's at the frame.
-            range_mm: The echo, as it would have been heard from there.
+            range_mm: The echo, as it would have been measured from there.
             off_deg: Bearing of its source: the robot may have turned since the frame.
         """
         if not N.nearest_mm <= range_mm <= N.farthest_mm:

@@ -13,7 +13,7 @@ from behaviors.skills import sighted
 
 @dataclass(frozen=True, slots=True)
 class WaitNumbers:
-    """The numbers of waiting and of a second look.
+    """Tuning constants of waiting and of a second look.
 
     Attributes:
         blocked_mm: An echo from nearer still blocks the path: a little farther than what stops an approach, since
@@ -82,7 +82,7 @@ class WaitSkill:
         hides = not self._in_view()
         measured = {"waited_s": waited_s, "range_mm": range_mm, "hides": hides}
         appeared = range_mm is not None and perception.world.floor.appeared(perception.world.pose, range_mm)
-        blocker = Blocker(PERCEPTION.unheard_mm if range_mm is None else range_mm, moving=appeared, hides=hides)
+        blocker = Blocker(PERCEPTION.no_echo_mm if range_mm is None else range_mm, moving=appeared, hides=hides)
         return Failure(Event.RECOVERY_FAILED, Reason.BLOCKED_LONG, measured, blocker)
 
     def _blocked(self, observation: Observation) -> bool:

@@ -23,7 +23,7 @@ from behaviors.pose_history import PoseHistory
 
 @dataclass(frozen=True, slots=True)
 class WorldNumbers:
-    """The numbers of the world model.
+    """Tuning constants of the world model.
 
     Attributes:
         same_blocker_s: A blocker is the last one again if that was no longer ago than this, and no farther away than
@@ -99,7 +99,7 @@ class WorldModel:
             range_mm: The sonar's echo, or None.
             looked_for: Targets that were looked for in the frame.
             glimpse: What the frame showed.
-            sonar_works: Whether the sonar works, so that silence means that nothing is near.
+            sonar_works: Whether the sonar works, so that a missing echo means that nothing is near.
 
         Returns:
             The sightings that are not of a known look-alike.
@@ -108,11 +108,11 @@ class WorldModel:
         self._now_s = now_s
         self.poses.add(now_s, pose)
         self.echoes.add(now_s, pose, range_mm)
-        self.targets.renew(now_s)
-        self.floor.fade(now_s)
+        self.targets.decay(now_s)
+        self.floor.decay(now_s)
         self.floor.clear_footprint(pose)
         self.floor.without_sonar = not sonar_works
-        self._hear(pose, range_mm)
+        self._add_echo(pose, range_mm)
         return self.targets.look(looked_for, glimpse, range_mm)
 
     def see_floor(self, time_s: float, rays: Sequence[FloorRay], range_mm: float | None) -> None:
@@ -126,19 +126,19 @@ class WorldModel:
         if not rays:
             return
         pose = self.poses.at(time_s)
-        heard = None
+        echo = None
         if range_mm is not None:
-            heard = (self.pose, range_mm)
+            echo = (self.pose, range_mm)
             ahead_mm = self.floor.sonar_forward_mm
             off_deg, away_mm = pose.polar_to(self.pose.ahead(ahead_mm + range_mm))
             self._ranges.compare(rays, pose, away_mm - ahead_mm, off_deg)
-        self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays, self.poses.turn_deg_s(time_s)), heard)
+        self.floor.add_view(self.camera.lens_at(pose), self._ranges.measure(rays, self.poses.turn_deg_s(time_s)), echo)
 
-    def _hear(self, pose: Pose, range_mm: float | None) -> None:
+    def _add_echo(self, pose: Pose, range_mm: float | None) -> None:
         if range_mm is not None:
             self.floor.add_echo(pose, range_mm)
         elif not self.floor.without_sonar:
-            self.floor.add_silence(pose)
+            self.floor.add_no_echo(pose)
 
     def learn(self, target: str, failure: Failure, now_s: float, round_number: int = 1) -> None:
         """Update with a failure, before recoveries are weighed.
@@ -198,7 +198,7 @@ class WorldModel:
         begin_deg = beams[0][0].heading_deg
         for pose, range_mm in beams:
             heading_deg = begin_deg + scale * (pose.heading_deg - begin_deg)
-            self._hear(replace(pose, heading_deg=heading_deg), range_mm)
+            self._add_echo(replace(pose, heading_deg=heading_deg), range_mm)
 
     def sight_to(self, point: Point) -> tuple[float, float]:
         """Return a point's bearing from the robot, degrees, and its distance from the lens, as sightings have it."""

@@ -27,9 +27,9 @@ from behaviors.target_queue import TargetQueue
 from behaviors.thesis.skills import ThesisMoveSkill
 
 MIN_INTERVAL_S = 1.0
-"""Between two decisions of a robot that has not moved on it looks and listens at rest for at least this time."""
+"""Minimum time between two decisions of a robot that has not moved; meanwhile it observes at rest."""
 MAP_IGNORED_S = 20.0
-"""A map without any path is more likely wrong than the robot is shut in: it is ignored for this time."""
+"""A map without any path is probably wrong, not the robot walled in, so it is ignored for this time."""
 
 
 def _move(perception: Perception, choice: Choice) -> Skill:
@@ -52,7 +52,7 @@ class _NewEvidenceFirst:
 
     Args:
         skill: Fails or not.
-        await_new_evidence: Looks and listens for as long as necessary.
+        await_new_evidence: Observes at rest for as long as necessary.
     """
 
     def __init__(self, skill: Skill, await_new_evidence: Callable[[], None]) -> None:
@@ -108,7 +108,7 @@ class AdaptiveProfile:
         return _NewEvidenceFirst(self._skill(state, choice), self._await_new_evidence)
 
     def _await_new_evidence(self) -> None:
-        """Look and listen at rest until a decision here has newer evidence than the last one.
+        """Observe at rest until a decision here has newer evidence than the last one.
 
         A doubtful sonar is tested first, since its echoes may have made the skill fail.
         """

@@ -63,7 +63,7 @@ def raised_by_profile(error: BaseException, ran: str = "") -> MissionError | Non
 
 @contextmanager
 def exit_as_error() -> Iterator[None]:
-    """Raise ``sys.exit()`` of an external profile within the block as an error: it would end the program in silence.
+    """Raise ``sys.exit()`` of an external profile within the block as an error: the program would end silently.
 
     Raises:
         MissionError: The profile exited.

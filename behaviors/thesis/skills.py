@@ -33,7 +33,7 @@ from behaviors.skills import SkillContext, note_look, pose_values, sighted, stee
 
 @dataclass(frozen=True, slots=True)
 class ThesisNumbers:
-    """The numbers of these skills that a mission does not set.
+    """Tuning constants of these skills, beyond those that a mission sets.
 
     Attributes:
         blind_drive_s: A target unseen for this long stops an approach's motors; one dropped frame does not.

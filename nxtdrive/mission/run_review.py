@@ -218,7 +218,7 @@ class RunReview:
             target,
             f"{target}: the sonar says {range_mm / 1000:.1f} m, its size in the picture says "
             f"{distance_mm / 1000:.1f} m. Is height_mm = {height_mm:g} right? "
-            f"If the sonar heard {target}, it is about {fits_mm:g} mm high.",
+            f"If the echo came from {target}, it is about {fits_mm:g} mm high.",
         )
 
     def _slow(self, target: str) -> None:

@@ -20,7 +20,7 @@ from nxtdrive.vision.detection import Image
 
 @dataclass(frozen=True, slots=True)
 class FreeFloorNumbers:
-    """The numbers of the detector; pixels are those of a frame `width_px` wide.
+    """Tuning constants of the detector; pixels are those of a frame `width_px` wide.
 
     Attributes:
         width_px: Frames are brought to this width.

@@ -74,11 +74,11 @@ class CameraVision:
         self._observers.append(observer)
 
     def look(self, target: str) -> Sighting | None:
-        """Take the next fresh frame and say whether `target` is confirmed in it; raises as `glance` does."""
+        """Return the sighting of `target` if it is confirmed in the next new frame; raises as `glance` does."""
         return self._look_for([target], READ_TIMEOUT_S).seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
-        """Take the next fresh frame and say which of the targets are confirmed in it.
+        """Return which of the targets are confirmed in the next new frame.
 
         Raises:
             NoFrame: No frame came within `GLANCE_TIMEOUT_S`.
@@ -198,11 +198,11 @@ class GeometricVision:
         self._confirmations: dict[str, Confirmation] = {}
 
     def look(self, target: str) -> Sighting | None:
-        """Take the next fresh frame and say whether `target` is confirmed in it."""
+        """Return the sighting of `target` if it is confirmed in the next new frame."""
         return self.glance([target]).seen.get(target)
 
     def glance(self, targets: Sequence[str]) -> Glimpse:
-        """Take the next fresh frame and say which of the targets are confirmed in it.
+        """Return which of the targets are confirmed in the next new frame.
 
         Raises:
             NoFrame: The camera is unplugged.

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from behaviors.adaptive.bounded_sighting import no_farther_than_heard
+from behaviors.adaptive.bounded_sighting import no_farther_than_echo
 from behaviors.adaptive.camera_scale import CameraScale
 from behaviors.mission import Mission, MissionError, load_mission
 from behaviors.mission.value_warnings import value_warnings
@@ -93,8 +93,8 @@ def test_the_size_of_what_was_not_measured_is_learned_by_driving(factor, echoes)
     assert scale.unknown("mug")
     for driven_mm in range(0, 1400, 40):
         true_mm = 2000.0 - driven_mm
-        heard_mm = true_mm if echoes and true_mm < 1500 else None
-        scale.learn(_sighting(true_mm / factor), Pose(driven_mm, 0.0, 0.0), heard_mm)
+        echo_ahead_mm = true_mm if echoes and true_mm < 1500 else None
+        scale.learn(_sighting(true_mm / factor), Pose(driven_mm, 0.0, 0.0), echo_ahead_mm)
     assert scale.factor("mug") == pytest.approx(factor, rel=0.1)
     assert not scale.unknown("mug")
 
@@ -124,15 +124,15 @@ def test_other_targets_do_not_begin_with_the_factor_of_a_guess():
 
 
 @pytest.mark.parametrize(
-    ("bearing_deg", "heard_mm", "distance_mm"),
+    ("bearing_deg", "echo_ahead_mm", "distance_mm"),
     [(0.0, 800.0, 800.0), (0.0, 3000.0, 2000.0), (0.0, None, 2000.0), (25.0, 800.0, 2000.0)],
 )
-def test_an_echo_from_where_it_is_seen_bounds_an_unknown_distance(bearing_deg, heard_mm, distance_mm):
-    assert no_farther_than_heard(_sighting(2000.0, bearing_deg), heard_mm).distance_mm == distance_mm
+def test_an_echo_from_where_it_is_seen_bounds_an_unknown_distance(bearing_deg, echo_ahead_mm, distance_mm):
+    assert no_farther_than_echo(_sighting(2000.0, bearing_deg), echo_ahead_mm).distance_mm == distance_mm
 
 
 def test_what_is_nearer_than_its_guessed_size_says_is_smaller():
     sighting = replace(_sighting(2000.0), edges_mm=(-100.0, 50.0))
-    assert no_farther_than_heard(sighting, 800.0).edges_mm == (-40.0, 20.0)
-    assert no_farther_than_heard(sighting, 3000.0) == sighting
-    assert no_farther_than_heard(_sighting(2000.0), 800.0).edges_mm is None
+    assert no_farther_than_echo(sighting, 800.0).edges_mm == (-40.0, 20.0)
+    assert no_farther_than_echo(sighting, 3000.0) == sighting
+    assert no_farther_than_echo(_sighting(2000.0), 800.0).edges_mm is None

@@ -144,9 +144,9 @@ def test_a_wheel_that_slips_for_long_is_not_taken_for_a_reversed_one_without_a_t
     by_wheels = truly = Pose()
     turns = 0
     for step in range(1500):
-        heard_mm = echo_mm(truly)
-        check.look(step * STEP_S, by_wheels, heard_mm, None)
-        turns = random.randint(5, 60) if heard_mm is not None and heard_mm < 500.0 else turns - 1
+        echo_range_mm = echo_mm(truly)
+        check.look(step * STEP_S, by_wheels, echo_range_mm, None)
+        turns = random.randint(5, 60) if echo_range_mm is not None and echo_range_mm < 500.0 else turns - 1
         moved = (0.0, 50.0 * STEP_S) if turns > 0 else (200.0 * STEP_S, 0.0)
         by_wheels, truly = (
             on(by_wheels, *moved),

@@ -18,7 +18,7 @@ def test_doctor_finds_no_problem(bench):
     done = bench.run("nxtdrive doctor")
     assert done.code == 0, done.out
     assert "No problems" in done.out
-    assert "camera 0 gives pictures of 320x240" in done.out
+    assert "camera 0 delivers frames of 320x240" in done.out
 
 
 def test_without_a_rule_an_ordinary_user_is_told_of_it(bench):

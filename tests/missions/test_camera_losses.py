@@ -1,4 +1,4 @@
-"""In a scenario of the sweep, a camera that gives no picture suspends the mission, with real frames too."""
+"""In a scenario of the sweep, a camera that delivers no frames suspends the mission, with real frames too."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def webcam(source: str) -> Finding:
             height, width = camera.read(FRAME_TIMEOUT_S).image.shape[:2]
     except CameraError as error:
         return warning("camera", error.args[0], error.remedy)
-    return ok("camera", f"camera {source} gives pictures of {width}x{height}")
+    return ok("camera", f"camera {source} delivers frames of {width}x{height}")
 
 
 def opencv() -> Iterator[Finding]:

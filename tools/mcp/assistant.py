@@ -62,7 +62,7 @@ class Assistant:
         """Return the camera's next picture as JPEG; while a mission is paused its latest one."""
         picture = _next(self.robot.picture)
         if picture is None:
-            raise ValueError("The camera gives no pictures.")
+            raise ValueError("The camera delivers no frames.")
         return jpeg(picture)
 
     def drive(self, distance_mm: float) -> ShortMotion:

@@ -38,12 +38,12 @@ class FloorMap:
         self._path.add(cell)
         self._echoes.discard(cell)
 
-    def hear(self, pose: Pose, distance_mm: float | None) -> None:
+    def add_echo(self, pose: Pose, distance_mm: float | None) -> None:
         """Note an echo ahead, or none."""
         if distance_mm is not None and distance_mm <= FARTHEST_ECHO_MM:
             self._echoes.add(_cell(*pose.ahead(self._sonar_forward_mm + distance_mm)))
 
-    def see(self, pose: Pose, bearing_deg: float, distance_mm: float) -> None:
+    def add_target(self, pose: Pose, bearing_deg: float, distance_mm: float) -> None:
         """Note where the camera sees the target."""
         self._target = _cell(*self._camera.lens_at(pose).ahead(distance_mm, bearing_deg))
 

@@ -144,7 +144,7 @@ class Pilot:
         if now >= self._senses_due_s:
             self._senses_due_s = now + SENSES_EVERY_S
             self._range_mm, self._touching = self._rover.range_mm(), self._rover.touching()
-            self.map.hear(pose, self._range_mm)
+            self.map.add_echo(pose, self._range_mm)
         if now >= self._battery_due_s:
             self._battery_due_s = now + BATTERY_EVERY_S
             self._battery_mv = self._rover.battery_mv()
@@ -159,7 +159,7 @@ class Pilot:
         sighting = spotter.sighting
         if sighting is None:
             return f"{spotter.target}: not in sight"
-        self.map.see(pose, sighting.bearing_deg, sighting.distance_mm)
+        self.map.add_target(pose, sighting.bearing_deg, sighting.distance_mm)
         side = "right" if sighting.bearing_deg >= 0 else "left"
         at_most = "at most " if sighting.bound else ""
         away = f"{at_most}{sighting.distance_mm / 1000:.2f} m"

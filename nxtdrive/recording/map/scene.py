@@ -98,7 +98,7 @@ def gather(records: Sequence[Record], mission: Mission | None = None) -> MapScen
 def _add_look(scene: MapScene, record: Record, here: Pose, camera: CameraTable) -> None:
     range_mm = _number(record.data.get("range_mm"))
     if range_mm is None:
-        scene.floor.add_silence(here)
+        scene.floor.add_no_echo(here)
     else:
         scene.echoes.append(here.ahead(scene.floor.sonar_forward_mm + range_mm))
         scene.floor.add_echo(here, range_mm)

@@ -16,7 +16,7 @@ from behaviors.adaptive.follow_path import FollowPathSkill
 from behaviors.adaptive.grid_cells import CELL_MM, Cells
 from behaviors.adaptive.grid_numbers import N as GRID
 from behaviors.adaptive.perception import N as PERCEPTION
-from behaviors.adaptive.perception import unheard_blocker
+from behaviors.adaptive.perception import blocker_without_echo
 from behaviors.adaptive.wait_rescan import N as WAIT
 from behaviors.adaptive.wait_rescan import WaitSkill
 from behaviors.adaptive.world_model import WorldModel
@@ -66,10 +66,10 @@ def _bench() -> Iterator[Bench]:
 
 @pytest.mark.parametrize("range_mm", [2000.0, None, 100.0])
 def test_what_the_sonar_does_not_hear_is_near_whatever_echoes_behind_it(bench, range_mm):
-    failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=unheard_blocker(range_mm))
+    failure = Failure(Event.ARRIVE_FAILED, Reason.NO_PROGRESS, blocker=blocker_without_echo(range_mm))
     blocker = bench.evidence(failure).blocker
     assert blocker is not None
-    assert blocker.range_mm == min(range_mm or PERCEPTION.unheard_mm, PERCEPTION.unheard_mm)
+    assert blocker.range_mm == min(range_mm or PERCEPTION.no_echo_mm, PERCEPTION.no_echo_mm)
     assert not bench.world.floor.clear_between((0.0, 0.0), (600.0, 0.0))
     assert bench.world.floor.log_odds.max() > GRID.solid
 

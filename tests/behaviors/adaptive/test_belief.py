@@ -186,7 +186,7 @@ def test_looks_before_a_sighting_do_not_weaken_those_after_it():
 def test_what_was_looked_at_long_ago_is_worth_another_look():
     belief, floor = _belief(), _room()
     belief.look(Pose(), floor, 50)
-    belief.renew(5000.0)
+    belief.decay(5000.0)
     renewed = _ahead(belief)
     belief.look(Pose(), floor, 50)
     assert _ahead(belief) < 0.8 * renewed
@@ -202,7 +202,7 @@ def test_a_room_not_seen_yet_is_a_better_place_to_look_in_than_one_seen_two_minu
     for heading_deg in range(0, 360, 20):
         belief.look(Pose(0.0, 0.0, heading_deg), floor, 3)
     for _ in range(24):
-        belief.renew(5.0)
+        belief.decay(5.0)
     assert belief.chance_from(4500.0, 0.0, floor) > belief.chance_from(-800.0, 500.0, floor)
 
 
@@ -250,7 +250,7 @@ def test_time_brings_belief_back_to_where_it_began():
     belief.look(Pose(heading_deg=90.0), _room(), 5)
     distances = []
     for passed_s in (0.0, 100.0, 1e5):
-        belief.renew(passed_s)
+        belief.decay(passed_s)
         distances.append(float(np.abs(belief.by_place() - fresh.by_place()).sum()))
     assert distances[0] > distances[1] > distances[2]
     assert distances[2] < 1e-9
@@ -260,7 +260,7 @@ ACTIONS = st.one_of(
     st.tuples(st.just("look"), POSES, st.integers(1, 200)),
     st.tuples(st.just("see"), POINTS, POINTS),
     st.tuples(st.just("refute"), POINTS),
-    st.tuples(st.just("renew"), st.floats(0.0, 1000.0)),
+    st.tuples(st.just("decay"), st.floats(0.0, 1000.0)),
     st.tuples(st.just("block"), POSES, st.floats(0.0, 2500.0)),
 )
 
@@ -301,7 +301,7 @@ def test_more_places_are_as_likely_as_if_they_had_been_considered_from_the_start
     for belief in (late, early):
         belief.look(Pose(), floor, 3)
         belief.refute((1600.0, 800.0))
-        belief.renew(60.0)
+        belief.decay(60.0)
         belief.scatter()
         belief.look(Pose(heading_deg=120.0), floor, 3)
     late.follow(likely_places(floor))

@@ -25,11 +25,11 @@ def test_the_echo_is_of_what_goes_on_below_the_frame():
 
 
 @pytest.mark.parametrize(
-    ("cut", "bearing_deg", "heard_mm"),
+    ("cut", "bearing_deg", "echo_ahead_mm"),
     [(Cut.TOP, 0.0, 250.0), (Cut.BOTTOM | Cut.LEFT, -25.0, 250.0), (Cut.BOTTOM, 0.0, None)],
 )
-def test_without_an_echo_of_it_a_target_never_seen_whole_stays_bounded(cut, bearing_deg, heard_mm):
-    assert _place(estimated(_sighting(cut, bearing_deg), heard_mm, None)) == (bearing_deg, 480.0, True)
+def test_without_an_echo_of_it_a_target_never_seen_whole_stays_bounded(cut, bearing_deg, echo_ahead_mm):
+    assert _place(estimated(_sighting(cut, bearing_deg), echo_ahead_mm, None)) == (bearing_deg, 480.0, True)
 
 
 def test_an_echo_from_behind_does_not_move_it_away():

@@ -93,9 +93,9 @@ def test_where_no_echo_confirms_a_stop_the_robot_goes_nearer_by_as_much_as_wheel
     scale = CameraScale(AHEAD_MM)
     for target in ("door", "window"):
         _approach(scale, factor, wheels, echoes=False, target=target)
-        unheard_mm = scale.assured_mm(target, ARRIVE_MM, heard=False)
-        assert unheard_mm < scale.assured_mm(target, ARRIVE_MM)
-        assert unheard_mm * factor / _factor(scale, target) <= 1.08 * ARRIVE_MM
+        unconfirmed_mm = scale.assured_mm(target, ARRIVE_MM, confirmed=False)
+        assert unconfirmed_mm < scale.assured_mm(target, ARRIVE_MM)
+        assert unconfirmed_mm * factor / _factor(scale, target) <= 1.08 * ARRIVE_MM
 
 
 def test_nothing_is_learned_from_a_target_that_is_cut_off():

@@ -1,4 +1,4 @@
-"""The occupancy grid: echoes and bumps mark and clear cells, and marks fade."""
+"""The occupancy grid: echoes and bumps mark and clear cells, and marks decay."""
 
 from __future__ import annotations
 
@@ -150,10 +150,10 @@ def test_positive_is_right_in_the_map_too(heading_deg):
 def test_evidence_fades_to_about_a_third():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
-    floor.fade(0.0)
+    floor.decay(0.0)
     before = floor.log_odds.copy()
-    for now_s in np.arange(0.0, GRID.fades_s + 0.1, 0.5):
-        floor.fade(float(now_s))
+    for now_s in np.arange(0.0, GRID.decay_s + 0.1, 0.5):
+        floor.decay(float(now_s))
     assert _evidence_at(floor, *place) > 0.0
     np.testing.assert_allclose(floor.log_odds, before / math.e, rtol=0.02, atol=1e-3)
 
@@ -161,13 +161,13 @@ def test_evidence_fades_to_about_a_third():
 def test_what_appeared_where_the_floor_was_free_fades_sooner_than_what_stood_there():
     floor = OccupancyGrid()
     _listen(floor, 1200.0)
-    floor.fade(0.0)
-    floor.fade(2.0)
+    floor.decay(0.0)
+    floor.decay(2.0)
     floor.mark_obstacle(ORIGIN, 500.0)
     floor.mark_obstacle(Pose(heading_deg=90.0), 500.0)
     appeared, stood = (600.0, 0.0), (0.0, 600.0)
     assert _evidence_at(floor, *appeared) == _evidence_at(floor, *stood) > GRID.solid
-    floor.fade(2.0 + GRID.appeared_fades_s)
+    floor.decay(2.0 + GRID.appeared_decay_s)
     assert _evidence_at(floor, *appeared) < GRID.solid < _evidence_at(floor, *stood)
 
 
@@ -184,18 +184,18 @@ def test_something_appeared_if_the_floor_was_free_all_along_its_arc_and_behind_i
     floor = OccupancyGrid()
     if free_mm is not None:
         _listen(floor, free_mm)
-    floor.fade(0.0)
-    floor.fade(2.0)
+    floor.decay(0.0)
+    floor.decay(2.0)
     assert floor.appeared(Pose(heading_deg=turned_deg), 500.0) is appeared
 
 
 def test_what_was_taken_back_was_never_free():
     """A map that was heard at wrong headings says nothing about what has come since."""
     floor = OccupancyGrid()
-    floor.fade(0.0)
+    floor.decay(0.0)
     floor.save()
     _listen(floor, 1200.0)
-    floor.fade(2.0)
+    floor.decay(2.0)
     assert floor.appeared(ORIGIN, 500.0)
     floor.restore()
     assert not floor.appeared(ORIGIN, 500.0)
@@ -206,7 +206,7 @@ def test_the_first_look_at_the_clock_fades_nothing():
     floor = OccupancyGrid()
     place = _listen(floor, 500.0)
     before = _evidence_at(floor, *place)
-    floor.fade(1e6)
+    floor.decay(1e6)
     assert _evidence_at(floor, *place) == before
 
 
@@ -280,7 +280,7 @@ def test_it_grows_to_what_is_heard_and_seen(way):
         case "echo":
             floor.add_echo(edge, 1000.0)
         case "silence":
-            floor.add_silence(edge)
+            floor.add_no_echo(edge)
         case _:
             bearing_deg, near_mm, far_mm = np.linspace(-20.0, 20.0, 41), np.full(41, 300.0), np.full(41, 1500.0)
             floor.add_view(edge, VisibleFloor(bearing_deg, near_mm, far_mm, far_mm, np.full(41, fill_value=True)))
@@ -289,7 +289,7 @@ def test_it_grows_to_what_is_heard_and_seen(way):
 
 
 ACTIONS = st.tuples(
-    st.sampled_from(["echo", "echo", "echo", "block", "stand", "fade"]), POSES, st.floats(0.0, FARTHEST_ECHO_MM)
+    st.sampled_from(["echo", "echo", "echo", "block", "stand", "decay"]), POSES, st.floats(0.0, FARTHEST_ECHO_MM)
 )
 
 
@@ -306,7 +306,7 @@ def test_evidence_stays_within_its_bounds(actions):
                 floor.clear_footprint(pose)
             case _:
                 now_s += range_mm / 100.0
-                floor.fade(now_s)
+                floor.decay(now_s)
     assert np.isfinite(floor.log_odds).all()
     assert floor.log_odds.max() <= GRID.most
     assert floor.log_odds.min() >= -GRID.most
@@ -320,7 +320,7 @@ def test_what_lies_behind_a_wall_that_deflects_a_beam_is_not_known_to_be_free(ra
     for back_mm in (0.0, 40.0) * 6:
         here = Pose(*glancing.ahead(-back_mm), glancing.heading_deg)
         if range_mm is None:
-            floor.add_silence(here)
+            floor.add_no_echo(here)
         else:
             floor.add_echo(here, range_mm)
     assert _evidence_at(floor, *Pose(*wall, 70.0).ahead(-200.0)) < 0.0, "before it"

@@ -121,11 +121,11 @@ def test_a_look_round_over_a_slow_link_takes_less_than_twice_as_long(perceive):
 def test_an_echo_over_a_slow_link_clears_as_much_as_several_from_nearby_over_a_fast_one():
     fast, slow = OccupancyGrid(), OccupancyGrid()
     slow.weight = 3.0
-    slow.add_silence(Pose())
+    slow.add_no_echo(Pose())
     for heading_deg in (-3.0, 0.0, 3.0):
-        fast.add_silence(Pose(heading_deg=heading_deg))
+        fast.add_no_echo(Pose(heading_deg=heading_deg))
     place = CELLS.at(600.0, 0.0)
-    assert slow.log_odds[place] == pytest.approx(fast.log_odds[place]) == pytest.approx(-3 * GRID.free_silent)
+    assert slow.log_odds[place] == pytest.approx(fast.log_odds[place]) == pytest.approx(-3 * GRID.free_no_echo)
 
 
 def test_one_echo_over_a_slow_link_is_no_more_certain_than_over_a_fast_one_of_where_on_its_arc_something_stands():

@@ -21,7 +21,7 @@ SIDES_MM = (700.0, 1100.0, 1500.0, 900.0)
 """How far away the walls of the room are: ahead, right, behind, left."""
 
 
-def heard_mm(heading_deg, sides_mm=SIDES_MM):
+def echo_range_mm(heading_deg, sides_mm=SIDES_MM):
     """Return the distance to the nearest wall in a beam of 30 degrees."""
     ways = []
     for off_deg in range(-15, 16, 5):
@@ -37,7 +37,7 @@ def turn(scale, by_wheels_deg=N.longest_deg, sides_mm=SIDES_MM, step_deg=5.0):
     heard = TurnScale()
     for step in range(math.ceil(abs(by_wheels_deg) / step_deg) + 1):
         wheels_deg = math.copysign(step * step_deg, by_wheels_deg)
-        heard.add(Pose(0.0, 0.0, 30.0 + wheels_deg), heard_mm(scale * wheels_deg, sides_mm))
+        heard.add(Pose(0.0, 0.0, 30.0 + wheels_deg), echo_range_mm(scale * wheels_deg, sides_mm))
     return heard
 
 

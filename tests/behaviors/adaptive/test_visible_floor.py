@@ -102,8 +102,8 @@ def test_boxes_that_look_like_the_floor_teach_nothing(seed):
     random, ranges = Random(seed), _ranges()
     for i in range(60):
         ahead_mm = random.uniform(700.0, 2000.0)
-        heard_mm = random.uniform(500.0, ahead_mm) if random.random() < 0.6 else ahead_mm
-        ranges.compare(_wall(ahead_mm), Pose(x_mm=200.0 * i), heard_mm - SONAR_AHEAD_MM)
+        echo_range_mm = random.uniform(500.0, ahead_mm) if random.random() < 0.6 else ahead_mm
+        ranges.compare(_wall(ahead_mm), Pose(x_mm=200.0 * i), echo_range_mm - SONAR_AHEAD_MM)
     view = ranges.measure(_wall(1400.0))
     assert _ahead(view.end_mm) == pytest.approx(1400.0, rel=0.1)
     assert _ahead(view.free_mm) > 1000.0
@@ -164,11 +164,11 @@ def _view(ahead_mm: float, *, exact: bool = True) -> VisibleFloor:
     return VisibleFloor(BEARINGS, np.full(len(BEARINGS), 460.0), end_mm, end_mm, np.full(len(BEARINGS), exact))
 
 
-def _look(floor: OccupancyGrid, view: VisibleFloor, heard_mm: float | None = None, times: int = 6) -> None:
+def _look(floor: OccupancyGrid, view: VisibleFloor, echo_range_mm: float | None = None, times: int = 6) -> None:
     """Look several times while moving to and fro across the view."""
     for i in range(times):
         pose = Pose(y_mm=40.0 * (i % 2))
-        floor.add_view(pose, view, None if heard_mm is None else (pose, heard_mm))
+        floor.add_view(pose, view, None if echo_range_mm is None else (pose, echo_range_mm))
 
 
 def _evidence_at(floor: OccupancyGrid, x_mm: float, y_mm: float = 20.0) -> float:
@@ -208,7 +208,7 @@ def test_what_is_placed_roughly_only_hints():
 
 def test_an_echo_from_beyond_shows_that_a_rug_is_not_an_obstacle():
     floor = OccupancyGrid()
-    _look(floor, _view(800.0), heard_mm=1900.0)
+    _look(floor, _view(800.0), echo_range_mm=1900.0)
     assert _evidence_at(floor, 815.0) <= 0.0
     assert _evidence_at(floor, *Pose(heading_deg=25.0).ahead(800.0 / math.cos(math.radians(25.0)) + 15.0)) > GRID.solid
 
@@ -265,14 +265,14 @@ def test_evidence_of_an_echo_goes_where_the_camera_sees_free_floor_beside_the_th
 def test_what_is_touched_where_the_floor_looked_free_was_overlooked_and_is_not_about_to_leave(silences):
     floor = OccupancyGrid()
     for i in range(silences):
-        floor.add_silence(Pose(100.0 * i))
+        floor.add_no_echo(Pose(100.0 * i))
     _look(floor, _view(2500.0), times=10)
-    floor.fade(0.0)
-    floor.fade(2.0)
+    floor.decay(0.0)
+    floor.decay(2.0)
     floor.mark_obstacle(Pose(400.0), 0.0)
     _look(floor, _view(2500.0), times=10)
     touched = _evidence_at(floor, 600.0)
-    floor.fade(2.0 + GRID.appeared_fades_s)
+    floor.decay(2.0 + GRID.appeared_decay_s)
     assert touched > GRID.solid
     assert _evidence_at(floor, 600.0) > 0.8 * touched
 

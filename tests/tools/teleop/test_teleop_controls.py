@@ -70,8 +70,8 @@ def test_the_map_shows_path_echo_target_and_robot():
     for x_mm in range(0, 600, 50):
         floor.drive_over(Pose(x_mm, 0.0, 0.0))
     here = Pose(500.0, 0.0, 90.0)
-    floor.hear(Pose(500.0, 0.0, 0.0), 400.0)
-    floor.see(here, 0.0, 250.0)
+    floor.add_echo(Pose(500.0, 0.0, 0.0), 400.0)
+    floor.add_target(here, 0.0, 250.0)
     lines = floor.draw(here, 21, 11)
     assert len(lines) == 11
     assert {len(line) for line in lines} == {21}
@@ -83,8 +83,8 @@ def test_the_map_shows_path_echo_target_and_robot():
 
 def test_the_map_knows_where_sonar_and_lens_are():
     floor = FloorMap(sonar_forward_mm=100.0, camera=CameraTable(forward_mm=200.0, right_mm=100.0))
-    floor.hear(Pose(), 400.0)
-    floor.see(Pose(0.0, 0.0, 90.0), 0.0, 300.0)
+    floor.add_echo(Pose(), 400.0)
+    floor.add_target(Pose(0.0, 0.0, 90.0), 0.0, 300.0)
     lines = floor.draw(Pose(), 21, 21)
     assert lines[5][10] == "#"
     assert lines[11][20] == "T"
@@ -92,14 +92,14 @@ def test_the_map_knows_where_sonar_and_lens_are():
 
 def test_missing_and_far_echoes_are_not_walls():
     floor = FloorMap()
-    floor.hear(Pose(), None)
-    floor.hear(Pose(), FARTHEST_ECHO_MM + 10)
+    floor.add_echo(Pose(), None)
+    floor.add_echo(Pose(), FARTHEST_ECHO_MM + 10)
     assert "#" not in "".join(floor.draw(Pose(), 99, 99))
 
 
 def test_where_the_robot_has_been_nothing_stands():
     floor = FloorMap()
-    floor.hear(Pose(), 500.0)
+    floor.add_echo(Pose(), 500.0)
     floor.drive_over(Pose(500.0, 0.0, 0.0))
     assert "#" not in "".join(floor.draw(Pose(), 99, 99))
 
