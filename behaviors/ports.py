@@ -298,7 +298,7 @@ class Vision(Protocol):
     """The camera with its detectors. `look` and `glance` raise `CameraLost` when no frame arrives."""
 
     def look(self, target: str) -> Sighting | None:
-        """Return the sighting of `target` if it is confirmed in the next new frame; ends within the camera's timeout."""
+        """Return the sighting of `target` if it is confirmed in the next new frame, within the camera's timeout."""
         ...
 
     def glance(self, targets: Sequence[str]) -> Glimpse:

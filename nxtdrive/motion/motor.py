@@ -149,10 +149,10 @@ class Motor:
         if abs(in_range("speed_deg_s", speed_deg_s, -FASTEST_DEG_S, FASTEST_DEG_S)) < SLOWEST_DEG_S:
             raise LocalProtocolError(f"speed_deg_s must be at least {SLOWEST_DEG_S:g} either way, not {speed_deg_s!r}.")
         settings = self.settings
-        pace = SpeedProfile(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
+        profile = SpeedProfile(abs(self._limited(speed_deg_s)), settings.acceleration_deg_s2 or ACCELERATION_DEG_S2)
         wheel = Wheel(self._output, self._sign if speed_deg_s > 0 else -self._sign)
         stall_s = settings.stall_s or STALL_S
-        move = PositionMove(self._link, [wheel], pace, lease_s=settings.lease_s, stall_s=stall_s)
+        move = PositionMove(self._link, [wheel], profile, lease_s=settings.lease_s, stall_s=stall_s)
         self._velocity = None
         return self._finish(move.steps(angle_deg), then, wait)
 

@@ -105,7 +105,7 @@ class PositionMove:
     Args:
         link: The link to the brick.
         wheels: The motors.
-        pace: How fast.
+        profile: How fast.
         guard: Called in each cycle; a reason that it returns ends the motion. Its argument is whether the goal is near:
             the last stretch leaves no time to read sensors.
         on_reading: Called with each reading of the wheels.
@@ -117,7 +117,7 @@ class PositionMove:
         self,
         link: Link,
         wheels: Sequence[Wheel],
-        pace: SpeedProfile,
+        profile: SpeedProfile,
         *,
         guard: Guard = unguarded,
         on_reading: Callable[[Sample], None] = lambda _: None,
@@ -127,7 +127,7 @@ class PositionMove:
         self._link = link
         self._wheels = wheels
         self._ports = [wheel.port for wheel in wheels]
-        self._pace = pace
+        self._profile = profile
         self._guard = guard
         self._on_reading = on_reading
         self._goals: list[float] = []
@@ -177,8 +177,8 @@ class PositionMove:
         """Drive until it is time to brake; returns None, or the reason to end earlier."""
         link = self._link
         weights = [abs(wheel.ratio) for wheel in self._wheels]
-        progress = BrakePredictor(self._stall_s, weights, self._pace.creep_deg_s)
-        deadline = link.now() + self._pace.duration_s(abs(angle_deg))
+        progress = BrakePredictor(self._stall_s, weights, self._profile.creep_deg_s)
+        deadline = link.now() + self._profile.duration_s(abs(angle_deg))
         near = driven = False
         while True:
             stop = self._guard(near)
@@ -215,7 +215,7 @@ class PositionMove:
         creeping = CREEP_DEG + CREEP_DEG_S * (delay_s + self._cycle_s)
         ahead = progress.speed_deg_s * (delay_s + REGULATION_LAG_S)
         left = abs(progress.remaining_deg) - ahead - creeping
-        speed = self._pace.at(progress.covered_deg, left)
+        speed = self._profile.at(progress.covered_deg, left)
         for number, (wheel, lease, each_deg) in enumerate(zip(self._wheels, self._leases, remaining_deg, strict=True)):
             wanted = math.copysign(speed, progress.remaining_deg) + SYNC_PER_S * (each_deg - progress.remaining_deg)
             left_deg = abs(wheel.ratio) * (abs(each_deg) - progress.speed_deg_s * delay_s) + BEHIND_DEG

@@ -129,8 +129,6 @@ class Rover:
         if heading_sensor is not None:
             self._correction = CompassCorrection(heading_sensor, self._odometry, self._read_wheels, link)
 
-    # --- motion ---
-
     @overload
     def straight(
         self, distance_mm: float, speed_mm_s: float | None = None, *, wait: Literal[True] = True
@@ -233,8 +231,6 @@ class Rover:
         self._link.motions.claim(self._ports)
         brake_all(self._leases)
 
-    # --- senses ---
-
     def pose(self) -> Pose:
         """Read the wheels and return the pose by odometry.
 
@@ -302,8 +298,6 @@ class Rover:
         for health in healths:
             health.listener = listener
 
-    # --- how ---
-
     def _arc(
         self, distance_mm: float, angle_deg: float, speed_mm_s: float | None, wait: bool
     ) -> MotionResult | Motion[MotionResult]:
@@ -317,19 +311,19 @@ class Rover:
         speed_s = max(driven_mm / speed_mm_s, turned_deg / limits.turn_deg_s) or 1.0
         change_s2 = max(driven_mm / limits.acceleration_mm_s2, turned_deg / limits.turn_acceleration_deg_s2)
         speed_deg_s = min(FASTEST_WHEEL_DEG_S, longest_deg / speed_s)
-        pace = SpeedProfile(max(SLOWEST_DEG_S, speed_deg_s), longest_deg / change_s2 if change_s2 else math.inf)
+        profile = SpeedProfile(max(SLOWEST_DEG_S, speed_deg_s), longest_deg / change_s2 if change_s2 else math.inf)
         wheels = [
             Wheel(port, sign * (each_deg / longest_deg if longest_deg else 1.0))
             for port, sign, each_deg in zip(self._ports, self._wheels.signs, wheels_deg, strict=True)
             if abs(each_deg) >= STANDING_SHARE * longest_deg
         ]
         self._link.motions.claim(self._ports)
-        steps = self._steps(wheels, longest_deg, pace, guarded=distance_mm > 0)
+        steps = self._steps(wheels, longest_deg, profile, guarded=distance_mm > 0)
         motion = self._motion = self._link.motions.start(self._ports, steps)
         return motion.join() if wait else motion
 
     def _steps(
-        self, wheels: list[Wheel], angle_deg: float, pace: SpeedProfile, *, guarded: bool
+        self, wheels: list[Wheel], angle_deg: float, profile: SpeedProfile, *, guarded: bool
     ) -> Steps[MotionResult]:
         begin, begin_mm = self.pose(), self._odometry.distance_mm
         for lease in self._leases:
@@ -344,7 +338,9 @@ class Rover:
                 lease.brake()
         guard = self._guard if guarded else unguarded
         on_reading = self._update if len(wheels) == len(self._ports) else self._update_both
-        move = PositionMove(self._link, wheels, pace, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s)
+        move = PositionMove(
+            self._link, wheels, profile, guard=guard, on_reading=on_reading, lease_s=self.settings.lease_s
+        )
         stop = yield from move.steps(angle_deg)
         self._align()
         turned_deg = self._odometry.pose.heading_deg - begin.heading_deg
