@@ -98,7 +98,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
         case "value_error":
             return f"{path}: {error['ctx']['error']}"
         case "tuple_type" if len(location) == 1:
-            return f"{path}: needs two brackets, [[{path}]], once for each of them"
+            return f"{path}: write each entry as a table of its own, with two brackets: [[{path}]]"
     message = words(error["type"], error.get("ctx", {}), error["msg"], error["input"])
     return f"{path}: {message}, not {excerpt(error['input'])}"
 

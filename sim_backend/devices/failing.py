@@ -13,7 +13,7 @@ from sim_backend.firmware.sensors.input_port import AnalogSensor
 from sim_backend.world.event_tables import Fault
 
 NO_ADDRESS = 0x01
-"""An I2C address that no request names: those that do end in 0."""
+"""An I2C address that no request contains: write addresses are even."""
 OPEN_CIRCUIT = FULL_SCALE
 """Converter value of a port without a sensor."""
 LOOSE_SHARE = 0.5
@@ -27,7 +27,7 @@ def failing(sensor: AnalogSensor | I2CDevice, fault: FaultNow, random: Random) -
     """Return the sensor with failures.
 
     Args:
-        sensor: The sensor; a colour sensor, which talks in its own way, never fails.
+        sensor: The sensor; a colour sensor, which has its own protocol, never fails.
         fault: How it fails now.
         random: Draws the requests that a loose plug loses.
     """

@@ -87,7 +87,7 @@ class Switchboard:
         before = self.telegrams
         for session in self._sessions:
             if session.link.under_way < WAITING_LIMIT:
-                self._listen(session)
+                self._read(session)
         for door in self._doors:
             for client in door.accept():
                 self._admit(door, client)
@@ -131,7 +131,7 @@ class Switchboard:
         session = _Session(self._arrived, door, client, link)
         self._sessions.append(session)
         self._on_event(session.report("connected"))
-        self._listen(session)
+        self._read(session)
 
     def _make_room(self) -> bool:
         """Disconnect the oldest program that has sent nothing; returns whether there was one."""
@@ -140,7 +140,7 @@ class Switchboard:
             self._disconnect(silent)
         return silent is not None
 
-    def _listen(self, session: _Session) -> None:
+    def _read(self, session: _Session) -> None:
         try:
             for telegram in session.client.receive():
                 session.telegrams += 1

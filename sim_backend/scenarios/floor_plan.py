@@ -52,7 +52,7 @@ class Obstacle:
         at_mm: Its centre.
         size_mm: Along and across its facing; (0, 0) for a round post.
         facing_deg: Direction of its front.
-        radius_mm: Added all round, with rounded corners.
+        radius_mm: Added all around, with rounded corners.
         height_mm: Top edge above the floor.
     """
 

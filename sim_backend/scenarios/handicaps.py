@@ -1,4 +1,4 @@
-"""Robots with poor light, wheels that slip, a bad link, or a camera that fails or mistakes."""
+"""Robots with poor light, slipping wheels, a bad link, or a camera that fails or makes mistakes."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def _tables(random: Random) -> RoomBuilder:
 
 
 def _open_office(random: Random) -> RoomBuilder:
-    """Generate a hall with short partitions at all angles, and sofas that swallow ultrasound; a target stands free."""
+    """Generate a hall with short partitions at all angles, and sofas that absorb ultrasound; a target stands free."""
     builder = room(random, 5500.0, 7000.0)
     width, depth = builder.size_mm
     for _ in range(5):

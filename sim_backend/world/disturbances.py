@@ -1,4 +1,4 @@
-"""Effects of events on the robot itself: sensors that fail, wheels that slip, hands that lift it."""
+"""Effects of events on the robot itself: sensors that fail, wheels that slip, and being lifted."""
 
 from __future__ import annotations
 

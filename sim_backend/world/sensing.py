@@ -39,7 +39,7 @@ class UltrasonicBeam:
         at_mm: Position on the robot: (forward, right) of the middle of the axle.
         direction_deg: Direction of the beam, clockwise from the front.
         heights_mm: Height of every shape; shapes lower than the sensor give no echo.
-        absorbing: Shapes that swallow the sound: nothing there or behind it gives an echo.
+        absorbing: Shapes that absorb the sound: neither they nor what is behind them gives an echo.
         random: Random numbers for noise and dropouts.
     """
 

@@ -203,7 +203,7 @@ class World:
         self._heights_mm.update(dict.fromkeys(obj.shapes, obj.height_mm))
         if not isinstance(table, Picture) and table.absorbs:
             self._absorbing.update(obj.shapes)
-        self._stir()
+        self._refresh()
 
     def place(self, name: str, at_mm: Point | None, facing_deg: float | None, *, present: bool) -> None:
         """Move an object or person at once, or remove it; None keeps position or facing. People have no facing."""
@@ -214,15 +214,15 @@ class World:
             obj.stand(obj.at_mm if at_mm is None else at_mm)
         else:
             obj.vanish()
-        self._stir()
+        self._refresh()
 
     def place_robot(self, at_mm: Point, heading_deg: float) -> None:
         """Move the robot to another pose."""
         self.robot.place(at_mm, heading_deg)
-        self._stir()
+        self._refresh()
 
-    def _stir(self) -> None:
-        """Invalidate the panels and run the physics once: a moved object looks different and may touch others."""
+    def _refresh(self) -> None:
+        """Invalidate the panels and step the physics once: a moved object looks different and may touch others."""
         self._panels, self._stirred = None, True
 
     def perform(self, event: Event, stays_ms: int | None) -> None:

@@ -37,7 +37,7 @@ MIN_RADIUS_MM = 50
 FRAME_DIAGONAL = 1.25
 """Diagonal of a 4:3 frame over its width."""
 STEEPEST_DEG = 84.0
-"""Largest elevation at the corner of a tilted camera's frame: the renderer knows no zenith."""
+"""Largest elevation at the corner of a tilted camera's frame: the renderer cannot draw the zenith."""
 STRONGEST_BARREL = 4 / 27
 """Largest -k1 r² of a corner at the distance r from the axis that r' (1 + k1 r'²) reaches for some r'."""
 
@@ -245,7 +245,7 @@ class Wall(Table):
     """An inner wall.
 
     Attributes:
-        absorbs: Whether it swallows ultrasound, as a curtain does.
+        absorbs: Whether it absorbs ultrasound, as a curtain does.
     """
 
     from_mm: Point
@@ -264,7 +264,7 @@ class Box(Table):
         size_mm: Depth along the facing, and width.
         facing_deg: Direction of the front.
         mass_kg: With a mass, the robot can push the box; otherwise it is fixed.
-        absorbs: Whether it swallows ultrasound, as cushions and stuffed toys do.
+        absorbs: Whether it absorbs ultrasound, as cushions and stuffed toys do.
         present: Whether it is present at the start.
     """
 
@@ -286,7 +286,7 @@ class Person(Table):
         enters_from_mm: Door where the person appears and disappears.
         radius_mm: Half of the body's width.
         speed_mm_s: Walking speed.
-        absorbs: Whether the clothes swallow ultrasound.
+        absorbs: Whether the clothes absorb ultrasound.
     """
 
     name: Name
