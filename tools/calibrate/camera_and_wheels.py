@@ -192,7 +192,7 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
 
 
 def misfit_px(track: Track, believed: dict[str, float], found: dict[str, float]) -> float:
-    """Return by how much markers are missed on average with what is believed of the robot, wherever the sheet hangs.
+    """Return by how much these values of the robot miss the markers on average, wherever the sheet hangs.
 
     Args:
         track: What was recorded.

@@ -65,8 +65,8 @@ class Course:
     Args:
         brick: The brick.
         camera: Its camera.
-        rover: The same brick as a vehicle, by what is believed of it so far.
-        robot: What is believed.
+        rover: The same brick as a vehicle, with the values so far.
+        robot: The values so far.
 
     Attributes:
         track: What was recorded so far.

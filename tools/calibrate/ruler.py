@@ -61,7 +61,7 @@ def calibrate_by_ruler(
 
     Args:
         brick: The brick.
-        before: What is believed so far.
+        before: The robot file so far.
         today: The date for the file.
         ready: Called with what to do; returns when that is done.
         ask: Asks for a number.

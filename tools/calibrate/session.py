@@ -53,7 +53,7 @@ class CalibrationResult:
     Attributes:
         file: The new robot file.
         lines: Its new values.
-        misfit_px: By how much the markers were missed with what was believed, and with the new file; None if only
+        misfit_px: By how much the markers were missed with the previous values, and with the new file; None if only
             the motors were calibrated.
         views: Frames in which the sheet was seen.
         remark: What else is to be said of before and after.
@@ -80,7 +80,7 @@ def calibrate(
     Args:
         brick: The brick.
         camera: Its camera.
-        before: What is believed so far.
+        before: The robot file so far.
         what: Some of `behaviors.mission.robot.CALIBRATED`; the others keep their values.
         today: The date for the file.
         say: Called with what is being done.

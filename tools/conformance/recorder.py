@@ -44,7 +44,7 @@ SHORTEST_NAME = 3
 """A name of fewer bytes is not looked for in all replies."""
 
 
-class Partner(Protocol):
+class Peer(Protocol):
     """The other end of the conversation."""
 
     def exchange(self, telegram: bytes) -> tuple[bytes, int]:
@@ -56,29 +56,29 @@ class Partner(Protocol):
         ...
 
 
-class BenchPartner:
+class BenchPeer:
     """The simulated brick on the bench of `nxtdrive sim check`."""
 
     def __init__(self, firmware: str) -> None:
         self._bench = Bench(SimBrick(firmware=firmware))
 
     def exchange(self, telegram: bytes) -> tuple[bytes, int]:
-        """See `Partner`."""
+        """See `Peer`."""
         return bytes.fromhex(self._bench.telegram(telegram.hex())), PASS_MS
 
     def wait(self, duration_ms: int) -> None:
-        """See `Partner`."""
+        """See `Peer`."""
         self._bench.control(f"!tick {duration_ms}")
 
 
-class TransportPartner:
+class TransportPeer:
     """A brick behind any transport."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
 
     def exchange(self, telegram: bytes) -> tuple[bytes, int]:
-        """See `Partner`; a reply that comes after `REPLY_WITHIN_S` is dropped."""
+        """See `Peer`; a reply that comes after `REPLY_WITHIN_S` is dropped."""
         transport = self._transport
         if transport.waiting():
             drain(transport)
@@ -92,11 +92,11 @@ class TransportPartner:
         return reply or b"", round((transport.now() - begun_s) * 1000)
 
     def wait(self, duration_ms: int) -> None:
-        """See `Partner`."""
+        """See `Peer`."""
         self._transport.sleep(duration_ms / 1000)
 
 
-class Privacy:
+class Anonymizer:
     """Blanks and masks data that identify the brick.
 
     Args:
@@ -135,7 +135,7 @@ def _private_places(request: bytes, reply: bytes) -> Iterator[int]:
             yield from range(REPLY_HEADER + begin, min(REPLY_HEADER + end, len(reply)))
 
 
-def ask_identity(partner: Partner) -> system.DeviceInfo:
+def ask_identity(peer: Peer) -> system.DeviceInfo:
     """Ask the brick for its name and address.
 
     Raises:
@@ -143,20 +143,20 @@ def ask_identity(partner: Partner) -> system.DeviceInfo:
         RemoteProtocolError: It answers something else.
     """
     command = system.GetDeviceInfo()
-    return type(command).decode_reply(_answer(partner, command.encode()))
+    return type(command).decode_reply(_answer(peer, command.encode()))
 
 
-def converse(
-    partner: Partner, lines: Iterable[Line], scenario: str, about: str, privacy: Privacy | None
+def record_conversation(
+    peer: Peer, lines: Iterable[Line], scenario: str, about: str, anonymizer: Anonymizer | None
 ) -> Iterator[dict[str, Any]]:
     """Hold the conversation, beginning with the firmware's version; yield the recording's lines.
 
     Args:
-        partner: The other end.
+        peer: The other end.
         lines: What to send and when to wait.
         scenario: Name of the conversation.
         about: Its subject, in words.
-        privacy: Blanks private bytes; None keeps them.
+        anonymizer: Blanks private bytes; None keeps them.
 
     Raises:
         LinkError: The link is lost, or the brick does not answer at the beginning.
@@ -168,16 +168,16 @@ def converse(
         return {"scenario": scenario, "step": next(number), **given}
 
     request = system.GetVersions().encode()
-    reply = _answer(partner, request)
+    reply = _answer(peer, request)
     firmware = system.GetVersions.decode_reply(reply).firmware
     yield step(about=about, firmware=firmware, request=request.hex(), reply=reply.hex())
     for line in lines:
         if line.wait_ms:
-            partner.wait(line.wait_ms)
+            peer.wait(line.wait_ms)
             yield step(control=f"!tick {line.wait_ms}", reply=DONE, note=line.note)
             continue
-        reply, elapsed_ms = partner.exchange(line.telegram)
-        reply, mask = privacy.blank(line.telegram, reply) if privacy else (reply, b"")
+        reply, elapsed_ms = peer.exchange(line.telegram)
+        reply, mask = anonymizer.blank(line.telegram, reply) if anonymizer else (reply, b"")
         yield step(request=line.telegram.hex(), reply=reply.hex(), mask=mask.hex(), note=line.note)
         if elapsed_ms > PASS_MS:
             yield step(control=f"!tick {elapsed_ms - PASS_MS}", reply=DONE, note="measured: how long the exchange took")
@@ -185,19 +185,19 @@ def converse(
 
 def stop(transport: Transport) -> None:
     """Stop a program that runs on the brick, and all motors, as far as the link allows; its errors are ignored."""
-    partner = TransportPartner(transport)
+    peer = TransportPeer(transport)
     with suppress(NXTError):
-        running, _ = partner.exchange(direct.GetCurrentProgramName().encode())
+        running, _ = peer.exchange(direct.GetCurrentProgramName().encode())
         if running[REPLY_HEADER - 1 : REPLY_HEADER] == bytes([Status.OK]):
-            partner.exchange(direct.StopProgram().encode())
+            peer.exchange(direct.StopProgram().encode())
     with suppress(NXTError):
         transport.send(braked(OutputPort.ALL).encode(want_reply=False))
         transport.sleep(STOPPING_S)
         transport.send(coasting(OutputPort.ALL).encode(want_reply=False))
 
 
-def _answer(partner: Partner, request: bytes) -> bytes:
-    reply, _ = partner.exchange(request)
+def _answer(peer: Peer, request: bytes) -> bytes:
+    reply, _ = peer.exchange(request)
     if not reply:
         raise LinkTimeout("the brick does not answer.", remedy="Switch it on and try `nxtdrive doctor`.")
     return reply

@@ -66,7 +66,7 @@ def battery(voltage_mv: int) -> Finding:
     """Check whether the voltage is sufficient for motors."""
     text = f"{voltage_mv / 1000:.2f} V"
     if voltage_mv < FLAT_MV:
-        return problem("battery", f"{text}: flat.", "Charge it, or put fresh cells in.")
+        return problem("battery", f"{text}: flat.", "Charge it, or insert fresh batteries.")
     if voltage_mv < LOW_BATTERY_MV:
         return warning("battery", f"{text}: low, motors are slow.", "Charge a rechargeable pack now.")
     return ok("battery", text)
@@ -121,7 +121,7 @@ def _motor(brick: Brick, port: MotorPort, *, needed: bool) -> Finding:
 def _touch(brick: Brick, port: SensorPort) -> Finding:
     topic = f"sensor {port}"
     if brick.touch(port).pressed:
-        return warning(topic, "the bumper is pressed.", "Free the bumper; does it jam?")
+        return warning(topic, "the bumper is pressed.", "Is the bumper jammed? Free it.")
     return ok(topic, "the bumper is free, or nothing is plugged in: press it during `nxtdrive sensor watch`")
 
 

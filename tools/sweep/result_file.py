@@ -72,7 +72,7 @@ class ResultFile:
         ConfigError: It cannot be written.
     """
 
-    def __init__(self, path: Path, remedy: str = "Make room, and continue with --resume.") -> None:
+    def __init__(self, path: Path, remedy: str = "Free some space, and continue with --resume.") -> None:
         self._path, self._remedy = path, remedy
         try:
             self._file = path.open("ab+", buffering=0)

@@ -145,7 +145,7 @@ def write_summary(path: Path, content: dict[str, Any]) -> None:
     except OSError as error:
         raise ConfigError(
             f"{path} cannot be written ({error.strerror}); the results are in the sweep's own file.",
-            remedy="Make room, and give the same command with --resume.",
+            remedy="Free some space, and repeat the command with --resume.",
         ) from error
 
 

@@ -61,7 +61,7 @@ from .messages import (
 )
 from .mission_run import ShownMission, open_decision, under_way
 from .missions import Missions
-from .page_socket import Work, converse
+from .page_socket import Work, serve_page
 from .photographs import Photographs
 from .robot import Robot
 from .runs import Runs
@@ -167,12 +167,12 @@ class Server:
             return PlainTextResponse("There is no such file.\n", 404)
 
     async def _connect(self, page: WebSocket) -> None:
-        await converse(
+        await serve_page(
             page,
             self.hub,
             f"page {next(self._numbers)}",
             hello=self._hello,
-            obey=lambda client, text: self._obey(client, read_message(text)),
+            handle=lambda client, text: self._handle(client, read_message(text)),
             left=self._give_control,
         )
 
@@ -182,7 +182,7 @@ class Server:
             self.driven.let_go()
         self._arbiter.give(client.name)
 
-    def _obey(self, client: Client, message: Message) -> Work | None:
+    def _handle(self, client: Client, message: Message) -> Work | None:
         """Execute a client's message, or return the part that takes longer.
 
         Raises:

@@ -41,7 +41,7 @@ class File(Text):
 
 
 class Refused(Exception):
-    """A request that cannot be obeyed.
+    """A request that cannot be carried out.
 
     Args:
         text: Why.

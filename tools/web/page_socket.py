@@ -23,13 +23,13 @@ TRY_LATER = 1013
 """WebSocket close code "try again later". Source: the IANA registry of close codes."""
 
 
-async def converse(
+async def serve_page(
     page: WebSocket,
     hub: Hub,
     name: str,
     *,
     hello: Callable[[Client], dict[str, object]],
-    obey: Callable[[Client, str], Work | None],
+    handle: Callable[[Client, str], Work | None],
     left: Callable[[Client], None],
 ) -> None:
     """Serve a page until it leaves, its connection is lost (`connections.LiveWebSocket`), or it is too slow.
@@ -39,8 +39,8 @@ async def converse(
         hub: Whose messages it gets.
         name: Of the client.
         hello: Returns the first message; called in a thread.
-        obey: Executes a message, or returns the part that reads files, which is done in a thread while the page's
-            next messages are obeyed: a stop never waits. A ValueError says why it failed.
+        handle: Handles a message, or returns the part that reads files, which is done in a thread while the page's
+            next messages are handled: a stop never waits. A ValueError says why it failed.
         left: Called at the end.
     """
     await page.accept()
@@ -54,7 +54,7 @@ async def converse(
         try:
             async with anyio.create_task_group() as both:
                 both.start_soon(_send, page, client, both.cancel_scope)
-                both.start_soon(_receive, page, client, obey, both)
+                both.start_soon(_receive, page, client, handle, both)
         finally:
             hub.leave(client)
             left(client)
@@ -76,7 +76,7 @@ async def _send(page: WebSocket, client: Client, both: anyio.CancelScope) -> Non
 
 
 async def _receive(
-    page: WebSocket, client: Client, obey: Callable[[Client, str], Work | None], both: TaskGroup
+    page: WebSocket, client: Client, handle: Callable[[Client, str], Work | None], both: TaskGroup
 ) -> None:
     working: set[Work] = set()
     with contextlib.suppress(WebSocketDisconnect):
@@ -87,7 +87,7 @@ async def _receive(
             try:
                 if (text := message.get("text")) is None:
                     raise ValueError("Send messages as text, not as bytes.")
-                if work := obey(client, text):
+                if work := handle(client, text):
                     if working:
                         raise ValueError("What you started before is still being read. Try again in a moment.")
                     working.add(work)

@@ -16,7 +16,7 @@ from nxtdrive.cli.output import write_line
 from nxtdrive.signals import held
 
 if TYPE_CHECKING:
-    from nxtdrive.tools.conformance.recorder import BenchPartner
+    from nxtdrive.tools.conformance.recorder import BenchPeer
     from nxtdrive.transports.address import Address
 
 
@@ -54,7 +54,7 @@ def record(args: argparse.Namespace) -> int:
         NXTError: The brick cannot be opened or is lost; what was recorded until then is written.
     """
     from nxtdrive.recording.output_file import write_file
-    from nxtdrive.tools.conformance.recorder import Privacy, TransportPartner, ask_identity, converse, stop
+    from nxtdrive.tools.conformance.recorder import Anonymizer, TransportPeer, ask_identity, record_conversation, stop
     from nxtdrive.tools.conformance.script import read_script
     from nxtdrive.transports import open_transport
     from nxtdrive.transports.address import Address
@@ -67,12 +67,12 @@ def record(args: argparse.Namespace) -> int:
     address, records = Address.parse(args.nxt), list[dict[str, Any]]()
     bench = _bench(address)
     with nullcontext() if bench else closing(open_transport(address)) as transport:
-        partner = bench or TransportPartner(transport)
+        peer = bench or TransportPeer(transport)
         try:
             real = transport is not None and not transport.simulated
-            privacy = Privacy(ask_identity(partner)) if real and not args.with_identity else None
+            anonymizer = Anonymizer(ask_identity(peer)) if real and not args.with_identity else None
             about = args.about or f"a brick over {brick_address(address).scheme}"
-            for line in converse(partner, lines, args.scenario or args.script.stem, about, privacy):
+            for line in record_conversation(peer, lines, args.scenario or args.script.stem, about, anonymizer):
                 records.append(line)  # one by one: an error or a signal must not lose them
         finally:
             with held():
@@ -88,9 +88,9 @@ def record(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _bench(address: Address) -> BenchPartner | None:
+def _bench(address: Address) -> BenchPeer | None:
     """Return the bench of `nxtdrive sim check` for ``sim://``, alone or with a firmware; None for other addresses."""
-    from nxtdrive.tools.conformance.recorder import BenchPartner
+    from nxtdrive.tools.conformance.recorder import BenchPeer
     from nxtdrive.transports.record import brick_address
 
     brick = brick_address(address)
@@ -106,4 +106,4 @@ def _bench(address: Address) -> BenchPartner | None:
         raise AddressError(
             f"{address}: there is no simulated firmware {firmware!r}.", remedy=f"Choose from {', '.join(FIRMWARES)}."
         )
-    return BenchPartner(firmware)
+    return BenchPeer(firmware)

@@ -12,7 +12,7 @@ from firmware_protocol.enhanced import RenameFile, SetInterpreterState
 from firmware_protocol.errors import LinkLost, RemoteProtocolError
 from firmware_protocol.system import SetBrickName
 from nxtdrive.cli.main import DONE, LINK_LOST, SIGNALLED, USAGE, main
-from nxtdrive.tools.conformance.recorder import Privacy, TransportPartner, ask_identity, converse
+from nxtdrive.tools.conformance.recorder import Anonymizer, TransportPeer, ask_identity, record_conversation
 from nxtdrive.tools.conformance.script import WRITING, read_script
 from nxtdrive.transports.sim import SimTransport, shared
 from sim_backend.link import LinkFaults
@@ -186,18 +186,18 @@ def owned():
     return Owned(simulation)
 
 
-def conversation(transport, path, privacy):
+def conversation(transport, path, anonymizer):
     lines = read_script(path, allow_writes=False)
-    return list(converse(TransportPartner(transport), lines, "s", "a", privacy))
+    return list(record_conversation(TransportPeer(transport), lines, "s", "a", anonymizer))
 
 
 @pytest.mark.parametrize("keep", [False, True])
 def test_name_and_address_of_a_real_brick_are_blanked_and_masked(keep, owned, script, tmp_path):
     script("GetDeviceInfo\nGetBluetoothAddress\n01940100050066043000\n019401000100\nGetBatteryLevel\n")
-    partner = TransportPartner(owned)
-    address = ask_identity(partner).address[:6].hex()
-    privacy = None if keep else Privacy(ask_identity(partner))
-    records = conversation(owned, tmp_path / "questions.txt", privacy)
+    peer = TransportPeer(owned)
+    address = ask_identity(peer).address[:6].hex()
+    anonymizer = None if keep else Anonymizer(ask_identity(peer))
+    records = conversation(owned, tmp_path / "questions.txt", anonymizer)
     text = json.dumps(records)
     assert (SECRET.hex() in text) is keep
     assert (address in text) is keep

@@ -246,7 +246,7 @@ class Wire:
             reply = simulation.deliver(telegram) or b""
         else:
             reply = simulation.deliver_bluetooth(frame(telegram))
-        reply = self._spoil(kind, reply)
+        reply = self._corrupt(kind, reply)
         intact = 0 if self.transport == USB else LENGTH_SIZE
         now_ms = simulation.now_ms
         lost = not reply or kind == REPLY_LOST or now_ms < self._silent_until_ms
@@ -285,7 +285,7 @@ class Wire:
         parts = [data[i : i + 1] for i in range(len(data))] if self.transport == BYTES and data else [data]
         self._arrivals.extend((due_ms, part) for part in parts)
 
-    def _spoil(self, kind: str, reply: bytes) -> bytes:
+    def _corrupt(self, kind: str, reply: bytes) -> bytes:
         """Change a reply, in a stream with or without its length."""
         intact, random = 0 if self.transport == USB else LENGTH_SIZE, self._random
         if not reply:

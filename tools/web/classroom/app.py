@@ -31,7 +31,7 @@ from ..access import Pin
 from ..app import STATIC, as_json, guarded, http_server, run_until_signal
 from ..hub import Client
 from ..messages import VERSION
-from ..page_socket import converse
+from ..page_socket import serve_page
 from .classroom import Classroom
 from .messages import read_message
 from .results import results, results_csv, write_zip
@@ -91,12 +91,12 @@ class ClassroomServer:
     async def _connect(self, page: WebSocket) -> None:
         classroom = self.classroom
         client_name = f"page {next(self._numbers)}"
-        await converse(
+        await serve_page(
             page,
             classroom.hub,
             client_name,
             hello=self._hello,
-            obey=lambda client, text: classroom.obey(client, read_message(text)),
+            handle=lambda client, text: classroom.handle(client, read_message(text)),
             left=classroom.leave,
         )
 

@@ -75,7 +75,7 @@ class Classroom:
         """Forget which pictures a client sees."""
         self._visible.pop(client, None)
 
-    def obey(self, client: Client, message: ClassroomMessage) -> Work | None:
+    def handle(self, client: Client, message: ClassroomMessage) -> Work | None:
         """Execute a client's message, or return the part that takes longer.
 
         Raises:
