@@ -123,7 +123,7 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
-CHOOSE = "Choose a file in a folder that exists and has room."
+CHOOSE = "Choose a file in an existing folder with free space."
 
 
 @contextmanager

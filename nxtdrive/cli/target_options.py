@@ -28,7 +28,7 @@ def add_target_arguments(parser: argparse.ArgumentParser) -> None:
     target = parser.add_mutually_exclusive_group(required=True)
     target.add_argument("--target", metavar="NAME", help="a target of a mission (of the built-in one: lena, rilakkuma)")
     target.add_argument("--picture", metavar="FILE", nargs="+", help="photographs of something flat")
-    target.add_argument("--haar", metavar="NAME", help="a cascade of OpenCV's, or an XML file")
+    target.add_argument("--haar", metavar="NAME", help="an OpenCV cascade, or an XML file")
     target.add_argument(
         "--marker", metavar="ID", type=number("id", int, 0, math.inf), help="the number of a printed marker"
     )

@@ -60,7 +60,7 @@ def parts(text: str, size_px: int) -> list[tuple[str, ImageFont.FreeTypeFont]]:
 
 
 def width_px(text: str, size_px: int) -> float:
-    """Return how long a text is."""
+    """Return the width of a text in pixels."""
     return sum(each.getlength(part) for part, each in parts(text, size_px))
 
 

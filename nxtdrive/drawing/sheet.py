@@ -141,7 +141,7 @@ class Sheet:
 
 
 def text_width(text: str, size: int) -> float:
-    """Return how long a text is on a sheet."""
+    """Return the width of a text on a sheet."""
     return width_px(text, size * OVERSAMPLING) / OVERSAMPLING
 
 

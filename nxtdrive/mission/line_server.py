@@ -80,7 +80,7 @@ class _Client:
     session: Session | None = None
     requests: RequestReader = field(default_factory=RequestReader)
     gone: bool = False
-    turned_away: bool = False
+    refused: bool = False
 
     def read(self) -> None:
         """Read what the client has sent."""
@@ -159,7 +159,7 @@ class LineServer:
     def close(self) -> None:
         """Stop the motors, close all clients and free the port; never waits for a client."""
         for client in list(self._clients):
-            self._dismiss(client)
+            self._close_client(client)
         self._selector.close()
         self._listener.close()
 
@@ -174,9 +174,9 @@ class LineServer:
         # the served client first: one that has left makes room for another's request
         for client in sorted(self._clients, key=lambda client: client is not self._served):
             if client in self._clients:
-                self._attend(client)
+                self._answer_lines(client)
 
-    def _attend(self, client: _Client) -> None:
+    def _answer_lines(self, client: _Client) -> None:
         """Answer the waiting lines, including those of a client that has left; its motions end before they begin."""
         while not self._stopped() and (request := client.requests.take()) is not None:
             if self._served is None and isinstance(request, Request):
@@ -185,20 +185,20 @@ class LineServer:
             client.send(self._answer(client, request))
             client.gone = client.gone or request == Request(Verb.BYE)
         if client.gone:
-            self._dismiss(client)
+            self._close_client(client)
 
     def _answer(self, client: _Client, request: Request | BadLine) -> int | str:
         if client.session is None:
-            return request.reply if isinstance(request, BadLine) else self._turn_away(client, request)
+            return request.reply if isinstance(request, BadLine) else self._refuse(client, request)
         self._moving = isinstance(request, Request) and request.verb in MOTIONS
         try:
             return client.session.answer(request)
         finally:
             self._moving = False
 
-    def _turn_away(self, client: _Client, request: Request) -> int:
-        if not client.turned_away and self._served is not None:
-            client.turned_away = True
+    def _refuse(self, client: _Client, request: Request) -> int:
+        if not client.refused and self._served is not None:
+            client.refused = True
             self._say(f"refused client {client.name}: client {self._served.name} is being served")
         return failure_reply(request.verb, ErrorReply.BUSY)
 
@@ -208,7 +208,7 @@ class LineServer:
             return
         self._receive(0.0)
         for client in [client for client in self._clients if client is not self._served]:
-            self._attend(client)
+            self._answer_lines(client)
         served = self._served
         if self._stopped() or served is None or served.gone or served.requests.stop_waits:
             self._moving = False
@@ -225,10 +225,10 @@ class LineServer:
                 if client.gone:
                     self._selector.unregister(client.connection)
         if None in ready:
-            self._welcome()
+            self._accept()
         return bool(ready)
 
-    def _welcome(self) -> None:
+    def _accept(self) -> None:
         try:
             connection, address = self._listener.accept()
         except OSError:  # the client has left already, or too many files are open: not accepted until the next select
@@ -245,12 +245,12 @@ class LineServer:
             oldest = next(each for each in self._clients if each is not self._served)
             if not self._crowded:  # one message until there is room
                 self._say(f"dropped client {oldest.name}: more than {CLIENT_LIMIT} are connected")
-            self._dismiss(oldest)
+            self._close_client(oldest)
             self._crowded = True
         self._clients.append(client)
         self._selector.register(connection, selectors.EVENT_READ, client)
 
-    def _dismiss(self, client: _Client) -> None:
+    def _close_client(self, client: _Client) -> None:
         self._clients.remove(client)
         self._crowded = False
         if client.connection in self._selector.get_map():

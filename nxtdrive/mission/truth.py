@@ -30,7 +30,7 @@ class Truth(Protocol):
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Return the robot's true place and heading on the world's map: x_mm, y_mm (down), degrees clockwise from x."""
+        """Return the robot's true position and heading on the map: x_mm, y_mm (down), degrees clockwise from x."""
         ...
 
     def outlines(self) -> Sequence[tuple[float, float, float, float]]:

@@ -149,7 +149,7 @@ class ObstacleMonitor:
             if self._bumper_turn:
                 self.touching()
             else:
-                self._listen(pose)
+                self._poll_sonar(pose)
         return StopReason.CONTACT if self._pressed else self._stop_reason(pose)
 
     def _stop_reason(self, pose: Pose) -> StopReason | None:
@@ -157,7 +157,7 @@ class ObstacleMonitor:
             return None
         return StopReason.OBSTACLE if self._echo.distance_from(pose) <= self._settings.stop_distance_mm else None
 
-    def _listen(self, pose: Pose) -> None:
+    def _poll_sonar(self, pose: Pose) -> None:
         """Fetch the measurement that was started last time, and start the next."""
         if self._sonar is None:
             return

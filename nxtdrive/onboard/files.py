@@ -83,7 +83,7 @@ class Files:
 
     def ls(self, pattern: str = "*") -> list[FileEntry]:
         """List files whose names match a pattern as in a shell, ignoring case, sorted by name."""
-        with self.alone():
+        with self.exclusive():
             listing = in_step(self._link, lambda: self._listing(EVERYTHING))
         found = [FileEntry(each.name, each.size) for each in listing]
         matching = [entry for entry in found if fnmatchcase(entry.name.lower(), pattern.lower())]
@@ -91,7 +91,7 @@ class Files:
 
     def exists(self, name: str) -> bool:
         """Return whether there is a file of this name, ignoring case."""
-        with self.alone():
+        with self.exclusive():
             return in_step(self._link, lambda: self._find(_checked(name))) is not None
 
     def read(self, name: str, progress: Progress | None = None) -> bytes:
@@ -104,7 +104,7 @@ class Files:
             RemoteProtocolError: The brick did not send the whole file.
         """
         _checked(name)
-        with self.alone():
+        with self.exclusive():
             return in_step(self._link, lambda: self._read(name, progress))
 
     def write(self, name: str, data: bytes, progress: Progress | None = None, *, replace: bool = False) -> None:
@@ -130,7 +130,7 @@ class Files:
                 f"{name} would be empty, and the brick loses a handle over each empty file it opens.",
                 remedy="Write at least one byte.",
             )
-        with self.alone():
+        with self.exclusive():
             if replace and (old := in_step(self._link, lambda: self._find(name))) is not None:
                 self._check_room(len(data), old.size)
                 with suppress_not_found():
@@ -148,7 +148,7 @@ class Files:
             LocalProtocolError: The name is not valid; a wildcard would delete the first match.
             BrickError: There is no such file, or it is in use.
         """
-        with self.alone():
+        with self.exclusive():
             self._link.request(Delete(_checked(name)))
 
     @property
@@ -278,7 +278,7 @@ class Files:
                     self._close(handle)
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
+    def exclusive(self) -> Iterator[None]:
         """Exclude file operations during a block; a sound or a start would close their handle (fact 21).
 
         Raises:

@@ -73,7 +73,7 @@ class Programs:
             raise BrickBusy(f"{other} is running.", remedy="Stop it first.")
         self._stop_motors()
         self._wait_until_free()
-        with self._files.alone():
+        with self._files.exclusive():
             self._link.request(StartProgram(name))
         self._confirm_start(name)
 

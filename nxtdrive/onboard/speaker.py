@@ -30,17 +30,17 @@ class Speaker:
         """Play a tone, 220..14080 Hz, 10..65535 ms; returns while it sounds."""
         in_range("frequency_hz", frequency_hz, *TONE_HZ)
         in_range("duration_ms", duration_ms, 10, 0xFFFF)
-        with self._files.alone():
+        with self._files.exclusive():
             self._link.request(PlayTone(frequency_hz, duration_ms))
 
     def play(self, name: str, *, loop: bool = False) -> None:
         """Play a sound file on the brick, such as ``Hello.rso``; returns while it sounds."""
-        with self._files.alone():
+        with self._files.exclusive():
             self._link.request(PlaySoundFile(loop, name))
 
     def stop(self) -> None:
         """Stop the sound."""
-        with self._files.alone():
+        with self._files.exclusive():
             self._link.request(StopSoundPlayback())
 
     @property

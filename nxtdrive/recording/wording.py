@@ -50,7 +50,7 @@ MEASURED = {
     "distance_mm": "by its size {:.0f} mm",
     "hides": "hides the target",
     "remembered": "it is on the map",
-    "sudden": "it came suddenly",
+    "sudden": "it appeared suddenly",
     "touching": "it touches the bumper",
 }
 """How measurements of a failure are written; of those that are yes or no only the first."""

@@ -1,4 +1,4 @@
-"""Confirmation: a target is believed when it is seen again in the same place, and kept while it stays near there."""
+"""Confirms a target when it is detected again in the same place, and keeps it while it stays near there."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Live cameras: a thread per camera keeps only the latest frame.
 
-A camera that is read less often than it delivers queues old frames, and the robot would steer by the past. So a thread
-takes every frame at once and keeps the last. It also bounds what OpenCV cannot: a webcam whose driver hangs blocks only
-the thread. When the camera goes away, the thread keeps reopening it, and `read` raises an error until then.
+A camera that is read less often than it delivers queues old frames, and the robot would steer by outdated frames. So a
+thread takes every frame at once and keeps the last. It also bounds what OpenCV cannot: a webcam whose driver hangs
+blocks only the thread. When the camera goes away, the thread keeps reopening it, and `read` raises an error until then.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Open whatever the user calls a camera: a webcam's number, a stream's URL, a video, a folder of images, one image."""
+"""Open any source of frames: a webcam's number, a stream's URL, a video, a folder of images, one image."""
 
 from __future__ import annotations
 

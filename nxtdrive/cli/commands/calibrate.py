@@ -25,14 +25,11 @@ if TYPE_CHECKING:
     from nxtdrive.tools.calibrate.session import CalibrationResult
     from nxtdrive.transports.address import Address
 
-DESCRIPTION = """\
-Measure how the robot is built, and write it to a robot file: the camera's field
-of view, place, angles and latency; the wheels' diameter, mismatch and track; the
-sonar's place; the motors' directions; how a colour looks. The robot drives in
-front of a sheet of markers: print it with --sheet, hang it on a wall with its
-middle as high as the lens, and put the robot one metre in front of it, with a
-metre of free floor all round. With sim://, the default, it does so in the simulated
-room sim://calibration, with --ruler in sim://empty, and learns colours in
+DESCRIPTION = r"""\ Measure how the robot is built, and write it to a robot file: the camera's field of view, position,
+angles and latency; the wheels' diameter, mismatch and track; the sonar's position; the motors' directions; how a colour
+looks. The robot drives in front of a sheet of markers: print it with --sheet, hang it on a wall with its middle as high
+as the lens, and put the robot one metre in front of it, with a metre of free floor all around. With sim://, the
+default, it does so in the simulated room sim://calibration, with --ruler in sim://empty, and learns colours in
 sim://colors. Values that are too uncertain are refused, and the file stays as it was."""
 EXAMPLES = """\
   nxtdrive calibrate --sheet sheet.pdf
@@ -49,7 +46,7 @@ SHEET_ROOM, COLORS_ROOM, RULER_ROOM = "calibration", "colors", "empty"
 """Rooms of sim://: one with a sheet, one for colours, and one where the robot can drive a metre ahead."""
 BEFORE_THE_SHEET = (
     "The robot will drive up to 0.8 m towards the sheet, and back, and turn full circles. "
-    "Is it one metre in front of the sheet, with free floor all round?"
+    "Is it one metre in front of the sheet, with free floor all around?"
 )
 BY_RULER = "The robot will drive one metre ahead and turn on the spot. Is the floor ahead free?"
 

@@ -248,7 +248,7 @@ def _draw_map(args: argparse.Namespace) -> int:
     out = args.out or Path(f"{kind}-{seed}-{agent}.png".replace(":", "-"))  # Windows has no colons in names
     task = Task(0, kind, number, agent, args.eyes, read_robot_file(args.robot))
     trace, _ = run_episode(scenario_of(task), agent, args.eyes)
-    with writing(out, "Name a PNG in a folder that exists and has room, with --out."):
+    with writing(out, "With --out, name a PNG in an existing folder with free space."):
         write_file(out, encoded(draw_true_map(trace, f"{kind}, seed {seed}, agent {agent}"), out))
     write_line(out)
     return DONE

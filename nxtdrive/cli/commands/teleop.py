@@ -27,7 +27,7 @@ DESCRIPTION = """\
 Drive by hand: arrow keys or WASD, Q and E for bends, + and - for the speed, space
 for an emergency stop, Esc to quit. The robot stops after half a second without a
 key, and when the link is lost: the brick itself ends every motion that is not
-renewed. The map is drawn from odometry and sonar. A gamepad works, too: the left
+renewed. The map is drawn from odometry and sonar. A gamepad works too: the left
 stick drives, the right stick steers, B is the emergency stop, A releases it, the
 shoulder buttons change the speed. The camera's picture is shown as well; ? lists
 the keys. Needs the extra nxtdrive[tui], and for a gamepad nxtdrive[gamepad]."""

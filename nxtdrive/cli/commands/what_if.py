@@ -42,7 +42,7 @@ Show = Callable[[str, "DecisionCosts"], None]
 FUTURES, MAX_FUTURES = 6, 1000
 """Their default number for each candidate, and the largest, which takes days."""
 NEARLY = "within 3 s of the best"
-KEEPING = "Make room in the run folder, or make it writable."
+KEEPING = "Free space for the run folder, or make it writable."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     show = None if args.json else _show
     with (
         # before minutes of work, which could not be kept
-        ResultFile(args.out, remedy="Make room, and repeat the command.") if args.out else nullcontext() as file,
+        ResultFile(args.out, remedy="Free some space, and repeat the command.") if args.out else nullcontext() as file,
         open_workers(args, "Repeat the command with fewer --workers.") as workers,
     ):
         for name, source in sources.items():

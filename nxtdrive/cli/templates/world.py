@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 START_X_MM = 600.0
 FRAMES = 3
-"""Looks at one place: a code may be illegible in one frame by its noise."""
+"""Frames tried from one pose: noise may make a code illegible in one of them."""
 LENS_FORWARD_MM = 60.0
 UNLIKELY_MM = 60.0
 """A smaller height of what a photograph shows was probably measured in centimetres."""

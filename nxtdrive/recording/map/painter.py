@@ -53,7 +53,7 @@ class MapPainter:
     Args:
         scene: What it shows.
         shown: Which events have numbers.
-        camera: What is believed of the camera.
+        camera: The camera as the mission describes it.
         room: The true room at the start, if it is simulated.
         new: What else stood in it at the end.
     """

@@ -14,7 +14,7 @@ from pathlib import Path
 from behaviors.detector_names import BUILT_IN_DETECTORS, detector_names, installed_detectors
 from firmware_protocol.errors import ConfigError
 from nxtdrive.vision.detection import TargetDetector
-from nxtdrive.vision.detectors.foreign import make_foreign
+from nxtdrive.vision.detectors.external import make_external
 from nxtdrive.vision.detectors.spec import DetectorSpec
 from nxtdrive.vision.geometry import A4_HEIGHT_MM
 from nxtdrive.vision.opencv import configure
@@ -44,7 +44,7 @@ def make_detector(spec: Mapping[str, object], folder: Path = Path()) -> TargetDe
     detector = (
         import_module(f"{__name__}.{kind}").from_spec(remaining)
         if kind in BUILT_IN_DETECTORS
-        else make_foreign(installed_detectors()[kind], remaining)
+        else make_external(installed_detectors()[kind], remaining)
     )
     remaining.finish()
     return TargetDetector(detector, height_mm)

@@ -23,7 +23,7 @@ MAX_DETECTIONS = 1000
 MIN_TURN = 1.0
 """Minimum product of neighbouring sides, square pixels, whatever the direction."""
 FAR_PX = 1_000_000
-"""A box or corner beyond this, in pixels, is none."""
+"""A box or corner beyond this, in pixels, is invalid."""
 REMEDY = "Ask its author, or use another; docs/detectors.md says what a detector has."
 FAILED_REMEDY = f"-v shows the traceback for its author. {REMEDY}"
 SIDES = {2: "wide", 3: "high"}
@@ -80,7 +80,7 @@ class _Found(BaseModel):
 _FOUND = TypeAdapter(list[_Found])
 
 
-class ForeignDetector:
+class ExternalDetector:
     """A detector that another package has made.
 
     Args:
@@ -114,8 +114,8 @@ class ForeignDetector:
         return [Detection(each.box, each.score, each.quad, each.cut, each.bound) for each in found]
 
 
-class DescribedForeignDetector(ForeignDetector):
-    """A foreign detector with a description."""
+class DescribedExternalDetector(ExternalDetector):
+    """An external detector with a description."""
 
     def description(self) -> Mapping[str, str]:
         """Return its description.
@@ -129,7 +129,7 @@ class DescribedForeignDetector(ForeignDetector):
         )
 
 
-def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
+def make_external(entry: EntryPoint, spec: DetectorSpec) -> ExternalDetector:
     """Have another package make its detector.
 
     Raises:
@@ -138,7 +138,7 @@ def make_foreign(entry: EntryPoint, spec: DetectorSpec) -> ForeignDetector:
     detector: Detector = _called(entry, "cannot be made", lambda: entry.load()(spec))
     if not callable(getattr(detector, "detect", None)):
         raise ConfigError(f"{_name(entry)} has no detect().", remedy=REMEDY)
-    kind = DescribedForeignDetector if isinstance(detector, Described) else ForeignDetector
+    kind = DescribedExternalDetector if isinstance(detector, Described) else ExternalDetector
     return kind(entry, detector)
 
 
