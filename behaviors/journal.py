@@ -83,7 +83,7 @@ class Record:
         data = parse_object(line)
         time_s, kind, state, target = (data.pop(name, None) for name in ("t", "kind", "state", "target"))
         if not isinstance(time_s, int | float) or not isinstance(state, str) or not isinstance(target, str):
-            raise ValueError("not a record of a journal")  # noqa: TRY004 - as for what is no JSON
+            raise ValueError("not a record of a journal")  # noqa: TRY004 - as for text that is not JSON
         if isinstance(time_s, bool) or not 0 <= time_s <= MAX_TIME_S:
             raise ValueError("a time out of range")
         return cls(float(time_s), RecordKind(kind), state, target, data)

@@ -47,7 +47,7 @@ class Observers:
             observer(record)
 
     def add(self, name: str, observer: Observer) -> None:
-        """Pass records on to `observer`, too."""
+        """Pass records on to `observer` too."""
         self._observers.append(self.guarded(name, observer))
 
     def summary(self) -> dict[str, object]:

@@ -89,7 +89,7 @@ class Sighting:
         confidence: 0..1 as the detector grades it.
         time_s: When the newest frame was taken, on the mission's clock.
         box: The target in that frame: left, top, width, height in pixels; it may extend beyond the frame.
-        cut: Where the frame cuts it off, if the detector knows only what is visible.
+        cut: Where the frame cuts it off, if the detector finds only the visible part.
         bound: Whether the visible part does not show its size: then it is no farther away than `distance_mm`, and its
             middle is at `bearing_deg` or farther out on the side where it is cut off.
         edges_mm: Its edges by its apparent size; None where that is not known.
@@ -181,7 +181,7 @@ class Clock(Protocol):
 
 
 class Outage(Exception):
-    """Something that the mission cannot do without has failed; the mission continues when it works again.
+    """Something that the mission needs has failed; the mission continues when it works again.
 
     Adapters raise these in place of their own errors. A built-in `ConnectionError` or `TimeoutError` is not an outage.
 

@@ -65,7 +65,7 @@ class Choice:
         proposed: The policy's own choice, if that person chose something else.
 
     Raises:
-        TypeError: `kind` is not one of the recoveries, a number is none, a text is none, or `route` no places.
+        TypeError: `kind` is not one of the recoveries, or a number, a text or `route` has another type.
         ValueError: A number is not finite, or the time negative.
     """
 
@@ -260,6 +260,6 @@ class Candidate:
         return self.seconds / self.chance + self.then_s if self.chance > 0 else math.inf
 
     def record(self) -> dict[str, float | None]:
-        """Return its numbers as plain values; JSON knows no infinity, which becomes None."""
+        """Return its numbers as plain values; infinity, which JSON lacks, becomes None."""
         numbers = {"seconds": self.seconds, "chance": self.chance, "expected_s": self.expected_s}
         return {name: round(value, 3) if math.isfinite(value) else None for name, value in numbers.items()}

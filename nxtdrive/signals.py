@@ -95,7 +95,7 @@ def signals_as_interrupt() -> Iterator[Callable[[], int]]:
     """Have SIGINT, SIGTERM and SIGHUP raise `SignalInterrupt` once, after the end of an import in progress.
 
     A second one is ignored while the program ends, as a closed terminal sends two; from the third on they interrupt
-    that, too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
+    that too. An interrupt that Python must drop, as in a finaliser or a callback from C, is raised again.
 
     Yields:
         A function that returns the number of the first one, or SIGINT's. A mission ends cleanly on it, and

@@ -67,7 +67,7 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the groups, which stay in one process each: begun last, they would be waited for.
 
-    Tests for the night are slow, too: an `-m` on the command line replaces the one that leaves them out.
+    Tests for the night are slow too: an `-m` on the command line replaces the one that leaves them out.
     """
     items.sort(key=lambda item: item.get_closest_marker("xdist_group") is None)
     for item in items:

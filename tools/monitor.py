@@ -249,7 +249,7 @@ def watch(
     Args:
         brick: An open brick; one that reconnects comes back after a lost link.
         sensors: As for `look`.
-        every_s: Time between snapshots; one takes some ten requests, which may last longer over a slow link.
+        every_s: Time between snapshots; one takes about ten requests, which may last longer over a slow link.
         identified: As for `look`.
         on_loss: Called once with the error, in words, when the brick no longer answers. There are no snapshots
             then until it answers again.

@@ -219,7 +219,7 @@ class Arrival:
 
     def _not_it(self, observation: Observation, reason: Reason, finding: TargetFinding, **measured: object) -> Failure:
         if self._oblique or self._too_near:
-            # seen obliquely or in part, the real one flickers, too; it has to be seen from elsewhere first
+            # seen obliquely or in part, the real one flickers too; it has to be seen from elsewhere first
             odds, oblique, too_near = self._verifier.odds, self._oblique, self._too_near
             return arrive_failed(Reason.TARGET_LOST, observation, odds=odds, oblique=oblique, too_near=too_near)
         measured = {"range_mm": observation.range_mm, "odds": self._verifier.odds, **measured}

@@ -17,7 +17,7 @@ class AttemptNumbers:
     Attributes:
         same_place_mm: Attempts and choices no farther apart than this are made at one place.
         same_aim_mm: A target farther than this from its earlier estimate is approached as a new one.
-        beside_mm: An approach that passes a place where one failed, at less than this distance, would fail there, too.
+        beside_mm: An approach that passes a place where one failed, at less than this distance, would fail there too.
         remembered_s: After this time an approach that failed may be tried again: things move.
     """
 
@@ -115,7 +115,7 @@ class Attempts:
 
 
 def _alike(one: _Failure, other: _Failure) -> bool:
-    """Return whether two failures are of one kind and at one place; where wheels slipped, odometry is no measure."""
+    """Return whether two failures are of one kind and at one place; where wheels slipped, odometry does not count."""
     same = (one.target, one.round, one.reason) == (other.target, other.round, other.reason)
     return same and (one.reason is Reason.SLIPPED or _same_place(one.place, other.place))
 

@@ -329,7 +329,7 @@ class Belief:
         return _View((x_mm, y_mm), near, by_slant * sight[:, None], each, bearing_deg)
 
     def _plausible(self, floor: OccupancyGrid) -> Array:
-        """Return how plausible a picture is at each place, as far as the map tells, (places,)."""
+        """Return how plausible a picture is at each place, as far as the map shows, (places,)."""
         if self._plausible_on is None or not np.array_equal(self._plausible_on[0], floor.log_odds):
             half = int(N.spacing_mm / CELL_MM / 2)
             i, j = floor.cells.index(self._x), floor.cells.index(self._y)

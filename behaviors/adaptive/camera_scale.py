@@ -5,8 +5,8 @@ those of its target wrong. Both are learned as one factor for each target, and a
 the last one. Of a target whose height is only guessed, the factor says how wrong the guess is; it begins with no more
 than that, and no other target begins with it.
 
-The source of the echo may be in front of the target or behind it. As the robot drives up to it, echo and size change in
-proportion all the same; so the offset between them is estimated together with the factor.
+The source of the echo may be in front of the target or behind it. As the robot drives up to it, echo and size still
+change in proportion; so the offset between them is estimated together with the factor.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ class CameraScale:
         estimate.by_floor = by_floor
 
     def learn(self, sighting: Sighting, pose: Pose, range_mm: float | None, floor_mm: float | None = None) -> None:
-        """Update with a distance by size as measured; one of a target that is cut off is none.
+        """Update with a distance by size as measured; not with one of a target that is cut off.
 
         Args:
             sighting: It is not seen from far to the side.

@@ -23,7 +23,7 @@ class PathNumbers:
 
     Attributes:
         passed_mm: A waypoint is passed when the robot is this near to it.
-        beside_mm: A waypoint is passed, too, when the robot is beside or beyond it and this near to it.
+        beside_mm: A waypoint is also passed when the robot is beside or beyond it and this near to it.
         pivot_deg: At a larger bearing the robot turns on the spot.
         turned_deg: After a stop before an obstacle it does so at a larger bearing than this, since the safety stop
             would hold it again until it has turned away.
@@ -211,7 +211,7 @@ class FollowPathSkill:
         return float(paths.seconds_to(np.array([self._goal]))[0])
 
     def _no_path(self, observation: Observation) -> Fact:
-        """Report that there is no path; far enough along the old one a scan is worthwhile all the same."""
+        """Report that there is no path; far enough along the old one a scan is still worthwhile."""
         if self._blocker is None and math.dist(self._perception.world.here, self._begin) >= N.far_enough_mm:
             self._make_room()
             return Fact(Event.RECOVERY_DONE, Reason.NO_WAY, {"stops": self._stops})

@@ -99,7 +99,7 @@ class LookAlikes:
     def accepts(self, target: str, place: Point) -> bool:
         """Return whether the object there may be the target although it is not found steadily.
 
-        If one target was found steadily, the others are, too. In poor light none is: then it is the target if nothing
+        If one target was found steadily, the others are too. In poor light none is: then it is the target if nothing
         else was taken for it. Otherwise the object is set aside, and is the target if no better one was found since
         from several places. An object taken for two targets in one frame has to be found steadily to be either.
         """

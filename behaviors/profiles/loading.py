@@ -28,7 +28,7 @@ def load(name: str) -> Any:  # noqa: ANN401 - the class has been checked, not de
     """Return the class of an installed profile or of ``package.module:Class``.
 
     Raises:
-        MissionError: It cannot be loaded, or is no profile.
+        MissionError: It cannot be loaded, or is not a profile.
     """
     entry = installed_profiles().get(name)
     if entry and ":" not in entry.value:

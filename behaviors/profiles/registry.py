@@ -30,7 +30,7 @@ def find_profile(name: str) -> ProfileClass:
     """Return the class of a profile: a built-in one, an installed one, or ``package.module:Class``.
 
     Raises:
-        MissionError: There is no such class, or it is no profile.
+        MissionError: There is no such class, or it is not a profile.
     """
     if built_in := PROFILES.get(name):
         return built_in

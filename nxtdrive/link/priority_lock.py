@@ -56,8 +56,8 @@ class PriorityLock:
 
     Attributes:
         queue: The waiting threads; empty while only one thread uses the link.
-        free: The lock itself, reentrant because only such a lock knows its owner. Time-critical code may do inline what
-            `exclusive` does.
+        free: The lock itself, reentrant because only such a lock records its owner. Time-critical code may do inline
+            what `exclusive` does.
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:

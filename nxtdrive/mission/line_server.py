@@ -168,7 +168,7 @@ class LineServer:
         if self._passing is None:
             self._receive(CHECK_INTERVAL_S)
         elif not self._receive(0.0):
-            # time passes on a broken link, too; the client learns of it from the next command
+            # time passes on a broken link too; the client learns of it from the next command
             with contextlib.suppress(LinkError):
                 self._passing(TICK_S)
         # the served client first: one that has left makes room for another's request

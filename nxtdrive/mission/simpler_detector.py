@@ -12,7 +12,7 @@ from nxtdrive.vision.detectors.marker import FAMILIES
 from nxtdrive.vision.detectors.qr import LONGEST, text_of
 
 LONG_SIDE_PX = 640
-"""A larger picture is reduced to this; a code that fills a good part of it is recognised all the same."""
+"""A larger picture is reduced to this; a code that fills a good part of it is still recognised."""
 MIN_SHARE = 0.15
 """Minimum share of the picture that a code, marker or patch fills: a smaller one is only a part of the scene."""
 MIN_COLOR_SHARE = 0.8

@@ -125,7 +125,7 @@ def check_parent(parent: Path) -> None:
         parent: As for `new_run_folder`; need not exist.
 
     Raises:
-        ConfigError: It, or the nearest folder above it that exists, is no folder or cannot be written to.
+        ConfigError: It, or the nearest existing path above it, is not a folder or cannot be written to.
     """
     nearest = next(path for path in (parent, *parent.parents) if os.path.lexists(path))
     if not os.path.isdir(nearest):

@@ -33,7 +33,7 @@ PARTIAL_VIEWS = {
     "too_near": "it is too near for the camera to see all of it",
     "oblique": "it is seen from too far to the side to be sure that it is the target",
 }
-"""What was measured of a target that is in view, though not well enough; it counts as lost, too."""
+"""What was measured of a target that is in view, though not well enough; it counts as lost too."""
 OUTAGES = {
     "link": "the link to the brick is lost",
     "camera": "the camera delivers no frames",

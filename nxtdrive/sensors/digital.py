@@ -21,7 +21,7 @@ class Compass(I2CSensor, Measuring[int]):
         """Direction, 0..359 clockwise from magnetic north.
 
         Raises:
-            SensorTimeout: The sensor gives other values; it is no compass.
+            SensorTimeout: The sensor gives other values, so it is not a compass.
         """
         halves, odd = self.read(self._HEADING, 2)
         if (heading_deg := 2 * halves + odd) >= 360:

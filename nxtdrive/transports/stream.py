@@ -15,7 +15,7 @@ SEND_TIMEOUT_S = 1.0
 """Longest time to send a telegram; a longer silence of the brick's radio means that the link is lost."""
 
 OVERDUE_S = 0.5
-"""An incomplete telegram older than this is dropped. Radio links pause for some 30 ms, and the bytes of one telegram
+"""An incomplete telegram older than this is dropped. Radio links pause for about 30 ms, and the bytes of one telegram
 travel together."""
 SILENCE_S = 0.1
 DRAIN_S = 1.0

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 REOPEN_AFTER_S = 0.5
 STALE_S = 3.0
-"""A frame of this age is no picture of what the camera sees now, even if none has come since: its driver hangs."""
+"""A frame of this age does not show what the camera sees now, even if none has arrived since: its driver hangs."""
 CLOSE_WITHIN_S = 2.0
 END_WITHIN_S = 3.0
 """How long the program's end waits for a driver that hangs."""

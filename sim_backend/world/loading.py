@@ -24,7 +24,7 @@ def load_world(source: str | Path, *, read_images: bool = False) -> WorldFile:
 
     Args:
         source: Path of a TOML file, or the name of a bundled world, with or without ".toml".
-        read_images: Whether to read all image files, too, so that an unreadable one is among the mistakes.
+        read_images: Whether to read all image files as well, so that an unreadable one is among the mistakes.
 
     Raises:
         ConfigError: There is no such file, or it has mistakes; the message lists all of them.

@@ -43,7 +43,7 @@ def test_code_is_in_fences(path):
 
 @pytest.mark.parametrize("path", DOCUMENTS + EXAMPLES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_drawings_and_commented_lines_of_code_fit_a_page(path):
-    """The column of the site has room for some 100 characters; where these lines are broken they cannot be read."""
+    """The column of the site has room for about 100 characters; where these lines are broken they cannot be read."""
     blocks = re.findall(r"^ *```\w*\n(.*?)^ *```", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     for block in blocks:
         for line in block.splitlines():

@@ -68,7 +68,7 @@ class SonarEstimate:
 
 
 def size_doubt(scale: float | None) -> str:
-    """Say that the sheet may have another size than it should; empty if the sonar agrees with it or cannot tell."""
+    """Say that the sheet may not have its nominal size; empty if the sonar agrees with it or gives no evidence."""
     if scale is None or abs(scale - 1.0) <= ANOTHER_SIZE:
         return ""
     return (

@@ -49,7 +49,7 @@ def replay(scenario: str, steps: Iterable[Step], firmware: str) -> Report:
 
 
 def _repeat(step: Step, bench: Bench, handles: Handles) -> Difference | None:
-    """Execute a step and compare its result; a step that fails differs, too."""
+    """Execute a step and compare its result; a step that fails differs too."""
     try:
         return compare(step, _perform(step, bench, handles))
     except NotSupportedOnBench as reason:

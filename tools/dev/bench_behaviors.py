@@ -46,7 +46,7 @@ TURNS = 500
 HARD = ("far", "clutter", "block_transient", "block_permanent", "absent", "moved", "narrow_door")
 """Classes with many decisions."""
 SEEDS = range(100, 105)
-"""Seeds of their missions, which have some two hundred decisions."""
+"""Seeds of their missions, which have about two hundred decisions."""
 FACT_US, DECISION_MS = 500.0, 50.0
 EASY_PER_MIN, BIG_PER_MIN = 100.0, 30.0
 """Goals; the last two for missions of the easy suite, and in flats of eight to twelve rooms."""
@@ -62,7 +62,7 @@ def measure_behaviors(
     easy: Sequence[str] = tuple(CLASSES),
     big: Sequence[str] = ("big",),
 ) -> Iterable[Figure]:
-    """Yield every figure as it is measured; takes some three minutes.
+    """Yield every figure as it is measured; takes about three minutes.
 
     Args:
         turns: How often the facts in `FACTS` are reported to the chart in each repeat.

@@ -42,7 +42,7 @@ _FIELDS = (0, 1, 2, 5, 6, 7, 8, 10)
 
 
 def measure_firmware() -> Iterable[Figure]:
-    """Measure one brick in this process; takes some 10 s."""
+    """Measure one brick in this process; takes about 10 s."""
     yield at_least("telegrams of a brick in process, median of three kinds", _telegrams_hz(), "1/s", TELEGRAMS_GOAL)
     yield at_least("passes with three regulated motors / real time", _passes_ratio(), "x", PASSES_GOAL)
     yield at_most("memory of a brick that runs a program", _brick_mb(), "MB", MEMORY_GOAL_MB)
@@ -203,7 +203,7 @@ def _program_ratio(content: bytes, firmware: str = "1.29") -> float:
 
 
 def _once_s(file: Path) -> tuple[float, float]:
-    """Run a recorded program once; return the simulated seconds and those of the CPU, which compiles, too."""
+    """Run a recorded program once; return the simulated seconds and those of the CPU, which compiles too."""
     brick = _brick(file.read_bytes(), "1.32" if file.stem.endswith(".1.32") else "1.29")
     begun_s, simulated_ms = time.process_time(), 0
     while not simulated_ms or (brick.command.active and simulated_ms < ONCE_MS):

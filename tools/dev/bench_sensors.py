@@ -34,7 +34,7 @@ with nxt.locator.find(**json.loads(sys.argv[1])) as brick:
 
 
 def measure_sensors() -> Iterable[Figure]:
-    """Measure distances per second, ours and nxt-python's; takes some 15 s."""
+    """Measure distances per second, ours and nxt-python's; takes about 15 s."""
     with served(LATENCY_MS) as address:
         ours_hz, age_ms = _ours(address)
         printed = run_nxt_python(NXT_PYTHON, where(address), str(SONAR_PORT), str(READINGS))

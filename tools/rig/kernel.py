@@ -157,7 +157,9 @@ def _unpacked(vmlinuz: bytes) -> bytes:
         if unpacked.startswith(b"\x7fELF"):
             return unpacked
         at = vmlinuz.find(XZ_MAGIC, at + 1)
-    raise RigError("The kernel of this Debian release is not compressed with xz; the rig knows no other compression.")
+    raise RigError(
+        "The kernel of this Debian release is not compressed with xz; the rig supports no other compression."
+    )
 
 
 def _path() -> str:

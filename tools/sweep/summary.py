@@ -21,7 +21,7 @@ SEED = 2017
 """Seed of the resampling: the same results give the same intervals."""
 
 MIN_MISSIONS = 2
-"""Fewer missions have no interval: resamples of one mission are all the same."""
+"""Fewer missions have no interval: all resamples of one mission are equal."""
 
 Pair = tuple[float, float]
 """One mission's contribution: a sum and the number of its terms."""

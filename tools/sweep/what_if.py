@@ -64,7 +64,7 @@ class GeneratedMission:
 
     @property
     def name(self) -> str:
-        """The same for each way to write it: ``open:100`` for ``open:100:adaptive``, too."""
+        """The same however it is written: ``open:100`` also for ``open:100:adaptive``."""
         return f"{self.kind}:{self.seed}" + ("" if self.profile == ADAPTIVE else f":{self.profile}")
 
 

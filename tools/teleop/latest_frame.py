@@ -18,7 +18,7 @@ FPS = 10.0
 BOXES_LAST_S = 1.0
 """Boxes of a look are drawn into the frames after it for this long."""
 STALE_S = 1.0
-"""A frame of this age is no longer a picture to drive by."""
+"""A frame of this age is too old to drive by."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,7 +103,7 @@ def _segment(upper: list[int], lower: list[int], count: int) -> Segment:
 
 
 class KeysScreen(ModalScreen[None]):
-    """All keys; any key closes it and does its work, too, but Enter releases no stop."""
+    """All keys; any key closes it and also does its work, but Enter does not release a stop."""
 
     CSS = """
     KeysScreen { align: center middle; }

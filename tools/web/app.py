@@ -269,7 +269,7 @@ def as_json(value: object) -> Response:
 
 
 def guarded(routes: list[BaseRoute], pin: Pin | None) -> Starlette:
-    """Return the web application of some routes; with a PIN it is for other computers, too, which must enter it."""
+    """Return the web application of some routes; with a PIN, other computers may use it after entering that."""
     session = Route(SESSION, pin.answer, methods=["GET", "POST"]) if pin else Route(SESSION, _admit)
     middleware = [Middleware(SameSite, lan=pin is not None)]
     if pin is not None:

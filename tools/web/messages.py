@@ -163,7 +163,7 @@ class AnswerCalibration(ClientMessage):
 
     Attributes:
         question: Its number.
-        value: What was measured; 0 where only a go is asked for.
+        value: What was measured; 0 where only a confirmation is needed.
     """
 
     type: Literal["answer_calibration"]

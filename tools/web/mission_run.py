@@ -52,7 +52,7 @@ def doing(record: Record) -> str:
 class WebOperator:
     """Asks the clients which recovery to choose; see `behaviors.operator.Ask`.
 
-    The robot stands still until one of them answers; the time of a simulated robot stands still, too.
+    The robot stands still until one of them answers; the time of a simulated robot stands still too.
 
     Args:
         hub: Where the question goes.
@@ -180,7 +180,7 @@ class ShownMission:
         self.operator.wake()
 
     def pause(self) -> None:
-        """Pause, the robot at rest, until `resume`; the time of a simulated robot stands still, too. Any thread."""
+        """Pause, the robot at rest, until `resume`; the time of a simulated robot stands still too. Any thread."""
         with self._lock:
             if not self.over:
                 self._pause.request()

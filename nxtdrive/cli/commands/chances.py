@@ -119,7 +119,7 @@ def _digest(file: Path) -> str | None:
 
 
 def _counted(path: Path, more: list[dict[str, Any]], sources: list[dict[str, Any]]) -> bool:
-    """Return whether one of a file's sources was counted, and say so; files of older versions do not tell."""
+    """Return whether one of a file's sources was counted, and say so; files of older versions do not say."""
     known = {(str(each.get("name")), str(each["sha256"])) for each in sources if "sha256" in each}
     again = [name for each in more if (name := str(each.get("name")), str(each.get("sha256"))) in known]
     if again:
@@ -198,7 +198,7 @@ def _show(found: Iterable[Prediction]) -> None:
 
 
 def _show_counts(numbers: Counts) -> None:
-    """Print how often each choice succeeded; counts do not tell what was predicted."""
+    """Print how often each choice succeeded; counts do not include predictions."""
     from nxtdrive.recording.wording import state_words
 
     groups: dict[str, list[Sequence[int]]] = {}

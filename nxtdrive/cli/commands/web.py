@@ -27,7 +27,7 @@ Watch and drive the robot in the browser: camera, map, statechart, missions, and
 pad that works on a phone. Without a brick it opens the simulated one in real time.
 It uses the robot.toml in the folder of the missions if no other robot file is named.
 Needs the extra nxtdrive[web]. Only this computer can open the page; with --lan
-phones and other computers can, too, after a PIN that is printed here. With
+phones and other computers can too, with the PIN that is printed here. With
 --classroom it is a page for a whole classroom (docs/classroom.md)."""
 EXAMPLES = """\
   nxtdrive web

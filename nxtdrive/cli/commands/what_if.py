@@ -29,7 +29,7 @@ what each would have cost: the mean seconds to the targets that were still open.
 candidate is tried in several futures, which differ in their random events. A run of
 a real robot is repeated in a simulated room made from its map. The regret of a decision
 is the cost of its choice beyond that of the best candidate; docs/evaluation.md explains
-how it is estimated without bias. A decision takes some thirty missions: begin with
+how it is estimated without bias. A decision takes about thirty missions: begin with
 --decision, and with fewer --futures."""
 EXAMPLES = """\
   nxtdrive what-if clutter:100

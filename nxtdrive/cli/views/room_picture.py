@@ -76,7 +76,7 @@ def room_page(world: WorldFile) -> Page:
 
 
 def _area(world: WorldFile) -> Area:
-    """Return the room with a margin in which people have place, too."""
+    """Return the room with a margin that also holds people."""
     points = [(0.0, 0.0), world.floor.size_mm]
     for person in world.people:
         (x, y), radius = person.enters_from_mm, person.radius_mm

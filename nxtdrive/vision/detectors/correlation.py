@@ -26,7 +26,7 @@ from nxtdrive.vision.detectors.scaling import at_height
 from nxtdrive.vision.detectors.score_threshold import coarseness, distinctness, min_score
 
 CORE = 0.6
-"""Close up, the centre of the picture is searched for, too (this share of width and height): its rim may lie outside
+"""Close up, the centre of the picture is also searched for (this share of width and height): its rim may lie outside
 the frame."""
 
 COARSE_HEIGHT, COARSE_STEPS = 24, 4
@@ -202,7 +202,7 @@ class _Part:
 
 
 def _plausible(pose: Poses, ratio: float) -> bool:
-    """Return whether a pose can be the upright picture, seen by a camera rolled by up to some 20 degrees."""
+    """Return whether a pose can be the upright picture, seen by a camera rolled by up to about 20 degrees."""
     (ax, bx, _), (ay, by, _) = pose
     width, height = math.hypot(ax, ay), math.hypot(bx, by)
     if width < 4 or height < MIN_HEIGHT_PX:

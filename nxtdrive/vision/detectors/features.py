@@ -135,7 +135,7 @@ def _reference(picture: Image, height: int) -> tuple[NDArray[np.float32], NDArra
 
 
 def _plausible(corners: NDArray[np.float32], ratio: float) -> bool:
-    """Return whether the quad can be the picture, seen from the front or up to some 70 degrees to the side."""
+    """Return whether the quad can be the picture, seen from the front or up to about 70 degrees to the side."""
     if not cv2.isContourConvex(corners) or cv2.contourArea(corners, oriented=True) <= 0:
         return False
     top, right, bottom, left = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)

@@ -114,7 +114,7 @@ class HaarDetector:
         return [each for each in found if self._confirmed(gray, each.box)]
 
     def _confirmed(self, gray: Image, box: Box) -> bool:
-        """Return whether the other cascades find a face there, too."""
+        """Return whether the other cascades find a face there too."""
         left, top, width, height = box
         x_margin, y_margin = round(CONFIRMED_MARGIN * width), round(CONFIRMED_MARGIN * height)
         around = gray[

@@ -17,7 +17,7 @@ MAX_BYTES = 400 * MEGABYTE
 """The largest detectors that a laptop runs in a second a frame have half of it."""
 
 MAX_FIELDS = 1_000_000
-"""Parts of a file that are read at most; a model with a thousand layers has some ten thousand."""
+"""Parts of a file that are read at most; a model with a thousand layers has about ten thousand."""
 
 TYPES = {1: "float32", 2: "uint8", 3: "int8", 6: "int32", 7: "int64", 9: "bool", 10: "float16", 11: "float64"}
 """Elements of tensors that numpy has, by their number in TensorProto.DataType."""

@@ -54,7 +54,7 @@ STREAMED = ("wrong length", "behind noise", "cut off", "in pieces")
 """Changes to a reply in a stream."""
 
 WHOLE = ("truncated", *MOVES, "cut off", "in pieces")
-"""Changes during transfers, without changed bytes of a file, which nobody can distinguish from right ones."""
+"""Changes during transfers, without changed bytes of a file, which cannot be distinguished from right ones."""
 
 CONTENT = bytes(range(200))
 LISTED = [FileEntry("a.bin", len(CONTENT)), FileEntry("NVConfig.sys", 6)]
@@ -83,7 +83,7 @@ class _Wire:
         rate: Share of the other replies that are tampered with.
         faults: What may happen to them.
         sound: All replies of the brick, untouched, by the part of a request that its reply repeats.
-        tells: Whether it can report that a telegram waits.
+        reports_waiting: Whether it can report that a telegram waits.
         brick: The brick.
     """
 
@@ -93,7 +93,7 @@ class _Wire:
         self.rng, self.fault, self.rate = rng, "", 0.0
         self.faults: tuple[str, ...] = CHANGES + MOVES
         self.sound: dict[bytes, set[bytes]] = defaultdict(set)
-        self.tells = rng.random() < 0.5
+        self.reports_waiting = rng.random() < 0.5
         self.brick = SimBrick()
         for port in "ABC":
             self.brick.attach_motor(port, BenchMotor())
@@ -159,7 +159,7 @@ class _Wire:
 
     def waiting(self) -> bool:
         """Return whether a telegram waits, if this wire can tell."""
-        return self.tells and bool(self._due) and self._due[0][0] <= self._now_s
+        return self.reports_waiting and bool(self._due) and self._due[0][0] <= self._now_s
 
     def now(self) -> float:
         """Return the time."""
