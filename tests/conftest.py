@@ -1,6 +1,6 @@
 """Fixtures shared by several parts of the suite.
 
-The suite uses the plugin that other people's suites use, also where its entry point is not installed.
+The suite uses the same plugin as users' suites, also where its entry point is not installed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What documents show as the output of a command is its output."""
+"""Outputs of commands that documents show are the actual outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents are true."""
+"""What the documents say matches the code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/agentspeak.md lists the verbs and numbers as they are."""
+"""docs/agentspeak.md lists all verbs and numbers of the protocol."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A mission that is ended in the midst of its work, not at a decision."""
+"""A mission that is ended between two decisions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motors that are connected or mounted otherwise than the mission says are noticed by what is seen and heard."""
+"""Motors that are connected or mounted otherwise than the mission says are detected from sightings and echoes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The promises of every transport, whatever lies between it and the brick. The rigs are in conftest.py."""
+"""The contract of every transport, whatever lies between it and the brick. The rigs are in conftest.py."""
 
 import pytest
 

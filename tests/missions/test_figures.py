@@ -1,4 +1,4 @@
-"""The thesis's figures, performed: the console of figures 1 and 7, the true path of figures 5 and 6."""
+"""The thesis's figures, reproduced: the console of figures 1 and 7, the true path of figures 5 and 6."""
 
 from __future__ import annotations
 

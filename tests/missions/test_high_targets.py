@@ -1,4 +1,4 @@
-"""A picture that hangs high or stands low leaves the frame before the robot has arrived; it is reached all the same."""
+"""A picture that hangs high or stands low leaves the frame before the robot has arrived; it is still reached."""
 
 from __future__ import annotations
 

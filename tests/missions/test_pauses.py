@@ -1,4 +1,4 @@
-"""An operator's pause: the robot stands for any time, and the mission goes on where it was."""
+"""An operator's pause: the robot stands still for any time, and the mission continues where it left off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A camera that is mounted askew, and a mission that knows it."""
+"""A camera that is mounted at an angle, and a mission that describes it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The plugin in other people's test suites."""
+"""The plugin in users' test suites."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""A room made from a run's map: like the room that the robot was in, as far as it got to know it."""
+"""A room made from a run's map: like the room that the robot was in, as far as it explored it."""
 
 from __future__ import annotations
 

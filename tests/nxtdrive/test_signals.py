@@ -1,4 +1,4 @@
-"""Signals end commands in good order: after an import, and not within sections that must not be cut short."""
+"""Signals end commands in good order: after an import, and not within sections that must not be interrupted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page on testing robot programs is true."""
+"""The page on testing robot programs matches the code."""
 
 import re
 from pathlib import Path

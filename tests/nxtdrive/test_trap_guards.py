@@ -1,4 +1,4 @@
-"""Guards against the firmware's traps that have no other home; docs/traps.md lists all of them."""
+"""Guards against firmware traps that no other test module covers; docs/traps.md lists all of them."""
 
 import json
 import re

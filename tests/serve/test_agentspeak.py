@@ -1,4 +1,4 @@
-"""The thesis's agent in AgentSpeak, as a program outside: python-agentspeak in a process of its own, over a socket."""
+"""The thesis's agent in AgentSpeak, as an external program: python-agentspeak in a separate process, over a socket."""
 
 from __future__ import annotations
 

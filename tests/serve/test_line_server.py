@@ -1,4 +1,4 @@
-"""The line protocol over real sockets: its answers, its interruptions, its one client at a time."""
+"""The line protocol over real sockets: answers, interruptions, and one client at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bundled worlds do what their stories say, for a robot that is driven by the truth."""
+"""The events of the bundled worlds happen as described, for a robot driven by the ground truth."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Lens distortion, rolling shutter, changing light, lost frames, and a computer that takes its time to look."""
+"""Lens distortion, rolling shutter, changing light, lost frames, and a slow computer."""
 
 import math
 from itertools import pairwise

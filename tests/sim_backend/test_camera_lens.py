@@ -1,4 +1,4 @@
-"""The webcam's imperfections, each by what it does to a picture."""
+"""The webcam's imperfections, each by its effect on a frame."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Events of the robot itself: sensors that fail, wheels that slip, hands that lift it."""
+"""Events of the robot itself: sensors that fail, wheels that slip, and being lifted."""
 
 from contextlib import suppress
 

@@ -1,3 +1,5 @@
+"""The simulated robot: motors, wheels, friction and collisions."""
+
 import math
 
 import pytest

@@ -1,3 +1,5 @@
+"""Links to the simulated brick: latency, order and faults."""
+
 import pytest
 
 from firmware_protocol.direct import GetBatteryLevel, GetOutputState, SetOutputState

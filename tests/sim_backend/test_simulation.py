@@ -1,3 +1,5 @@
+"""The simulation as a whole: clock, brick, sensors and camera."""
+
 import math
 
 import numpy as np

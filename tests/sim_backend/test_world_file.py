@@ -1,3 +1,5 @@
+"""World files: valid ones load, and all mistakes are reported at once."""
+
 import re
 import tomllib
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+"""When the events of a world happen."""
+
 import pytest
 
 from firmware_protocol.errors import ConfigError

@@ -1,3 +1,5 @@
+"""Ultrasonic echoes and lines of sight."""
+
 import pytest
 
 QUIET = "[ultrasonic]\nnoise_mm = 0\n"

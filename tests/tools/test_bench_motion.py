@@ -1,4 +1,4 @@
-"""The promises about motion, checked against the ground truth as `nxtdrive bench` measures it."""
+"""The limits of motion that the documents state, checked against the ground truth as `nxtdrive bench` measures it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What an approach believes of its target begins anew when that turns out to be something else, or moves away."""
+"""The evidence of an approach is reset when its target turns out to be something else, or moves away."""
 
 from __future__ import annotations
 

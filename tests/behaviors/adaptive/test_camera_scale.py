@@ -1,4 +1,4 @@
-"""The error of distances by apparent size, learned from echoes and from how a picture grows."""
+"""The error of distances by apparent size, learned from echoes and from how a target grows in the frame."""
 
 from dataclasses import replace
 from random import Random

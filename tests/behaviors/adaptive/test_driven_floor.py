@@ -1,4 +1,4 @@
-"""The floor that a frame showed was free where the robot has driven on straight since then."""
+"""Floor in a frame counts as free once the robot has driven straight over it."""
 
 from __future__ import annotations
 

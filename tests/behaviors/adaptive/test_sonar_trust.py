@@ -1,4 +1,4 @@
-"""A sonar that returns no echo any more, or always the same one, is ignored."""
+"""A sonar that no longer returns an echo, or always the same one, is ignored."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""At which height a target is, by the frames that showed it, and which looks say that it is not there."""
+"""The height of a target, from the frames that showed it, and which frames are evidence of its absence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The state move_to when the brick falls silent in the midst of it."""
+"""The state move_to when the brick stops answering during it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``nxtdrive run`` when what listens to it fails: the robot goes on, and the exit code and the summary tell."""
+"""``nxtdrive run`` when an observer fails: the robot goes on, and the exit code and the summary report it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text in pictures: every script that people name things in, and never a crash."""
+"""Text in pictures: every script that names may have, and never a crash."""
 
 from __future__ import annotations
 

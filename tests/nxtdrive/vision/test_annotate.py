@@ -1,3 +1,5 @@
+"""Detections and sightings drawn into frames."""
+
 from dataclasses import replace
 
 import numpy as np

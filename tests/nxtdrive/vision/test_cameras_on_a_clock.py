@@ -1,3 +1,5 @@
+"""Cameras that run on a given clock: simulated ones and recordings."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""When a target counts as confirmed, and for how long."""
+
 import pytest
 
 from behaviors.ports import Sighting

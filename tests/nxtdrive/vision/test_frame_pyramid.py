@@ -1,3 +1,5 @@
+"""Correlation on the levels of a frame's pyramid."""
+
 import numpy as np
 import pytest
 

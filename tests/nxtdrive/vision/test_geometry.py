@@ -1,3 +1,5 @@
+"""Bearings and distances from pixels, for level and tilted cameras."""
+
 import math
 
 import pytest

@@ -1,3 +1,5 @@
+"""Correlation where glare hides a part of the frame."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Detectors made from a specification, and mistakes in it."""
+
 import cv2
 import pytest
 

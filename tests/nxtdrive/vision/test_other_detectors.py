@@ -1,3 +1,5 @@
+"""The detectors of markers, QR codes, colours and cascades."""
+
 import cv2
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""The picture detector."""
+
 import math
 
 import cv2

@@ -1,4 +1,4 @@
-"""Looking for several pictures at once finds each as looking for it alone does."""
+"""A search for several pictures at once finds each one just as a search for it alone does."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""A picture for which a simpler detector fits is recognised, and no other."""
+"""Pictures for which a simpler detector is better are recognised, and no others."""
 
 from __future__ import annotations
 

@@ -1,3 +1,5 @@
+"""Sources of frames: images, videos, folders, streams and webcams."""
+
 import errno
 from pathlib import Path
 

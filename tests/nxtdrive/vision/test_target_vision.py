@@ -1,3 +1,5 @@
+"""The vision of a mission: a camera with detectors, and geometric vision."""
+
 import math
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Several programs at several doors: one brick, and every reply finds its way back."""
+"""Several programs at several doors: one brick, and every reply reaches its sender."""
 
 import contextlib
 import errno

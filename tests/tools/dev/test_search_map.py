@@ -1,4 +1,4 @@
-"""The map of a search: truth and knowledge are drawn in one frame, that of the robot's odometry."""
+"""The map of a search: truth and belief are drawn in one frame, that of the robot's odometry."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The oracle that must see: it tours viewpoints on the true map, and goes to targets that its eyes have seen."""
+"""The oracle that searches with the camera: it tours viewpoints on the true map, and drives to targets in view."""
 
 from nxtdrive.simulated.scenario import generate_scenario
 from nxtdrive.tools.sweep.oracle_eyes import ScanPositions

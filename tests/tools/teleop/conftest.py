@@ -1,4 +1,4 @@
-"""A robot in a simulated room, to drive by hand; a real terminal, and a gamepad made of SDL alone."""
+"""A robot in a simulated room, to drive by hand; a real terminal, and a virtual SDL gamepad."""
 
 import contextlib
 import ctypes

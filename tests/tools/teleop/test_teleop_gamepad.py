@@ -1,4 +1,4 @@
-"""A gamepad made of SDL alone: plugged in, moved, pulled out; read as a real one is, and driving a robot."""
+"""A virtual SDL gamepad: plugged in, moved and unplugged; read like a real one, and driving a robot."""
 
 import os
 import signal

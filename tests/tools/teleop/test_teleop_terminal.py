@@ -1,4 +1,4 @@
-"""The screen: textual's own pilot presses keys, and a real terminal shows the real thing."""
+"""The screen: textual's pilot presses keys, and the program runs in a real terminal."""
 
 import asyncio
 import io

@@ -1,4 +1,4 @@
-"""Clients that send what no page of ours would: each gets a reply, and none causes a traceback on the terminal."""
+"""Clients that send what the page never sends: each gets a reply, and none causes a traceback on the terminal."""
 
 from __future__ import annotations
 
