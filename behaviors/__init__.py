@@ -1,1 +1,1 @@
-"""The mission's behaviour: skills, statechart, recoveries and profiles; knows robot and camera only as ports."""
+"""The mission's behaviour: skills, statechart, recoveries and profiles; reaches robot and camera only through ports."""

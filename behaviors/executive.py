@@ -60,7 +60,7 @@ class Report:
         observer_failures: Names of observers that failed and were left out, each with its error in words.
         refused: Whether a brick that answers and refuses has ended it.
         hints: What to check or change, one sentence or two each; added by the program that assembled the mission.
-        arrivals: What was believed and measured at each target that was reached; likewise.
+        arrivals: What was estimated and measured at each target that was reached; likewise.
     """
 
     ending: Ending

@@ -10,7 +10,7 @@ from behaviors.events import Fact
 
 @dataclass(frozen=True, slots=True)
 class Blocker:
-    """Something between the robot and where the target is believed to be.
+    """Something between the robot and the estimated place of the target.
 
     Attributes:
         range_mm: How far ahead of the sonar it is.

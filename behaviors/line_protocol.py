@@ -21,7 +21,7 @@ Each line is answered, in order, by one integer in decimal and LF.
     ============== ===================================== =========================================
 
 The first five are the thesis's. A line that begins with one of them is never answered by anything but 0, 1 or 2, the
-only answers that a client of 2017 knows; `THESIS_FAILURES` are those to a request that failed. The others
+only answers that a client of 2017 understands; `THESIS_FAILURES` are those to a request that failed. The others
 are ours. Their failures are answered by a negative number, see `ErrorReply`.
 
 Source: docs/thesis.md, architecture and services, reading A7; docs/agentspeak.md.

@@ -4,7 +4,7 @@ A robot whose motor cables are exchanged, or whose motors are mounted the other 
 steers towards, and no recovery helps. There are eight ways to connect and mount two motors. Each predicts where a
 target that stood still is seen next, and from how far an echo comes, by the turns of both wheels; so each pair of
 sightings or echoes is evidence about them. Since a wheel may slip, each wiring is weighed for both wheels that roll and
-for either that slips; and since frames may be older than the mission knows, for several ages. A wheel that slips now
+for either that slips; and since frames may be older than the mission says, for several ages. A wheel that slips now
 does so for a while, and frames stay as old as they are: otherwise each pair that only a slip or an age explains would
 count against the described wiring again.
 """

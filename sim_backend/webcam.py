@@ -135,7 +135,7 @@ class Webcam:
 
     @property
     def pictures(self) -> frozenset[str]:
-        """Names that `observe` knows."""
+        """Names that `observe` accepts."""
         return frozenset(self._world.pictures)
 
     @property

@@ -147,7 +147,7 @@ class CameraScale:
         self._last = _Estimate(1.0, N.prior_sd**2)
 
     def corrected(self, sighting: Sighting) -> Sighting:
-        """Return a sighting with the distance and the height that are to be believed."""
+        """Return a sighting with the corrected distance and height."""
         factor, edges_mm = self._of(sighting.target).factor, sighting.edges_mm
         edges_mm = None if edges_mm is None else (edges_mm[0] * factor, edges_mm[1] * factor)
         return replace(sighting, distance_mm=sighting.distance_mm * factor, edges_mm=edges_mm)

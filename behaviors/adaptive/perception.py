@@ -138,7 +138,7 @@ class Perception:
             self._step_s += (now_s - self._looked_s - self._step_s) / 2
         self._answer_s += (now_s - asked_s - self._answer_s) / 2
         self._looked_s = now_s
-        self._range_mm = range_mm = self._believed(now_s, pose, range_mm)
+        self._range_mm = range_mm = self._accepted(now_s, pose, range_mm)
         self.world.travel_mm_s = self._travel_mm_s
         free_at_s = self._free_at_s(glimpses[-1].time_s, pose)
         rays = context.vision.free_floor(free_at_s) if self.parameters.sees_floor else ()
@@ -168,17 +168,17 @@ class Perception:
             return None
         return time_s if pose == self._start else driven_s
 
-    def _believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
+    def _accepted(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo unless the sonar is stuck; a stuck sonar must not stop the robot either."""
         was_stuck = self.sonar.stuck
-        believed_mm = self.sonar.believed(now_s, pose, range_mm)
+        accepted_mm = self.sonar.accepted(now_s, pose, range_mm)
         if self.sonar.stuck and not was_stuck:
             self.context.body.distrust_sonar(f"It measures {range_mm:.0f} mm wherever the robot turns.")
         elif was_stuck and not self.sonar.stuck:
             self.context.body.trust_sonar()
         if self.sonar.stuck is not was_stuck:
             self.world.floor.forget_obstacles()
-        return believed_mm
+        return accepted_mm
 
     def check_sonar(self) -> None:
         """Turn until it is clear whether a doubtful sonar repeats an echo in all directions or not."""

@@ -32,7 +32,7 @@ class ScanNumbers:
         worth_a_turn: A scan with less chance of success is skipped, except the first one at the start, since people
             usually start the robot near a target.
         start_mm: Within this distance of its starting point the robot is still at the start.
-        frames_at_rest: This many frames are evaluated before a turn begins; a detection is believed when a second frame
+        frames_at_rest: This many frames are evaluated before a turn begins; a detection is accepted when a second frame
             confirms it.
     """
 

@@ -20,7 +20,7 @@ class SonarNumbers:
         certain_deg: A sonar that repeats an echo while the robot turns by this from one heading to another is certainly
             stuck: a wall is at the same distance over twice the beam at most, and a corner over little more.
         doubted_deg: Over this much it is doubtful; a turn of `certain_deg` decides.
-        fresh: After this many different echoes it is believed again.
+        fresh: After this many different echoes it is trusted again.
     """
 
     silent_s: float = 5.0
@@ -66,7 +66,7 @@ class SonarTrust:
     def _repeated_deg(self) -> float:
         return self._headings[1] - self._headings[0]
 
-    def believed(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
+    def accepted(self, now_s: float, pose: Pose, range_mm: float | None) -> float | None:
         """Return an echo, or None if there is none or the sonar is stuck."""
         self._now_s = now_s
         if range_mm is None:

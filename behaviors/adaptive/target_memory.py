@@ -75,7 +75,7 @@ class TargetEstimate:
     """A target that was seen.
 
     Attributes:
-        place: Where it is believed to be.
+        place: Where it is estimated to be.
         time_s: When it was seen last.
         distance_mm: Its distance then, by its apparent size.
         edges_mm: Its edges; None if no frame has shown both.
@@ -158,11 +158,11 @@ class TargetMemory:
             The sightings that are not of a known look-alike.
         """
         seen = {name: self._estimated(sighting, range_mm) for name, sighting in glimpse.seen.items()}
-        believed = {name: sighting for name, sighting in seen.items() if self._believes(sighting)}
+        accepted = {name: sighting for name, sighting in seen.items() if self._is_accepted(sighting)}
         for target in looked_for:
-            if target in believed:
-                self._see(target, believed[target])
-                if not self.slant.oblique(believed[target]):
+            if target in accepted:
+                self._see(target, accepted[target])
+                if not self.slant.oblique(accepted[target]):
                     sighting = glimpse.seen[target]
                     own_mm = None if self.beyond(sighting, range_mm) else range_mm
                     floor_mm = self._floor_mm(sighting)
@@ -171,7 +171,7 @@ class TargetMemory:
                 view = self._camera.view_at(self._poses.at(glimpse.time_s))
                 if not self._too_near(target, view):
                     self._miss(target, view)
-        return believed
+        return accepted
 
     def beyond(self, sighting: Sighting, range_mm: float | None) -> bool:
         """Return whether an echo is from behind a target of which only the frame shows how far away it is at most."""
@@ -186,7 +186,7 @@ class TargetMemory:
         return self.detection_range_mm[target] * max(1.0, factor)
 
     def fills_mm(self, target: str) -> float:
-        """Return from how near a target fills the frame, by its size as it is believed."""
+        """Return from how near a target fills the frame, by its estimated size."""
         half_mm = self.scale.factor(target) * self._heights_mm[target] / 2
         return self._fit.fills_mm(self._edges_mm(target) or (-half_mm, half_mm))
 
@@ -284,7 +284,7 @@ class TargetMemory:
             self.look_alikes.reject(target, known.place, known.time_s, doubtful=doubtful)
             self.beliefs[target].refute(known.place)
 
-    def _believes(self, sighting: Sighting) -> bool:
+    def _is_accepted(self, sighting: Sighting) -> bool:
         """Return whether a sighting is neither of a known look-alike nor in two places at once."""
         lens = self._camera.lens_at(self._poses.at(sighting.time_s))
         place = lens.ahead(sighting.distance_mm, sighting.bearing_deg)

@@ -1,10 +1,10 @@
 """Distances along the floor from the angles at which a camera sees it end, and how exact they are.
 
 The camera looks down on the floor, so an angle below the horizontal is a distance. A camera that is tilted by a few
-degrees, or whose field of view is not as believed, makes all of them wrong: the angle is `offset + scale * angle`. Both
-are learned from what sonar and camera measure at once. Until then only what is near is believed. Often the two do not
-measure the same thing, so the filter is a grid of hypotheses, pairs of offset and scale, and the likelihood of a
-measurement is a mixture of a normal distribution and a uniform one for outliers.
+degrees, or whose field of view differs from the description, makes all of them wrong: the angle is `offset + scale *
+angle`. Both are learned from what sonar and camera measure at once. Until then only near distances are used. Often the
+two do not measure the same thing, so the filter is a grid of hypotheses, pairs of offset and scale, and the likelihood
+of a measurement is a mixture of a normal distribution and a uniform one for outliers.
 """
 
 from __future__ import annotations

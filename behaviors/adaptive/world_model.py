@@ -189,7 +189,7 @@ class WorldModel:
         return replace(blocker, age_s=now_s - since_s)
 
     def turned(self, scale: float, beams: Sequence[Beam]) -> None:
-        """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as was believed.
+        """Redraw the echoes of a turn on the spot: the robot turned `scale` times as far as its wheels said.
 
         Sightings in that turn are forgotten.
         """

@@ -30,7 +30,7 @@ class Profile(Protocol):
         ...
 
     def learn(self, failure: Failure) -> None:
-        """Update what the profile knows with a failure; called once for each, before `evidence`."""
+        """Update the profile's model with a failure; called once for each, before `evidence`."""
         ...
 
     def evidence(self, basis: Evidence) -> Evidence:

@@ -36,7 +36,7 @@ def find_profile(name: str) -> ProfileClass:
         return built_in
     found = load(name)
     package = found.__module__.partition(".")[0]
-    if package != __name__.partition(".")[0]:  # another name for a class of ours
+    if package != __name__.partition(".")[0]:  # another name for a built-in class
         external_profiles[name] = package
     return cast("ProfileClass", found)
 

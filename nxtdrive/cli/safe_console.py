@@ -1,4 +1,4 @@
-"""A console of rich's for text from outside."""
+"""A rich console for untrusted text."""
 
 from __future__ import annotations
 

@@ -232,7 +232,7 @@ class RunReview:
         )
 
     def _true_share(self, arrival: Mapping[str, Any]) -> float:
-        """Return the true distance over the believed one; 1 without the truth, and in front of what is not flat.
+        """Return the true distance over the estimated one; 1 without the truth, and in front of what is not flat.
 
         A camera sees the top of a box as well, so the box looks higher than it is.
         """

@@ -1,7 +1,7 @@
 """JSON schemas of the messages in an MCAP file: Foxglove's, as far as they are used, and two of our own.
 
-Lichtblick and Foxglove know a message by its schema's name. Source of names and fields: Foxglove's documentation of its
-message schemas, https://docs.foxglove.dev/docs/sdk/schemas.
+Lichtblick and Foxglove recognise a message by its schema's name. Source of names and fields: Foxglove's documentation
+of its message schemas, https://docs.foxglove.dev/docs/sdk/schemas.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class Sensor:
 
     @property
     def ready(self) -> bool:
-        """Whether the port is set up, as far as the driver knows."""
+        """Whether the driver has set the port up, and has not seen it reset since."""
         return self._ready
 
     def set_up(self) -> None:

@@ -42,8 +42,8 @@ class Transport(Protocol):
     def receive(self, timeout_s: float) -> bytes | None:
         """Return the next whole telegram, or None after `timeout_s` without one.
 
-        Part of a telegram is kept for the next call. A timeout is not an error here: only the dialogue knows whether a
-        reply was expected.
+        Part of a telegram is kept for the next call. A timeout is not an error here: only the dialogue can tell whether
+        a reply was expected.
 
         Raises:
             LinkError: The link is closed or lost.

@@ -1,6 +1,6 @@
 """Targets that the frame cuts off: on which sides, and their size in spite of it.
 
-A detector that knows corners computes them from the visible part, even if they lie outside the frame. One that gives
+A detector that finds corners computes them from the visible part, even if they lie outside the frame. One that gives
 a box gives only the visible part, whose height shrinks as the robot drives up to a low target: so such a size
 is completed by the shape that the target had when it was last wholly in view, or counts as a bound.
 """

@@ -50,7 +50,7 @@ ENDPOINT_HALT = 0
 
 
 class Stall(Exception):
-    """The device does not know the request; the host reads EPIPE."""
+    """The device does not support the request; the host reads EPIPE."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Setup:
 
     @property
     def standard(self) -> bool:
-        """Whether this is one of the requests that every device knows."""
+        """Whether this is one of the standard requests, which every device supports."""
         return not self.request_type & STANDARD_MASK
 
 
@@ -129,13 +129,13 @@ class UsbDevice:
         """Answer a control request with at most `setup.length` bytes.
 
         Raises:
-            Stall: The device does not know it.
+            Stall: The device does not support it.
         """
         answer = self._standard(setup) if setup.standard else self.class_request(setup, data)
         return answer[: setup.length]
 
     def class_request(self, setup: Setup, data: bytes) -> bytes:  # noqa: ARG002 - for subclasses
-        """Answer a request that only this class of devices knows; see `control`."""
+        """Answer a request that only this class of devices supports; see `control`."""
         raise Stall
 
     def take(self, endpoint: int, data: bytes) -> None:  # noqa: ARG002 - for subclasses

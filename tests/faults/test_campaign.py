@@ -49,5 +49,5 @@ def test_an_unknown_campaign_is_refused_with_the_known_ones(capsys):
 
 
 @pytest.mark.parametrize("name", command.CAMPAIGNS)
-def test_each_campaign_states_its_promise(name):
-    assert command.load(name).promise.endswith(".")
+def test_each_campaign_states_its_guarantee(name):
+    assert command.load(name).guarantee.endswith(".")

@@ -1,4 +1,4 @@
-"""The campaign of errors: a sample, and proof that it finds broken promises."""
+"""The campaign of errors: a sample, and proof that it finds violations."""
 
 from __future__ import annotations
 
@@ -48,6 +48,6 @@ def test_what_is_kept_once_is_not_a_leak(monkeypatch):
 
 
 @pytest.mark.parametrize(("provoke", "text"), [(lambda *_: None, "no error"), (lambda *_: 1 / 0, "ZeroDivisionError")])
-def test_another_error_than_the_promised_one_is_found(provoke, text, monkeypatch):
+def test_another_error_than_the_expected_one_is_found(provoke, text, monkeypatch):
     monkeypatch.setitem(errors.PROVOKED, "refusal", (provoke, (BrickError,)))
     assert text in str(errors.CAMPAIGN.run(1, range(1)).violations)

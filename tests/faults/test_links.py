@@ -1,4 +1,4 @@
-"""The campaign of link faults: a sample of it, and proof that it finds broken promises."""
+"""The campaign of link faults: a sample of it, and proof that it finds violations."""
 
 from __future__ import annotations
 

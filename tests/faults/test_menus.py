@@ -1,4 +1,4 @@
-"""Keys and written menus: a sample of the campaign, and proof that it finds broken promises."""
+"""Keys and written menus: a sample of the campaign, and proof that it finds violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sample of the campaign of random missions, and proof that it finds broken promises."""
+"""A sample of the campaign of random missions, and proof that it finds violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/reliability.md states every campaign with its promise and its full number of trials."""
+"""docs/reliability.md states every campaign with its guarantee and its full number of trials."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DOCUMENT = (Path(__file__).parents[2] / "docs" / "reliability.md").read_text(enc
 
 
 @pytest.mark.parametrize("name", CAMPAIGNS)
-def test_each_campaign_has_its_promise_and_its_figures(name):
+def test_each_campaign_has_its_guarantee_and_its_figures(name):
     campaign = load(name)
     assert f"(`{name}`)" in DOCUMENT
     assert re.search(rf"^\| `{name}` \| {campaign.count:,} [a-z ]+\| \d+ \| \d+", DOCUMENT, flags=re.MULTILINE)

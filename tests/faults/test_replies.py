@@ -1,4 +1,4 @@
-"""Hostile replies to the driver: a sample of the campaign, and proof that it finds broken promises."""
+"""Hostile replies to the driver: a sample of the campaign, and proof that it finds violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The campaign `servers`: some of its trials, and proof that it finds a server that breaks its promise."""
+"""The campaign `servers`: some of its trials, and proof that it finds a server that violates its guarantee."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SLOW = [pytest.param(number, marks=pytest.mark.slow) for number in (0, 2, 3)]
 
 
 @pytest.mark.parametrize("number", [1, *SLOW])
-def test_the_promise_is_kept(number):
+def test_the_guarantee_is_kept(number):
     tally = servers.run(0, range(number, number + 1))
     assert tally.violations == []
     assert tally.outcomes.total()
@@ -54,12 +54,12 @@ def test_the_promise_is_kept(number):
         ("sendall(b'1\\n' * 1000)", "Ctrl-C did not end the server"),
     ],
 )
-def test_a_server_that_breaks_the_promise_is_found(monkeypatch, does, violation):
+def test_a_server_that_violates_the_guarantee_is_found(monkeypatch, does, violation):
     monkeypatch.setattr(servers, "SERVED_S", 0.2)
     monkeypatch.setattr(servers, "END_S", 0.2)
     server = Deaf(does)
     try:
-        with pytest.raises(servers.PromiseBroken, match=violation):
+        with pytest.raises(servers.GuaranteeViolated, match=violation):
             servers.attempt(server, [("line", "silent")], Random(0), leaves=False)
     finally:
         server.kill()

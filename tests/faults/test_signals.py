@@ -1,4 +1,4 @@
-"""The campaign of signals: a few of its trials, and proof that it finds broken promises."""
+"""The campaign of signals: a few of its trials, and proof that it finds violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The campaign of a day: with short hours, and proof that it finds broken promises."""
+"""The campaign of a day: with short hours, and proof that it finds violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Any telegram to the simulated brick: a sample of the campaign, and proof that it finds broken promises."""
+"""Any telegram to the simulated brick: a sample of the campaign, and proof that it finds violations."""
 
 from __future__ import annotations
 

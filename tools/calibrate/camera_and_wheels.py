@@ -191,17 +191,17 @@ def estimate(track: Track, robot: RobotTable, camera: CameraTable, settled_s: fl
     )
 
 
-def misfit_px(track: Track, believed: dict[str, float], found: dict[str, float]) -> float:
+def misfit_px(track: Track, current: dict[str, float], found: dict[str, float]) -> float:
     """Return by how much these values of the robot miss the markers on average, wherever the sheet hangs.
 
     Args:
         track: What was recorded.
-        believed: Values of `CAMERA_KEYS` and `WHEEL_KEYS`.
+        current: Values of `CAMERA_KEYS` and `WHEEL_KEYS`.
         found: All values that were estimated, for the first guess of the sheet's place.
     """
     corners = Corners(track, FEW_VIEWS)
-    start = np.array([believed.get(name, found[name]) for name in NAMES])
-    prior_sd = np.array([CERTAIN if name in believed else PARAMETERS[name][1] for name in NAMES])
+    start = np.array([current.get(name, found[name]) for name in NAMES])
+    prior_sd = np.array([CERTAIN if name in current else PARAMETERS[name][1] for name in NAMES])
     best = _fit(corners, start, prior_sd, np.array([each for *_, each in PARAMETERS.values()]))
     without_slips = np.concatenate([best.values[: len(NAMES)], np.zeros(corners.slips)])
     return float(np.sqrt(np.mean(corners.residuals(without_slips) ** 2)))
@@ -233,8 +233,8 @@ def _slips(counts: Array) -> Array:
 
 
 def _guess(track: Track, robot: RobotTable, camera: CameraTable, latency_s: float) -> tuple[Array, Array, Array]:
-    believed = {**camera.model_dump(), **robot.model_dump()}
-    start = {name: believed[name] if value is None else value for name, (value, _, _) in PARAMETERS.items()}
+    current = {**camera.model_dump(), **robot.model_dump()}
+    start = {name: current[name] if value is None else value for name, (value, _, _) in PARAMETERS.items()}
     start["latency_s"] = latency_s
     seen = track.views[0].seen
     span_mm = float(np.ptp(seen.on_sheet_mm[:, 0]) + np.ptp(seen.on_sheet_mm[:, 1]))

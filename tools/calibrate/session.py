@@ -56,7 +56,7 @@ class CalibrationResult:
         misfit_px: By how much the markers were missed with the previous values, and with the new file; None if only
             the motors were calibrated.
         views: Frames in which the sheet was seen.
-        remark: What else is to be said of before and after.
+        remark: A further sentence on the values before and after.
     """
 
     file: RobotFile

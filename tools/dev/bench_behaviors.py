@@ -152,9 +152,9 @@ class TimedWorldModel(WorldModel):
     ) -> Mapping[str, Sighting]:
         """Update with a frame and an echo."""
         begun_s = cpu_s()
-        believed = super().perceive(now_s, pose, range_mm, looked_for, glimpse, sonar_works=sonar_works)
+        accepted = super().perceive(now_s, pose, range_mm, looked_for, glimpse, sonar_works=sonar_works)
         self.times_s.append(cpu_s() - begun_s)
-        return believed
+        return accepted
 
     def see_floor(self, time_s: float, rays: Sequence[FloorRay], range_mm: float | None) -> None:
         """Update with the free floor in the frame."""

@@ -44,17 +44,17 @@ def ok(topic: str, text: str) -> Finding:
 
 
 def warning(topic: str, text: str, remedy: str) -> Finding:
-    """Return a finding that does not prevent what the user wants."""
+    """Return a finding that does not block the user's task."""
     return Finding(topic, Severity.WARNING, text, remedy)
 
 
 def problem(topic: str, text: str, remedy: str) -> Finding:
-    """Return a finding that prevents what the user wants."""
+    """Return a finding that blocks the user's task."""
     return Finding(topic, Severity.PROBLEM, text, remedy)
 
 
 def trouble(topic: str, text: str, remedy: str, *, needed: bool) -> Finding:
-    """Return a problem if the part is needed for what the user wants, else a warning."""
+    """Return a problem if the user's task needs the part, else a warning."""
     return (problem if needed else warning)(topic, text, remedy)
 
 

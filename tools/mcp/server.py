@@ -32,7 +32,7 @@ INSTRUCTIONS = """\
 A small robot with two driven wheels, a camera, a sonar that looks ahead and a bumper. Lengths are millimetres, angles
 degrees, positive to the right; the pose is x forward, y right, heading clockwise, from where the robot began. One call
 drives at most {max_mm:g} mm or turns at most {max_deg:g} degrees. Driving forward ends before an obstacle in the
-sonar's beam: read `ended`. Missions search for what they know by name, drive there and recover by themselves; start one
+sonar's beam: read `ended`. Missions search for targets by name, drive there and recover by themselves; start one
 with `mission_run` and follow it with `mission_status`. `stop` works at any time. A person may stop the robot too; then
 nothing drives until a person releases it."""
 

@@ -60,7 +60,7 @@ ANSWERS = {
     0x0C59: "0000",  # Read Default Erroneous Data Reporting
     0x0C5B: "00",  # Write Default Erroneous Data Reporting
 }
-"""Return parameters, beginning with the status, of commands that a Linux kernel sends and bumble does not know."""
+"""Return parameters, beginning with the status, of commands that a Linux kernel sends and bumble lacks."""
 
 
 class Radio(Controller):  # type: ignore[misc] # bumble's types are not read
@@ -103,10 +103,10 @@ class Radio(Controller):  # type: ignore[misc] # bumble's types are not read
         self.classic_connections.clear()
 
     def on_hci_command(self, command: hci.HCI_Command) -> Any:  # noqa: ANN401, ARG002 - bumble's
-        """Accept what neither knows."""
+        """Accept commands that neither supports."""
         return hci.HCI_StatusReturnParameters(hci.HCI_ErrorCode.SUCCESS)
 
-    # --- commands that bumble does not answer, or not so ---
+    # --- commands that bumble does not answer, or answers differently ---
 
     def _complete(self, opcode: int, parameters: bytes) -> None:
         self.event(COMMAND_COMPLETE, b"\1" + opcode.to_bytes(2, "little") + parameters)

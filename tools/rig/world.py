@@ -39,7 +39,7 @@ Asked = tuple[Request, queue.Queue[Request]]
 """A request, and where its answer goes."""
 
 Reset = tuple[str, queue.Queue[Request]]
-"""The next world, and where to say that it is there."""
+"""The next world, and where to report that it is ready."""
 
 
 class World:

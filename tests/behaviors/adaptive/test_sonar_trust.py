@@ -15,7 +15,7 @@ CELLS = Cells()
 
 
 def _drive(trust, range_mm, *, begin_s=0.0, steps=40, step_mm=20.0):
-    heard = [trust.believed(begin_s + 0.1 * i, Pose(begin_s * 200 + step_mm * i), range_mm(i)) for i in range(steps)]
+    heard = [trust.accepted(begin_s + 0.1 * i, Pose(begin_s * 200 + step_mm * i), range_mm(i)) for i in range(steps)]
     return heard[-1]
 
 
@@ -51,7 +51,7 @@ def _turn(trust, degrees, range_mm=150.0, begin_deg=0.0):
     for i in range(4 * 40):
         share = (i % 80) / 40
         heading_deg = begin_deg + degrees * (share if share <= 1.0 else 2.0 - share)
-        trust.believed(0.1 * i, Pose(heading_deg=heading_deg), range_mm)
+        trust.accepted(0.1 * i, Pose(heading_deg=heading_deg), range_mm)
 
 
 def test_only_the_same_echo_on_both_sides_is_certainly_none():
@@ -79,7 +79,7 @@ def test_a_stuck_sonar_with_different_echoes_again_is_believed():
     _turn(trust, 160.0)
     assert trust.stuck
     for i in range(4):
-        trust.believed(20.0 + i, Pose(heading_deg=160.0), 500.0 + 10.0 * i)
+        trust.accepted(20.0 + i, Pose(heading_deg=160.0), 500.0 + 10.0 * i)
     assert not trust.stuck
 
 

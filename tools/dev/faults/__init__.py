@@ -1,1 +1,1 @@
-"""Fault campaigns: many random trials of one promise each; docs/reliability.md states the promises and the figures."""
+"""Fault campaigns: many random trials of one guarantee each; docs/reliability.md states them with their figures."""

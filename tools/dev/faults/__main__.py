@@ -45,7 +45,7 @@ def load(name: str) -> Campaign:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the campaigns; returns 1 if a promise was broken."""
+    """Run the campaigns; returns 1 if a guarantee was violated."""
     args = _arguments(argv)
     broken = 0
     for name in args.campaigns or CAMPAIGNS:
@@ -63,7 +63,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="python -m tools.dev.faults", description="Try what nxtdrive promises, many times, and count violations."
+        prog="python -m tools.dev.faults",
+        description="Test what nxtdrive guarantees, many times, and count violations.",
     )
     parser.add_argument("campaigns", nargs="*", metavar="CAMPAIGN", help=f"of: {', '.join(CAMPAIGNS)} (default: all)")
     parser.add_argument("--count", type=int, help="number of trials (default: the campaign's own)")

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Violation:
-    """A promise that was broken.
+    """A guarantee that was violated.
 
     Attributes:
         number: The trial's number; with the campaign's seed it reproduces the trial.
-        text: What was promised and what happened instead, with the bytes or the file that did it.
+        text: What was guaranteed and what happened instead, with the bytes or the file that did it.
     """
 
     number: int
@@ -28,7 +28,7 @@ class Tally:
 
     Attributes:
         outcomes: How often each permitted outcome occurred, such as "resumed" or "refused with exit code 2".
-        violations: Each broken promise.
+        violations: Each violation.
         longest_s: Processor time of the longest trial, if the campaign measures it; equal trials may differ in it.
     """
 
@@ -45,10 +45,10 @@ class Tally:
 
 @dataclass(frozen=True)
 class Campaign:
-    """One promise, tried many times.
+    """One guarantee, tested many times.
 
     Attributes:
-        promise: What is promised, one sentence.
+        guarantee: What is guaranteed, one sentence.
         unit: What is counted, in the plural, such as "telegrams".
         count: The number of trials of a full campaign.
         batch: Trials that one call of `run` makes; trials of one batch may depend on those before them in it.
@@ -56,7 +56,7 @@ class Campaign:
             a module, and equal arguments give equal tallies.
     """
 
-    promise: str
+    guarantee: str
     unit: str
     count: int
     batch: int

@@ -145,7 +145,7 @@ def _provoke(brick: Brick, wire: Wire, folder: Path, numbers: range, tally: Tall
             provoke(brick, wire, folder)
         except expected:
             tally.outcomes[kind] += 1
-        except Exception as error:  # noqa: BLE001 - whatever else it is breaks the promise
+        except Exception as error:  # noqa: BLE001 - whatever else it is violates the guarantee
             tally.violations.append(Violation(number, f"{kind}: {error!r}"))
         else:
             tally.violations.append(Violation(number, f"{kind}: no error"))

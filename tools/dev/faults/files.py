@@ -321,7 +321,7 @@ def _limited_memory() -> Iterator[None]:
 
 
 CAMPAIGN = Campaign(
-    promise="A damaged file of any kind that nxtdrive reads is accepted, or refused with a sentence and exit code 2.",
+    guarantee="A damaged file of any kind that nxtdrive reads is accepted, or refused with a sentence and exit code 2.",
     unit="files",
     count=10_000,
     batch=50,

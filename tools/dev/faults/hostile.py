@@ -45,7 +45,7 @@ def random_request(rng: Random) -> bytes:
 
 
 def well_formed(rng: Random, command: type[Command[Any]]) -> bytes:
-    """Return a request of this command with random fields; one in four wants no reply."""
+    """Return a request of this command with random fields; one in four requests no reply."""
     head = bytes((command.kind | (NO_REPLY if rng.random() < 0.25 else 0), command.opcode))
     if command in (IOMapRead, IOMapWrite) and rng.random() < 0.9:
         return head + _io_map_access(rng, write=command is IOMapWrite)

@@ -233,7 +233,7 @@ def trials(seed: int, numbers: range) -> Tally:
 CAMPAIGN = Campaign(
     "Whatever happens to the link, at any telegram, motors stand still within a lease and their coasting, no reply is "
     "taken for the reply to another request, each call ends in time with a value or an error of the driver, and a "
-    "mission continues or ends as promised with a complete run folder.",
+    "mission continues or ends as guaranteed with a complete run folder.",
     "link faults",
     count=20_000,
     batch=60,

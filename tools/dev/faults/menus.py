@@ -134,7 +134,7 @@ def _click(brick: SimBrick, key: int, held_ms: int) -> None:
 
 
 CAMPAIGN = Campaign(
-    promise="No key, and nothing that is written to the menus meanwhile, makes the simulated brick fail.",
+    guarantee="No key, and nothing that is written to the menus meanwhile, makes the simulated brick fail.",
     unit="actions",
     count=500_000,
     batch=BATCH,

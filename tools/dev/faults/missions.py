@@ -214,7 +214,7 @@ def _unreadable(folder: Path) -> list[str]:
 
 
 CAMPAIGN = Campaign(
-    promise="Whatever the room, the robot and the parameters, a mission ends by its own rules with motors off and a "
+    guarantee="Whatever the room, the robot and the parameters, a mission ends by its own rules with motors off and a "
     "readable journal, claims no target that it is not at, and does not repeat itself.",
     unit="missions",
     count=150,

@@ -172,7 +172,7 @@ def _run(seed: int, numbers: range) -> Tally:
 
 
 CAMPAIGN = Campaign(
-    promise="A damaged neural network is refused with the reason; at most the process that tries it fails.",
+    guarantee="A damaged neural network is refused with the reason; at most the process that tries it fails.",
     unit="models",
     count=10_000,
     batch=250,

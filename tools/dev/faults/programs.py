@@ -195,7 +195,7 @@ def _instruction(rng: Random, numbers: list[int], texts: list[int], calls: dict[
 
 
 CAMPAIGN = Campaign(
-    promise="No program file makes the simulated brick fail, hang or grow: it ends with an error, or runs.",
+    guarantee="No program file makes the simulated brick fail, hang or grow: it ends with an error, or runs.",
     unit="programs",
     count=20_000,
     batch=BATCH,

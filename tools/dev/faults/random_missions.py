@@ -38,7 +38,7 @@ class RandomMission:
     Attributes:
         world: The room.
         mission: The mission.
-        described: Whether the mission knows the robot as it is, so that its claims can be reference_firmware.
+        described: Whether the mission describes the robot as it is, so that its claims can be checked.
         transport: The kind of link.
         fault: What happens to the link, if anything.
         latency_ms: Round-trip time of the link.
@@ -303,7 +303,7 @@ def _mission(random: Random, world: Mapping[str, Any], described: bool) -> dict[
 
 
 def _as_it_is(world: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the tables of a mission that knows the robot of a world."""
+    """Return the tables of a mission that describes the robot of a world."""
     robot, camera = world["robot"], world["camera"]
     names = {"left_port": "left", "right_port": "right", "touch_port": "touch", "ultrasonic_port": "ultrasonic"}
     known = {own: robot[key] for key, own in names.items() if key in robot}

@@ -72,7 +72,7 @@ def parse(commands: Sequence[str], poisoned: Sequence[str]) -> tuple[ReferenceFi
 def campaign(references: tuple[ReferenceFirmware, ...], folder: Path = COMPILED) -> Campaign:
     """Return the campaign with these firmwares; the compiled programs of the folder are damaged."""
     return Campaign(
-        promise="Damaged programs end on the simulated brick with the status that LEGO's firmware gives them.",
+        guarantee="Damaged programs end on the simulated brick with the status that LEGO's firmware gives them.",
         unit="programs",
         count=20_000,
         batch=20,

@@ -336,7 +336,8 @@ def _resized(rng: Random, reply: bytes) -> bytes:
 
 
 CAMPAIGN = Campaign(
-    promise="No reply makes the driver fail: it returns a value of its request, a whole file, or an error of its own.",
+    guarantee="No reply makes the driver fail: it returns a value of its request, a whole file, or an error of "
+    "its own.",
     unit="operations",
     count=1_000_000,
     batch=BATCH,

@@ -1,6 +1,6 @@
 """Campaign: hostile clients at `nxtdrive sim serve` and `nxtdrive serve`, over real sockets, in separate processes.
 
-Outcomes depend on the machine's speed by nature: the limits are those that the documents promise, with a margin.
+Outcomes depend on the machine's speed by nature: the limits are those that the documents state, with a margin.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ QUESTION = GetBatteryLevel().encode()
 VIEW = b"GET /camera.mjpg HTTP/1.0\r\n\r\n"
 
 
-class PromiseBroken(Exception):
-    """A broken promise."""
+class GuaranteeViolated(Exception):
+    """A violated guarantee."""
 
 
 class Server(ABC):
@@ -76,15 +76,15 @@ class Server(ABC):
         """Press Ctrl-C.
 
         Raises:
-            PromiseBroken: The server does not end in time, or not with exit code 0.
+            GuaranteeViolated: The server does not end in time, or not with exit code 0.
         """
         self.process.send_signal(signal.SIGINT)
         try:
             said, _ = self.process.communicate(timeout=END_S)
         except subprocess.TimeoutExpired:
-            raise PromiseBroken(f"Ctrl-C did not end the server within {END_S:g} s") from None
+            raise GuaranteeViolated(f"Ctrl-C did not end the server within {END_S:g} s") from None
         if self.process.returncode != 0 or "Traceback" in said:
-            raise PromiseBroken(f"the server ended with exit code {self.process.returncode}: {said[-500:]}")
+            raise GuaranteeViolated(f"the server ended with exit code {self.process.returncode}: {said[-500:]}")
 
     def kill(self) -> None:
         """End the server in any case."""
@@ -132,7 +132,7 @@ class WellBehavedClient(ABC):
     """A well-behaved client.
 
     Raises:
-        PromiseBroken: From `ask` and from construction: it was not served in time.
+        GuaranteeViolated: From `ask` and from construction: it was not served in time.
     """
 
     def __init__(self, address: Address) -> None:
@@ -140,16 +140,16 @@ class WellBehavedClient(ABC):
             self._socket = socket.create_connection(address, timeout=SERVED_S)
             self._stream = self._socket.makefile("rb")
         except OSError as error:
-            raise PromiseBroken(f"{type(self).__name__} cannot connect: {error}") from error
+            raise GuaranteeViolated(f"{type(self).__name__} cannot connect: {error}") from error
 
     def ask(self) -> None:
         """Send a request and wait for its answer."""
         try:
             answer = self._ask()
         except OSError as error:
-            raise PromiseBroken(f"{type(self).__name__} got no reply: {error or type(error).__name__}") from error
+            raise GuaranteeViolated(f"{type(self).__name__} got no reply: {error or type(error).__name__}") from error
         if not answer:
-            raise PromiseBroken(f"{type(self).__name__} was disconnected")
+            raise GuaranteeViolated(f"{type(self).__name__} was disconnected")
 
     @abstractmethod
     def _ask(self) -> bytes:
@@ -197,7 +197,7 @@ class Agent(WellBehavedClient):
         self._socket.sendall(b"connect\n")
         answer = self._stream.readline()
         if answer not in (b"1\n", b""):
-            raise PromiseBroken(f"connect got the reply {answer!r}")
+            raise GuaranteeViolated(f"connect got the reply {answer!r}")
         return answer
 
 
@@ -212,7 +212,7 @@ def run(seed: int, numbers: range) -> Tally:
                 chosen = [(rng.choice(sorted(server.doors)), rng.choice(KINDS)) for _ in range(rng.randint(1, 3))]
                 attempt(server, chosen, rng, leaves=number % 2 == 0)
                 tally.outcomes.update(f"{door}: others served beside {kind} clients" for door, kind in chosen)
-            except PromiseBroken as broken:
+            except GuaranteeViolated as broken:
                 name = type(server).__name__
                 tally.violations.append(Violation(number, f"{name}, hostile clients {chosen}: {broken}"))
             finally:
@@ -230,7 +230,7 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
         leaves: Whether the hostile clients leave before Ctrl-C, and others are served after them.
 
     Raises:
-        PromiseBroken: The promise is broken.
+        GuaranteeViolated: The guarantee is violated.
     """
     with contextlib.ExitStack() as stack:
         good = _connected(server, stack)
@@ -245,7 +245,7 @@ def attempt(server: Server, chosen: list[tuple[str, str]], rng: Random, *, leave
                 client.ask()
         grown_kb = server.memory_kb - before_kb
         if grown_kb > MEMORY_LIMIT_KB:
-            raise PromiseBroken(f"the server's memory grew by {grown_kb // 1000} MB")
+            raise GuaranteeViolated(f"the server's memory grew by {grown_kb // 1000} MB")
         if leaves:
             for group in hostile:
                 group.leave()
@@ -271,7 +271,7 @@ def _again(server: Server, stack: contextlib.ExitStack) -> None:
         with contextlib.ExitStack() as attempt:
             try:
                 _connected(server, attempt)
-            except PromiseBroken:
+            except GuaranteeViolated:
                 if time.monotonic() > deadline_s:
                     raise
             else:
@@ -286,8 +286,8 @@ def _host_and_port(text: str) -> Address:
 
 
 CAMPAIGN = Campaign(
-    promise="Whatever the clients of a server do, a well-behaved client is served beside them, the server's memory is "
-    "bounded, and Ctrl-C ends it within 2 s with exit code 0.",
+    guarantee="Whatever the clients of a server do, a well-behaved client is served beside them, the server's memory "
+    "is bounded, and Ctrl-C ends it within 2 s with exit code 0.",
     unit="trials",
     count=60,
     batch=1,

@@ -187,7 +187,7 @@ def _decoded(command: type[Command[Any]], reply: bytes, outcome: str) -> str:
 
 
 CAMPAIGN = Campaign(
-    promise="No telegram makes the simulated brick fail: it replies as declared or not at all, and keeps answering.",
+    guarantee="No telegram makes the simulated brick fail: it replies as declared or not at all, and keeps answering.",
     unit="telegrams",
     count=1_000_000,
     batch=BATCH,
