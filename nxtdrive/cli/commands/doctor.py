@@ -41,7 +41,7 @@ EXAMPLES = """\
 
 BRICK = "brick"
 """Topic of findings about the brick as a whole."""
-MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Go on?"
+MAY_TURN = "Motors will turn a little. Lift the robot or clear the floor. Continue?"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -19,7 +19,7 @@ export function notice(text, forMs = 0) {
 
 // what the server answers; without a server an answer that says so
 export function ask(url, options) {
-  return fetch(url, options).catch(() => new Response("nxtdrive does not answer. Does it still run?", { status: 503 }));
+  return fetch(url, options).catch(() => new Response("nxtdrive does not answer. Is it still running?", { status: 503 }));
 }
 
 export const brief = (text) => notice(text, NOTICE_MS);
