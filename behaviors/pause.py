@@ -14,7 +14,7 @@ class Paused(Outage):
 
 
 class Pause:
-    """A pause that any thread requests and ends, and the mission's thread obeys.
+    """A pause that any thread requests and ends, during which the mission's thread waits.
 
     A motion under way is aborted where `check` is called, such as before each request; skills call it before each
     bounded piece of work.

@@ -48,7 +48,7 @@ class SkillContext:
         clock: Mission time.
         thesis: The parameters of the thesis profile.
         note: Writes a record.
-        report: Tells the chart a fact that does not end the skill.
+        report: Sends the chart a fact that does not end the skill.
         deadline_s: When the mission's time is over, on its clock; each pause postpones it.
         pause: The operator's.
         pauses: Beginning on the clock and duration of each pause, in seconds.

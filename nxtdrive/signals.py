@@ -16,8 +16,8 @@ SIGNALLED = 128
 """Shells add this to the number of the signal that ended a program; programs that handle signals follow them."""
 AGAIN_S = 0.02
 """A signal that could not interrupt the program is delivered again after this time."""
-INSISTENT = 3
-"""Number of signals that interrupts the program's end, which may hang."""
+ABORTING_SIGNALS = 3
+"""After this many signals, the program's clean-up, which may hang, is interrupted too."""
 
 
 @contextmanager
@@ -109,7 +109,7 @@ def signals_as_interrupt() -> Iterator[Callable[[], int]]:
             _send_again(number)
             return
         arrived.append(number)
-        if len(arrived) == 1 or len(arrived) >= INSISTENT:
+        if len(arrived) == 1 or len(arrived) >= ABORTING_SIGNALS:
             raise SignalInterrupt(number)
 
     def dropped(number: int) -> None:

@@ -121,15 +121,15 @@ class ApproachSkill:
         should_be_seen = self._arrival.weigh(observation, bearing_deg, distance_mm)
         if not should_be_seen:
             self._seen_s = max(self._seen_s, observation.time_s - perception.lost_after_s / 2)
-        fact = self._arrival.check(observation, known) or self._hindered(observation, known, bearing_deg, distance_mm)
+        fact = self._arrival.check(observation, known) or self._obstructed(observation, known, bearing_deg, distance_mm)
         if fact is not None:
             return fact
         return self._drive(observation, bearing_deg, distance_mm)
 
-    def _hindered(
+    def _obstructed(
         self, observation: Observation, known: TargetEstimate, bearing_deg: float, distance_mm: float
     ) -> Fact | None:
-        """Return a failure when it cannot go on."""
+        """Return a failure when the approach cannot continue."""
         perception, now_s = self._perception, observation.time_s
         unseen_s = now_s - self._seen_s
         hides = unseen_s > perception.lost_after_s / 2

@@ -47,7 +47,7 @@ class _Failure:
 
 
 class Attempts:
-    """Remembers the attempts of one mission."""
+    """The attempts of one mission."""
 
     def __init__(self) -> None:
         self._choices: list[tuple[str, str, Point]] = []

@@ -45,7 +45,7 @@ class _LookAlike:
 
 
 class LookAlikes:
-    """Remembers rejected look-alikes, and whether targets are found steadily in this mission's light."""
+    """Rejected look-alikes, and whether targets are found steadily in this mission's light."""
 
     def __init__(self) -> None:
         self._known: list[_LookAlike] = []

@@ -13,7 +13,7 @@ NARROW = 0.72
 
 
 class Slant:
-    """Remembers how wide each target looks at most, and whether its last whole sighting was from far to the side."""
+    """How wide each target looks at most, and whether its last whole sighting was from far to the side."""
 
     def __init__(self) -> None:
         self._widest: dict[str, float] = {}

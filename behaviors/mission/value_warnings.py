@@ -72,7 +72,7 @@ def _odd_height(name: str, height_mm: float) -> Iterator[str]:
 
 
 def _same_targets(mission: Mission) -> Iterator[str]:
-    """Yield warnings of targets that no detector tells apart; `mission check` compares pictures by what they show."""
+    """Yield warnings of targets that no detector can distinguish; `mission check` compares the pictures themselves."""
     first: dict[str, str] = {}
     for name in dict.fromkeys(mission.mission.targets):
         target = mission.target[name]

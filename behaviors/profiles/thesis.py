@@ -48,7 +48,7 @@ class ThesisProfile:
         raise KeyError(state)
 
     def learn(self, failure: Failure) -> None:
-        """Learn nothing: the thesis keeps no model of the world."""
+        """Do nothing: the thesis keeps no model of the world."""
 
     def evidence(self, basis: Evidence) -> Evidence:
         """Add nothing: the thesis uses only whether the target was recognised."""

@@ -64,7 +64,7 @@ def test_the_trip_of_a_phone_is_written_down(page, tmp_path):
 def test_a_missing_pin_and_a_missing_page_are_one_sentence(page, tmp_path, monkeypatch):
     address, _ = page
     monkeypatch.setattr("sys.argv", ["trip.py", str(tmp_path / "trip.csv")])
-    with pytest.raises(SystemExit, match="wants the PIN"):
+    with pytest.raises(SystemExit, match="needs the PIN"):
         main(address)
     with closing(socket.create_server(("127.0.0.1", 0))) as unused:
         nowhere = f"127.0.0.1:{unused.getsockname()[1]}"

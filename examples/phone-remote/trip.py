@@ -51,7 +51,7 @@ def main(page: str = PAGE) -> None:
     try:
         asyncio.run(watch(Path(sys.argv[1]), page, sys.argv[2] if len(sys.argv) > 2 else ""))
     except (HTTPError, websockets.InvalidStatus):
-        sys.exit("The page wants the PIN that `nxtdrive web --lan` prints: python trip.py trip.csv PIN")
+        sys.exit("The page needs the PIN that `nxtdrive web --lan` prints: python trip.py trip.csv PIN")
     except ConnectionRefusedError:
         sys.exit(f"Nothing answers at {page}. Start `nxtdrive web` first, in another terminal.")
     except URLError as error:

@@ -1,7 +1,7 @@
 """What the command line writes: escaped text, JSON, and tables and live lines drawn with rich.
 
 Text from outside never reaches the terminal unescaped. Commands write with the functions of this module, which escape
-what a terminal would obey (`firmware_protocol.printable`); `guarded_output` is the net below them.
+what a terminal would interpret (`firmware_protocol.printable`); `guarded_output` is the last resort.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def write_text(text: object, *, flush: bool = False) -> None:
 
 
 def write_json(value: object, *, indent: int | None = None, flush: bool = False) -> None:
-    """Print a value as JSON, in ASCII, so that it is valid in every encoding and a terminal obeys nothing in it."""
+    """Print a value as JSON, in ASCII, valid in every encoding and without terminal control characters."""
     print(json.dumps(value, indent=indent), flush=flush)
 
 

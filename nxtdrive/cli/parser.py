@@ -50,7 +50,7 @@ class Parser(argparse.ArgumentParser):
         self.color = False  # from Python 3.14 on its texts would have colours, which `guarded_output` escapes
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401 - argparse's
-        """Parse, and remember the arguments for error messages."""
+        """Parse, and keep the arguments for error messages."""
         self._given = list(sys.argv[1:] if args is None else args)
         found, left = super().parse_known_args(args, namespace)
         lists = [action for action in self._get_positional_actions() if action.nargs in ("+", "*")]

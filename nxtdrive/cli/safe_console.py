@@ -12,7 +12,7 @@ from firmware_protocol.printable import printable_lines
 
 
 class SafeConsole(Console):
-    """Escapes what a terminal would obey in any text; colours and cursor movements are rich's own.
+    """Escapes what a terminal would interpret in any text; colours and cursor movements are rich's own.
 
     A reader that has left raises `BrokenPipeError`, as elsewhere; rich itself would exit with code 1.
     """

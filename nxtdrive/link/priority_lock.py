@@ -29,8 +29,8 @@ SLICE_S = 0.1
 
 
 @dataclass(slots=True, eq=False)
-class _Place:
-    """A thread's place in the queue; the one of the smallest rank is next.
+class _Waiter:
+    """A waiting thread; the one of the smallest rank is next.
 
     Attributes:
         rank: 0 for a called thread, 1 for a preempting one, 2 for others; and a number.
@@ -61,7 +61,7 @@ class PriorityLock:
     """
 
     def __init__(self, threads: Threads = THREADS) -> None:
-        self.queue: list[_Place] = []
+        self.queue: list[_Waiter] = []
         self.free = threads.lock(reentrant=True)
         self._threads = threads
         self._numbers = count()
@@ -92,21 +92,21 @@ class PriorityLock:
         Raises:
             LinkTimeout: As `exclusive`.
         """
-        place = _Place((1 if preempting else 2, next(self._numbers)))
+        waiter = _Waiter((1 if preempting else 2, next(self._numbers)))
         end = math.inf if timeout_s is None else self._threads.now() + timeout_s
         try:
-            self.queue.append(place)
+            self.queue.append(waiter)
             while True:
-                place.called.clear()
-                if min(self.queue, key=_RANK) is place and self.free.acquire(False):
+                waiter.called.clear()
+                if min(self.queue, key=_RANK) is waiter and self.free.acquire(False):
                     return
                 left = end - self._threads.now()
                 if left <= 0:
                     break
-                self._threads.wait(place.called, min(left, SLICE_S))
+                self._threads.wait(waiter.called, min(left, SLICE_S))
         finally:
             try:  # noqa: SIM105 - as in `exclusive`
-                self.queue.remove(place)
+                self.queue.remove(waiter)
             except ValueError:  # it was not appended
                 pass
         raise LinkTimeout(

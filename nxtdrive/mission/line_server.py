@@ -29,7 +29,7 @@ CHUNK = 4096
 WAITING_LINES = 256
 """A client that sends more lines than this without waiting for answers does not speak this protocol; it is closed."""
 CLIENT_LIMIT = 8
-"""Connected clients, the served one and those that are told that the server is busy; a further one replaces the oldest
+"""Connected clients, the served one and those that get a busy error; a further one replaces the oldest
 that is not served."""
 CHECK_INTERVAL_S = 0.1
 """How often an idle server checks whether to end."""
@@ -103,7 +103,7 @@ class _Client:
 
 
 class LineServer:
-    """Serves one client at a time: the first that sends a request, until it leaves; others are told that it is busy.
+    """Serves one client at a time: the first that sends a request, until it leaves; others get a busy error.
 
     A client may stay silent for any time. When the served client leaves, the motors stop.
 
@@ -168,7 +168,7 @@ class LineServer:
         if self._passing is None:
             self._receive(CHECK_INTERVAL_S)
         elif not self._receive(0.0):
-            # time passes on a broken link too; the client learns of it from the next command
+            # time passes on a broken link too; the client gets the error with its next command
             with contextlib.suppress(LinkError):
                 self._passing(TICK_S)
         # the served client first: one that has left makes room for another's request

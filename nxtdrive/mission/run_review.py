@@ -79,7 +79,7 @@ class RunReview:
         self._by_name, self._camera, self._world = by_name, shlex.quote(camera), Path(world)
         self._seen: set[str] = set()
         self._reached: set[str] = set()
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._stopped: Counter[str] = Counter()
         self._look: Mapping[str, Any] = {}
         self._nearer: dict[str, tuple[float, float]] = {}
@@ -267,7 +267,7 @@ class RunReview:
 
     def _hint(self, target: str, text: str) -> None:
         """Say it, once for each target."""
-        if target not in self._told:
-            self._told.add(target)
+        if target not in self._reported:
+            self._reported.add(target)
             self.hints.append(text)
             self._say(text)

@@ -35,7 +35,7 @@ def simpler_detector(image: Image) -> str:
 def _qr(image: cv2.typing.MatLike, least_px: float) -> str:
     try:
         code, corners, _ = cv2.QRCodeDetectorAruco().detectAndDecodeBytes(image)
-    except cv2.error:  # a code in a mode that it does not know, such as that for hanzi
+    except cv2.error:  # a code in a mode that it does not support, such as that for hanzi
         return ""
     text = text_of(code)
     if not 1 <= len(text) <= LONGEST or cv2.contourArea(corners) < least_px:

@@ -132,7 +132,7 @@ def read_pictures(run_folder: Path) -> CameraPictures | None:
         run_folder: The run folder.
 
     Returns:
-        None for a run without pictures, or whose index does not begin with a header that this version knows.
+        None for a run without pictures, or whose index does not begin with a header that this version supports.
     """
     folder = run_folder / CAMERA
     try:

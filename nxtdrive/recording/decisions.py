@@ -81,7 +81,7 @@ class Decision:
         evidence: The same; None if this version does not understand it.
         chose: The choice's name in the journal.
         why: The reason given for it.
-        choice: The choice; None if this version does not know it.
+        choice: The choice; None if this version does not support it.
         outcome: What it led to.
     """
 

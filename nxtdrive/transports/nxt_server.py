@@ -48,7 +48,7 @@ class NxtServerTransport(WallClock):
 
         Raises:
             AddressError: The port is not a number.
-            BrickNotFound: No server listens there.
+            BrickNotFound: No server listens at that address.
             RemoteProtocolError: The server is not an nxt-server.
             LinkTimeout: It does not answer; perhaps it serves another program.
             LinkLost: It closes the connection.

@@ -22,7 +22,7 @@ class TcpTransport(SocketTransport):
 
         Raises:
             AddressError: The port is not a number.
-            BrickNotFound: No server listens there.
+            BrickNotFound: No server listens at that address.
         """
         return cls(str(address), connect(address, timeout_s))
 

@@ -125,8 +125,8 @@ class FreeFloorDetector:
         in_run[N.run_px :] -= upwards[: -N.run_px]
         full = in_run[N.run_px - 1 :] == N.run_px
         begins = full.argmax(axis=0)
-        tells = full.any(axis=0) & (begins > 0)
-        ends = np.stack([columns[tells] + 0.5, height - begins[tells]], axis=1)
+        bounded = full.any(axis=0) & (begins > 0)
+        ends = np.stack([columns[bounded] + 0.5, height - begins[bounded]], axis=1)
         return np.asarray(ends * scale, np.float64)
 
     def _exposure_matched(self, small: Image) -> Image:

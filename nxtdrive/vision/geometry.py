@@ -131,7 +131,7 @@ class Pinhole:
         """Return (bearing_deg, distance_mm) of a detection, to the centre of the target.
 
         The bearing is from the robot's forward axis, the distance horizontal from the lens. The corners are used where
-        the detector knows them: they hold for a target seen at an angle too.
+        the detector reports them: they hold for a target seen at an angle too.
         """
         if not self.mounting.level:
             detection = self._levelled(detection)

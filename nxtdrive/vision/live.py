@@ -117,7 +117,7 @@ class LiveCamera:
             atexit.unregister(self._end)
 
     def _end(self, within_s: float) -> bool:
-        """Tell the thread to end; return whether it did so within this time."""
+        """Ask the thread to end; return whether it did so within this time."""
         self._closing.set()
         return self._ended.wait(within_s)
 

@@ -119,7 +119,7 @@ class UsbDevice:
         self._configured = 0
 
     def reset(self) -> None:
-        """Forget everything from the previous host: a device that has just been plugged in."""
+        """Forget everything from the previous host, like a device that has just been plugged in."""
         self.halted.clear()
         self._configured = 0
         for packets in self.outbox.values():

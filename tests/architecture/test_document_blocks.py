@@ -199,7 +199,7 @@ def test_commands_for_a_terminal_draw_and_end_with_a_key(words, here):
 
 
 @pytest.mark.parametrize("command", LASTING_COMMANDS)
-def test_commands_that_go_on_begin_and_end_when_told(command, here):
+def test_commands_that_keep_running_start_and_end_on_request(command, here):
     (here / "examples").symlink_to(EXAMPLES)
     words = [each.replace("/tmp/", f"{here}/") for each in simulated(command)]
     if words[0] in ("web", "serve"):

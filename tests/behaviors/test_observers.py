@@ -18,14 +18,14 @@ def _failing(error):
 
 
 def test_one_that_fails_is_reported_once_and_left_out():
-    heard, failed = [], []
+    received, failed = [], []
     observers = Observers(on_failure=lambda name, error: failed.append((name, error)))
     observers.add("console", _failing(ConnectionError("closed")))
-    observers.add("journal", heard.append)
+    observers.add("journal", received.append)
     observers(RECORD)
     observers(RECORD)
     assert failed == [("console", "closed")]
-    assert heard == [RECORD, RECORD]
+    assert received == [RECORD, RECORD]
     assert observers.failures == {"console": "closed"}
     assert observers.summary() == {"observer_failures": {"console": "closed"}}
 

@@ -174,7 +174,7 @@ def test_a_telegram_of_which_nothing_was_taken_may_be_sent_again(connected):
     "use", [lambda transport: transport.receive(0.0), lambda transport: transport.send(b"\x00\x0b")]
 )
 def test_a_connection_that_the_system_gave_up_is_lost_and_not_silent(use, mocker):
-    """Python raises a TimeoutError for ETIMEDOUT as well, the end of a radio link of which nothing was heard."""
+    """Python raises a TimeoutError for ETIMEDOUT as well, the end of a radio link that went silent."""
     dead = mocker.Mock(
         **{f"{name}.side_effect": TimeoutError(errno.ETIMEDOUT, "timed out") for name in ("recv", "send")}
     )

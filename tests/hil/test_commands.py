@@ -21,7 +21,7 @@ def test_doctor_finds_no_problem(bench):
     assert "camera 0 delivers frames of 320x240" in done.out
 
 
-def test_without_a_rule_an_ordinary_user_is_told_of_it(bench):
+def test_without_a_rule_an_ordinary_user_gets_advice(bench):
     done = bench.run("HOME=/run/tmp nxtdrive info --nxt usb://", user=NOBODY)
     assert done.code == 3
     assert "doctor --fix-udev" in done.err
@@ -72,7 +72,7 @@ def test_a_brick_with_another_id_is_not_taken(bench):
     assert "001653010203" in done.err
 
 
-def test_a_second_program_is_told_that_the_brick_is_in_use(bench):
+def test_a_second_program_gets_the_error_that_the_brick_is_in_use(bench):
     with bench.during("nxtdrive monitor --nxt usb:// --json", interrupt=True):
         bench.until(lambda truth: truth["telegrams"] > 3)
         done = bench.run("nxtdrive info --nxt usb://")

@@ -14,11 +14,11 @@ DAEMONS = (
 def pair(pin):
     """The shell command that pairs in bluetoothctl; each answer waits for the question."""
     return f"""mkfifo keys; timeout -s KILL 180 bluetoothctl < keys > screen.txt 2>&1 & exec 3> keys
-heard() {{ for _ in {{1..600}}; do grep -q "$1" screen.txt && return; sleep 0.1; done; cat screen.txt; exit 1; }}
-heard 'Agent registered'; echo 'scan on' >&3
-heard 'Device {BRICK}'; echo 'pair {BRICK}' >&3
-heard 'Enter PIN'; echo {pin} >&3
-heard 'Pairing successful\\|Failed to pair'; echo quit >&3; exec 3>&-; wait; rm keys; cat screen.txt"""
+wait_for() {{ for _ in {{1..600}}; do grep -q "$1" screen.txt && return; sleep 0.1; done; cat screen.txt; exit 1; }}
+wait_for 'Agent registered'; echo 'scan on' >&3
+wait_for 'Device {BRICK}'; echo 'pair {BRICK}' >&3
+wait_for 'Enter PIN'; echo {pin} >&3
+wait_for 'Pairing successful\\|Failed to pair'; echo quit >&3; exec 3>&-; wait; rm keys; cat screen.txt"""
 
 
 @pytest.fixture

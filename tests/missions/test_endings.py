@@ -51,7 +51,7 @@ def test_a_link_that_comes_back_resumes_the_mission_where_it_was(perform, missio
     assert back.time_s == pytest.approx(moment_s + 12, abs=3)
     assert not done.of(RecordKind.CHOICE), "it drives on to the target it was driving to"
     stood = [pose[:2] for _, pose, _ in done.between(lost.time_s + 1.5, back.time_s)]
-    assert all(place == stood[0] for place in stood), "nothing moves while the brick is not heard"
+    assert all(place == stood[0] for place in stood), "nothing moves while the brick does not answer"
     assert done.simulation.truth.distance_mm("lena") < 600
 
 

@@ -124,12 +124,12 @@ def test_patterns_are_those_of_a_shell(files):
 
 
 def test_progress_is_reported_piece_by_piece(files):
-    heard = []
-    files.write("data.bin", bytes(150), lambda done, total: heard.append((done, total)))
-    assert heard == [(61, 150), (122, 150), (150, 150)]
-    heard.clear()
-    files.read("data.bin", lambda done, total: heard.append((done, total)))
-    assert heard == [(58, 150), (115, 150), (150, 150)]
+    received = []
+    files.write("data.bin", bytes(150), lambda done, total: received.append((done, total)))
+    assert received == [(61, 150), (122, 150), (150, 150)]
+    received.clear()
+    files.read("data.bin", lambda done, total: received.append((done, total)))
+    assert received == [(58, 150), (115, 150), (150, 150)]
 
 
 def test_a_file_is_replaced_only_if_that_is_wished(files):

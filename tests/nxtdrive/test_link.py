@@ -330,7 +330,7 @@ def test_an_input_port_that_the_brick_has_forgotten_is_set_again_when_its_sensor
     assert (values.type, values.mode) == (SensorType.SWITCH, SensorMode.BOOLEAN)
 
 
-def test_motion_is_not_resumed_and_the_program_is_told(returning):
+def test_motion_is_not_resumed_and_the_program_gets_an_error(returning):
     motor = returning.brick.motor("A")
     motor.run(300)
     with pytest.raises(LinkLost, match="is back"):

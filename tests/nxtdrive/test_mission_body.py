@@ -18,13 +18,13 @@ class SonarOnly:
 
     Attributes:
         body: The robot.
-        heard: What it has said about its sensors, with whether there was an error.
+        received: What it has reported about its sensors, with whether there was an error.
     """
 
     def __init__(self, room):
-        self.heard = []
+        self.received = []
         self.body = MissionBody(Rover(room.brick.link, touch=None), ["sonar"])
-        self.body.on_sensor_change(lambda sensor, error: self.heard.append((sensor, bool(error))))
+        self.body.on_sensor_change(lambda sensor, error: self.received.append((sensor, bool(error))))
         self._room = room
 
     def fail(self):
@@ -49,10 +49,10 @@ def test_a_distrusted_sonar_that_fails_and_returns_is_still_distrusted(robot):
     robot.recover()
     with pytest.raises(SensorLost, match=STUCK):
         robot.body.drive(100, 0)
-    assert robot.heard == [("sonar", True)]
+    assert robot.received == [("sonar", True)]
     robot.body.trust_sonar()
     assert robot.body.drive(100, 0) is None
-    assert robot.heard == [("sonar", True), ("sonar", False)]
+    assert robot.received == [("sonar", True), ("sonar", False)]
 
 
 def test_a_failed_sonar_that_is_trusted_again_is_still_failed(robot):
@@ -61,10 +61,10 @@ def test_a_failed_sonar_that_is_trusted_again_is_still_failed(robot):
     robot.body.trust_sonar()
     with pytest.raises(SensorLost, match="sonar: "):
         robot.body.drive(100, 0)
-    assert robot.heard == [("sonar", True)]
+    assert robot.received == [("sonar", True)]
     robot.recover()
     assert robot.body.drive(100, 0) is None
-    assert robot.heard == [("sonar", True), ("sonar", False)]
+    assert robot.received == [("sonar", True), ("sonar", False)]
 
 
 @pytest.mark.parametrize("described", [{"wheel_diameter_mm": 24.0}, {"axle_track_mm": 500.0}, {}])

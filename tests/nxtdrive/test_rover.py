@@ -491,28 +491,28 @@ def test_a_robot_that_returns_to_where_its_counters_began_has_moved(lab):
 
 def test_a_program_that_listens_goes_on_without_the_sonar_until_it_is_back(lab):
     room = lab(BOX_AHEAD)
-    rover, heard = Rover(room.brick.link), []
-    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    rover, received = Rover(room.brick.link), []
+    rover.on_sensor_change(lambda sensor, error: received.append((sensor, bool(error))))
     assert rover.range_mm() is not None
     room.simulation.at(room.simulation.now_ms + 1500, lambda: room.attach(4, None))
     assert rover.straight(1000).done
-    assert heard == [("sonar", True)]
+    assert received == [("sonar", True)]
     assert rover.range_mm() is None
     room.attach(4, UltrasonicSensor(lambda: 15))
     room.brick.sleep(11.0)
     assert rover.range_mm() == 150.0
-    assert heard == [("sonar", True), ("sonar", False)]
+    assert received == [("sonar", True), ("sonar", False)]
     assert rover.straight(1000).stop is StopReason.OBSTACLE
 
 
 def test_a_program_that_listens_goes_on_when_the_bus_of_the_sonar_hangs(lab):
     room = lab()
-    rover, heard = Rover(room.brick.link), []
-    rover.on_sensor_change(lambda sensor, error: heard.append((sensor, bool(error))))
+    rover, received = Rover(room.brick.link), []
+    rover.on_sensor_change(lambda sensor, error: received.append((sensor, bool(error))))
     assert rover.straight(100).done
     room.simulation.at(room.simulation.now_ms + 1500, room.hang_bus)
     assert rover.straight(1500).done
-    assert heard == [("sonar", True)]
+    assert received == [("sonar", True)]
 
 
 def test_sensors_reset_by_a_program_are_set_up_again(lab):

@@ -151,7 +151,7 @@ def test_driving_asks_nothing_more_while_the_pose_is_asked_for(lab):
         room.brick.sleep(0.15)
 
 
-def test_standing_counts_from_when_the_wheel_was_told_or_last_turned():
+def test_standing_counts_from_when_the_wheel_was_commanded_or_last_turned():
     wheel, times = StallDetector(0.7), count(0, 100)
     wheel.restart(0.0)
     assert not any((wheel.update(next(times) / 1000, 5), wheel.stalled)[1] for _ in range(8))

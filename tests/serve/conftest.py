@@ -39,17 +39,17 @@ class Client:
         """Send text as it is."""
         self.socket.sendall(text.encode())
 
-    def hear(self) -> bytes:
-        """The next line, without its end; empty at the end of the conversation."""
+    def receive(self) -> bytes:
+        """The next line, without its end; empty when the connection is closed."""
         return self._replies.readline().rstrip(b"\n")
 
     def ask(self, line: str) -> int:
         """Send a line and wait for its answer."""
         self.send(line + "\n")
-        return int(self.hear())
+        return int(self.receive())
 
     def leave(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._replies.close()
         self.socket.close()
 

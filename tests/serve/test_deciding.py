@@ -27,7 +27,7 @@ DECIDER = Path(__file__).parents[2] / "examples" / "decider" / "decider.py"
 def evidence(client):
     """What the server tells of the open decision."""
     client.send("evidence\n")
-    return json.loads(client.hear())
+    return json.loads(client.receive())
 
 
 def leave(decision):
@@ -87,7 +87,7 @@ def test_stop_breaks_off_the_mission_under_way(serve):
     client = served.client()
     served.after(2.0, lambda: (client.send("stop\n"), None))
     assert client.ask("choose") == -7
-    assert int(client.hear()) == 1
+    assert int(client.receive()) == 1
     assert client.ask("why") == 9
     assert evidence(client)["open"] is False
     assert served.at_rest

@@ -162,7 +162,7 @@ def test_stop_breaks_off_what_is_going_on(serve, command, failed):
     served.after(1.0, lambda: client.send("stop\n"))
     start_ms = served.simulation.now_ms
     assert client.ask(command) == failed
-    assert int(client.hear()) == 1
+    assert int(client.receive()) == 1
     assert served.simulation.now_ms - start_ms < 1500
     assert served.at_rest
     assert client.ask("why") == Why.OPERATOR_STOP
@@ -174,7 +174,7 @@ def test_what_was_asked_before_a_stop_does_not_begin_any_more(serve):
     client = served.client()
     served.after(1.0, lambda: client.send("move_to 90\nselect\nstop\nstatus\n"))
     assert client.ask("move_to 0") == 1
-    assert [int(client.hear()) for _ in range(4)] == [1, 0, 1, Status.IDLE]
+    assert [int(client.receive()) for _ in range(4)] == [1, 0, 1, Status.IDLE]
     assert served.simulation.truth.pose.heading_deg == pytest.approx(0, abs=3)
 
 
@@ -183,7 +183,7 @@ def test_after_a_stop_the_next_command_runs(serve):
     client = served.client()
     served.after(0.5, lambda: client.send("stop\n"))
     client.ask("move_to 0")
-    client.hear()
+    client.receive()
     assert client.ask("move_to 0") == 0
 
 
@@ -219,7 +219,7 @@ def test_bye_is_answered_and_ends_the_conversation(serve):
     client.ask("arrive lena")
     client.ask("arrive lena")
     assert client.ask("bye") == 1
-    assert client.hear() == b""
+    assert client.receive() == b""
     assert served.at_rest
 
 
@@ -274,7 +274,7 @@ def test_stop_breaks_off_a_motion_over_a_real_link(serving, mission_for):
                 client = served.client()
                 served.after(1.0, lambda: client.send("stop\n"))
                 assert client.ask("move_to 0") == 1
-                assert int(client.hear()) == 1
+                assert int(client.receive()) == 1
                 assert client.ask("status") == Status.IDLE
     finally:
         clock_end.set()
@@ -304,11 +304,11 @@ def test_a_second_client_is_answered_as_busy_until_the_first_leaves(serve):
 def test_a_second_client_does_not_wait_for_a_command_to_end(serve):
     served = serve(advance_mm=400.0)
     first, second = served.client(), served.client()
-    heard = []
+    received = []
     served.after(0.5, lambda: second.send("status\n"))
-    served.after(1.0, lambda: heard.append(second.hear()))
+    served.after(1.0, lambda: received.append(second.receive()))
     assert first.ask("move_to 0") == 0
-    assert heard == [b"%d" % ErrorReply.BUSY]
+    assert received == [b"%d" % ErrorReply.BUSY]
 
 
 def test_clients_that_send_no_request_keep_no_other_from_being_served(serve):
@@ -316,7 +316,7 @@ def test_clients_that_send_no_request_keep_no_other_from_being_served(serve):
     idle = [served.client() for _ in range(20)]
     idle[-1].send("GET / HTTP/1.1\r\n")
     assert served.client().ask("connect") == 1
-    assert idle[0].hear() == b"", "the oldest ones were closed"
+    assert idle[0].receive() == b"", "the oldest ones were closed"
 
 
 def test_a_client_that_does_not_read_is_disconnected_and_holds_up_no_other(serve):
@@ -384,7 +384,7 @@ def test_the_verbs_of_the_thesis_answer_nothing_else_whatever_happens(serve, fai
     if failure == "stopped":
         lines = [line for line in lines if line.startswith(("arrive", "move_to"))]
     client.send("".join(lines))
-    answers = [client.hear() for line in lines for _ in range(line.count("\n"))]
+    answers = [client.receive() for line in lines for _ in range(line.count("\n"))]
     assert set(answers) <= {b"0", b"1", b"2"}
 
 
@@ -393,7 +393,7 @@ def test_a_client_that_asks_and_leaves_moves_nothing(serve):
     client = served.client()
     client.send("status\nmove_to 0\n")
     client.socket.shutdown(1)
-    assert int(client.hear()) == Status.IDLE
+    assert int(client.receive()) == Status.IDLE
     served.client().ask("connect")
     assert served.simulation.truth.pose.x_mm == pytest.approx(400, abs=100)
     assert served.at_rest
@@ -419,7 +419,7 @@ def test_a_client_that_is_gone_before_it_is_accepted_does_not_end_the_server(ser
             raise OSError(errno.EINVAL, "Invalid argument")
 
     monkeypatch.setattr(socket.socket, "setsockopt", setsockopt, raising=False)
-    assert served.client().hear() == b""
+    assert served.client().receive() == b""
     assert served.client().ask("connect") == 1
 
 
@@ -488,7 +488,7 @@ def test_any_conversation_has_one_known_answer_a_line(serve, lines):
     client = served.client()
     stream = b"".join(line.replace(b"bye", b"") + b"\n" for line in lines)
     client.socket.sendall(stream + b"why\n")
-    answers = [int(client.hear()) for _ in range(stream.count(b"\n") + 1)]
+    answers = [int(client.receive()) for _ in range(stream.count(b"\n") + 1)]
     assert set(answers) <= EVERY_ANSWER
     served.end.set()
     served.thread.join()

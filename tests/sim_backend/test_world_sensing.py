@@ -17,10 +17,10 @@ def test_without_anything_in_range_there_is_no_echo(world):
     assert world(QUIET).ultrasonic.distance_cm() is None
 
 
-@pytest.mark.parametrize(("offset_mm", "heard"), [(0, True), (250, True), (330, True), (450, False)])
-def test_the_beam_is_a_cone_of_15_degrees(world, offset_mm, heard):
+@pytest.mark.parametrize(("offset_mm", "detected"), [(0, True), (250, True), (330, True), (450, False)])
+def test_the_beam_is_a_cone_of_15_degrees(world, offset_mm, detected):
     room = world(QUIET + BOX.format(x=2100, y=1500 + offset_mm, height=300))
-    assert (room.ultrasonic.distance_cm() is not None) is heard
+    assert (room.ultrasonic.distance_cm() is not None) is detected
 
 
 def test_nothing_is_nearer_than_3_cm(world, drive):
@@ -35,11 +35,11 @@ def test_the_beam_passes_over_low_things(world):
     assert room.ultrasonic.distance_cm() is None
 
 
-@pytest.mark.parametrize(("limit_deg", "heard"), [(65, False), (90, True)])
-def test_a_wall_alongside_throws_the_echo_away(world, limit_deg, heard):
+@pytest.mark.parametrize(("limit_deg", "detected"), [(65, False), (90, True)])
+def test_a_wall_alongside_reflects_the_echo_away(world, limit_deg, detected):
     wall = "[[walls]]\nfrom_mm = [500, 1750]\nto_mm = [3500, 1750]\n"
     room = world(QUIET + f"max_incidence_deg = {limit_deg}\n" + wall)
-    assert (room.ultrasonic.distance_cm() is not None) is heard
+    assert (room.ultrasonic.distance_cm() is not None) is detected
 
 
 def test_a_wall_at_45_degrees_gives_an_echo(world):

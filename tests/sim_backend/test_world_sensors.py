@@ -219,8 +219,8 @@ def test_a_noise_fades_with_distance_and_ends(room):
 
 def test_both_types_of_the_sound_sensor_hear_the_same(room):
     _, brick = room(sensor("sound", noise_db=0) + "[surroundings]\nsound_db = 80\n")
-    heard = {read(brick, kind, PERCENT).scaled for kind in (SensorType.SOUND_DB, SensorType.SOUND_DBA)}
-    assert heard == {31}
+    readings = {read(brick, kind, PERCENT).scaled for kind in (SensorType.SOUND_DB, SensorType.SOUND_DBA)}
+    assert readings == {31}
 
 
 # temperature

@@ -54,7 +54,7 @@ def calibrate_color(
         color: The colour's name in missions; by default the one that it resembles most.
 
     Raises:
-        CalibrationRefused: It has no strong colour, is of another one, or cannot be told from its surroundings.
+        CalibrationRefused: It has no strong colour, is of another one, or cannot be distinguished from its surroundings.
     """
     identity = identified(brick, before)
     frames = [camera.read(FRAME_S).image for _ in range(FRAMES)]

@@ -17,7 +17,7 @@ ENOUGH = 1e-5
 """A step that lowers the cost by less than this share of it is the last, unless it was damped."""
 DAMPING, HARDER, EASIER, UNDAMPED = 1e-4, 10.0, 0.1, 1e-8
 """Damping of the first step, its factors after a step that failed and one that helped, and the value that counts as
-undamped: values that are hard to tell apart move by much smaller steps when damped."""
+undamped: strongly correlated values move by much smaller steps when damped."""
 MAX_DAMPING = 1e12
 HUBER = 2.5
 """A residual beyond this many standard deviations counts less: it is an error of another kind."""

@@ -202,16 +202,16 @@ def _add_sonar(new: _Values, track: Track, found: Estimate) -> str:
         CalibrationRefused: They cannot be used, and there are no others; or the sheet's size is wrong.
     """
     try:
-        heard = estimate_sonar(track, found.values)
+        solution = estimate_sonar(track, found.values)
     except CalibrationRefused as refusal:
         if isinstance(refusal, SheetRefused) or not new.tables["camera"] | new.tables["robot"]:
             raise
         return f"The sonar was not calibrated: {refusal}"
-    values, sure = {"sonar_forward_mm": round(heard.forward_mm, 1)}, {"sonar_forward_mm": heard.standard_error_mm}
-    if heard.cone_deg is not None and heard.cone_deg[1] < CONE_UNSURE_DEG:
-        values["sonar_cone_deg"], sure["sonar_cone_deg"] = heard.cone_deg
-    new.add("sonar", "robot", values, sure, noise_mm=round(heard.noise_mm, 1))
-    doubt = size_doubt(heard.scale)
+    values, sure = {"sonar_forward_mm": round(solution.forward_mm, 1)}, {"sonar_forward_mm": solution.standard_error_mm}
+    if solution.cone_deg is not None and solution.cone_deg[1] < CONE_UNSURE_DEG:
+        values["sonar_cone_deg"], sure["sonar_cone_deg"] = solution.cone_deg
+    new.add("sonar", "robot", values, sure, noise_mm=round(solution.noise_mm, 1))
+    doubt = size_doubt(solution.scale)
     return doubt and f"Check the sheet: {doubt}"
 
 

@@ -25,7 +25,7 @@ HALVES_DEG = np.arange(2.0, ASLANT_DEG, 0.25)
 WHOLE_MM = 10.0
 """The sensor gives whole centimetres; how it rounds is not known."""
 NOISIEST_MM = 50.0
-"""Echoes that scatter more do not follow the distance of the wall: the sensor is stuck, or hears something else."""
+"""Echoes that scatter more do not follow the wall's distance: the sensor is stuck, or other things reflect."""
 DRIVEN_MM = 150.0
 """How much the distance of the wall must change for a comparison of the sonar with the sheet."""
 ANOTHER_SIZE = 0.025

@@ -45,7 +45,7 @@ for _ in range(repeats):
     rates.append(number / (time.perf_counter() - begun))
 print(statistics.median(rates))
 """
-"""A program that knows only pyusb."""
+"""A program that uses only pyusb."""
 
 DRIVER_CLIENT = """
 import sys

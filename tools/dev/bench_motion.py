@@ -157,7 +157,7 @@ def _of_a_real_brick(address: str) -> Iterator[Figure]:
         yield from error_figures("run_angle", errors, 2.0, 5.0)
     for power in POWERS:
         yield from _cuts(f"dc({power})", "deg", [_cut_real(address, power) for _ in range(3)])
-    yield Figure("turns, straights: only where the simulator tells the true pose", math.nan, "")
+    yield Figure("turns, straights: only in the simulator, which reports the true pose", math.nan, "")
 
 
 def _cut_real(address: str, power: int) -> Cut:

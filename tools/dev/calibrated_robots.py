@@ -169,7 +169,7 @@ def main() -> None:
     """Calibrate, run missions, report."""
     arguments = parser(__doc__)
     arguments.add_argument("--robots", type=int, default=50)
-    arguments.add_argument("--missions", type=int, default=600, help="for each of the two ways to know the robot")
+    arguments.add_argument("--missions", type=int, default=600, help="for each of the two ways to describe the robot")
     arguments.add_argument(
         "--most", type=int, default=sys.maxsize, help="missions and calibrations of this run at most"
     )

@@ -58,7 +58,7 @@ FINER = 2
 NEAR_PX = 2.5
 """A row is right within this, in pixels of a frame `DETECTOR.width_px` wide."""
 ALIKE = 0.5
-"""Textures with more than this share of rays that end too far, or have no result, cannot be told apart."""
+"""Textures with more than this share of rays that end too far, or have no result, cannot be distinguished."""
 TILES = 4
 """Rugs and shadows on the floor repeat after this many widths of the floor's texture."""
 
@@ -304,11 +304,11 @@ def alike(rays: Sequence[Ray]) -> Iterable[str]:
     shares = {pair: fmean(overlooked) for pair, overlooked in pairs.items()}
     for (floor, obstacle), share in sorted(shares.items(), key=lambda item: -item[1]):
         if share >= 0.01:
-            verdict = "cannot be told apart" if share > ALIKE else "told apart"
+            verdict = "cannot be distinguished" if share > ALIKE else "distinguished"
             count = len(pairs[floor, obstacle])
             yield f"{obstacle} on {floor}: {100 * share:.0f} % of {count} rays overlook it, {verdict}"
     same = {pair for pair, share in shares.items() if share > ALIKE}
-    yield f"{len(same)} of {len(shares)} pairs cannot be told apart"
+    yield f"{len(same)} of {len(shares)} pairs cannot be distinguished"
     for tall, which in ((True, "higher"), (False, "lower")):
         ends = [ray.seen_px is not None for ray in rays if (ray.floor, ray.obstacle) in same and ray.tall is tall]
         yield f"of {len(ends)} rays to those {which} than the lens {100 * fmean(ends or [0]):.0f} % have a result"

@@ -16,7 +16,7 @@ RESULT = ("ending", "achieved", "error", "duration_s", "targets", "hints")
 
 
 class MissionStatusHub(Hub):
-    """A hub that also remembers the latest mission; all methods may be called from any thread."""
+    """A hub that also stores the latest mission; all methods may be called from any thread."""
 
     def __init__(self) -> None:
         super().__init__()

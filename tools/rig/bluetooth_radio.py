@@ -96,7 +96,7 @@ class Radio(Controller):  # type: ignore[misc] # bumble's types are not read
             asyncio.get_running_loop().call_soon(self.host.on_packet, packet)
 
     def lose(self) -> None:
-        """Tell the host that its connections are lost."""
+        """Report to the host that its connections are lost."""
         for connection in list(self.classic_connections.values()):
             handle = connection.handle.to_bytes(2, "little")
             self.event(DISCONNECTION_COMPLETE, b"\0" + handle + bytes((CONNECTION_TIMEOUT,)))

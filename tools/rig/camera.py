@@ -59,19 +59,19 @@ def measure(rig: Rig) -> CameraFigures:
     Raises:
         RigError: The program in the guest fails, or does not see what happens to the lens.
     """
-    heard: queue.Queue[tuple[float, str]] = queue.Queue()
+    received: queue.Queue[tuple[float, str]] = queue.Queue()
 
-    def hear(kind: str, text: str) -> None:
+    def receive(kind: str, text: str) -> None:
         for line in text.splitlines() if kind == "out" else ():
-            heard.put((time.monotonic(), line))
+            received.put((time.monotonic(), line))
 
     def next_line(limit_s: float) -> tuple[float, str]:
         try:
-            return heard.get(timeout=limit_s)
+            return received.get(timeout=limit_s)
         except queue.Empty:
-            raise RigError(f"The program that reads the webcam says nothing for {limit_s:g} s.") from None
+            raise RigError(f"The program that reads the webcam printed nothing for {limit_s:g} s.") from None
 
-    watching = threading.Thread(target=lambda: rig.run(WATCH, timeout_s=LIMIT_S, show=hear))
+    watching = threading.Thread(target=lambda: rig.run(WATCH, timeout_s=LIMIT_S, show=receive))
     watching.start()
     try:
         fps = float(next_line(LIMIT_S)[1])

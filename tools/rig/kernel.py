@@ -110,7 +110,7 @@ def fetch(avoid: Collection[str] = ()) -> Kernel:
     listing = run("apt-cache", "depends", META_PACKAGE)
     found = IMAGE.search(listing)
     if found is None:
-        raise RigError(f"apt does not know a kernel ({META_PACKAGE}). Run apt-get update, then try again.")
+        raise RigError(f"apt finds no kernel package ({META_PACKAGE}). Run apt-get update, then try again.")
     package, linux = found[1], _linux(found[1])
     if linux in avoid:
         series = re.escape(package.rsplit("-", 2)[0])

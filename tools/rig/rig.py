@@ -65,7 +65,7 @@ class Rig:
         bluetooth: Port of the Bluetooth adapter; 0 without one, as without bumble.
         options: How the world was started.
         linux: The guest's version of Linux.
-        name: Tells rigs that run at the same time apart.
+        name: Distinguishes rigs that run at the same time.
     """
 
     guest: int
@@ -96,7 +96,7 @@ class Rig:
             world: A world file or the name of a bundled world.
             seed: Random seed.
             size: Of the webcam's frames.
-            name: Tells rigs that run at the same time apart.
+            name: Distinguishes rigs that run at the same time.
             avoid: Versions of Linux not to boot if there is another one.
 
         Raises:
@@ -171,13 +171,13 @@ class Rig:
         Raises:
             RigError: The guest does not say within `timeout_s` and `REPORT_TIMEOUT_S` that the command has ended.
         """
-        heard = {"out": "", "err": ""}
+        received = {"out": "", "err": ""}
         request = {"run": command, "timeout_s": timeout_s, "user": user, "groups": list(groups)}
         for answer in self._ask_guest(request, timeout_s + REPORT_TIMEOUT_S):
             if "code" in answer:
-                return Done(answer["code"], heard["out"], heard["err"])
+                return Done(answer["code"], received["out"], received["err"])
             for kind, text in answer.items():
-                heard[kind] += text
+                received[kind] += text
                 show(kind, text)
         raise RigError(f"The guest ended while the command ran. {self._last_words()}")
 
@@ -241,7 +241,7 @@ class Rig:
             child.wait()
 
     def save(self) -> None:
-        """Remember this rig for other commands."""
+        """Record this rig for other commands."""
         saved = {name: value for name, value in vars(self).items() if not name.startswith("_")}
         _state().write_text(json.dumps(saved))
 

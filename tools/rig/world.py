@@ -81,7 +81,7 @@ class World:
         }
 
     def run(self, stopped: Callable[[], bool]) -> Reset | None:
-        """Serve until told to stop, or to give way to the world that it returns."""
+        """Serve until asked to stop, or to be replaced by the world that it returns."""
 
         def turn() -> bool:
             self._handle()

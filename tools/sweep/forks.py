@@ -72,5 +72,5 @@ class Forks:
         raise _AllEnded
 
     def tell(self, result: float) -> None:
-        """Tell the original the result of this copy."""
+        """Send the result of this copy to the original."""
         os.write(self._pipe, repr(result).encode())

@@ -36,7 +36,7 @@ def check_plotting(path: Path) -> None:
     """Check that a plot can be drawn into this file, before a sweep runs for hours.
 
     Raises:
-        ConfigError: matplotlib is not installed, or does not know the format.
+        ConfigError: matplotlib is not installed, or does not support the format.
     """
     require("plot", "matplotlib", what="a plot")
     from matplotlib.backend_bases import FigureCanvasBase
@@ -56,7 +56,7 @@ def write_plot(results: Sequence[MissionResult], path: Path) -> None:
         path: The image file; its extension selects the format (png, svg, pdf).
 
     Raises:
-        ConfigError: matplotlib is not installed, or does not know the format.
+        ConfigError: matplotlib is not installed, or does not support the format.
     """
     check_plotting(path)
     from matplotlib.figure import Figure

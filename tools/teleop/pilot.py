@@ -15,7 +15,7 @@ from .spotter import Spotter
 
 STEP_S = 0.1
 """Period of the loop, unless the link is slower; well within the lease of `Rover.drive`."""
-SENSES_EVERY_S = 0.25
+SENSOR_PERIOD_S = 0.25
 BATTERY_EVERY_S = 5.0
 
 _REASONS = {
@@ -89,7 +89,7 @@ class Pilot:
         self._range_mm: float | None = None
         self._touching = False
         self._battery_mv = 0
-        self._senses_due_s = self._battery_due_s = 0.0
+        self._sensors_due_s = self._battery_due_s = 0.0
 
     def step(self) -> PilotState:
         """Drive as the controls demand now and read the sensors; takes about `STEP_S`.
@@ -141,8 +141,8 @@ class Pilot:
         return "EMERGENCY STOP until Enter" if self._controls.stopped else "at rest"
 
     def _sense(self, now: float, pose: Pose) -> None:
-        if now >= self._senses_due_s:
-            self._senses_due_s = now + SENSES_EVERY_S
+        if now >= self._sensors_due_s:
+            self._sensors_due_s = now + SENSOR_PERIOD_S
             self._range_mm, self._touching = self._rover.range_mm(), self._rover.touching()
             self.map.add_echo(pose, self._range_mm)
         if now >= self._battery_due_s:

@@ -33,7 +33,7 @@ POLICIES = {
 
 
 def own_names() -> frozenset[str]:
-    """Return the names by which other computers may know this one."""
+    """Return the names by which other computers may address this one."""
     name = socket.gethostname().lower()
     return frozenset({name, f"{name.split('.')[0]}.local"})
 

@@ -208,7 +208,7 @@ def read_message(text: str | bytes) -> Message:
 
 
 def read(adapter: TypeAdapter[M], text: str | bytes) -> M:
-    """Read a message of the kinds that an adapter knows.
+    """Read a message of the types that an adapter accepts.
 
     Raises:
         ValueError: It is none; the text says why.

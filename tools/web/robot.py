@@ -309,7 +309,7 @@ class Robot:
             self._hub.show("state", {**self._state, "doing": "driving"})
             task.perform(robot.brick, self._hand_rover(robot.brick))
             return
-        self._rover = None  # its odometry would know only where wheels ended, not which way
+        self._rover = None  # its odometry has the final wheel positions, not the path between
         if isinstance(task, ShownMission):
             self._pursue(task, robot)
         else:
@@ -325,7 +325,7 @@ class Robot:
             known = error if isinstance(error, NXTError) else raised_by_profile(error, task.profile)
             if known is None:
                 raise
-            task.finish()  # before clients know, who may start another one at once
+            task.finish()  # before clients are informed: one may start another task at once
             self._hub.publish("problem", {"text": str(known)})
         finally:
             task.finish()

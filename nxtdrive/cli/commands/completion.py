@@ -46,7 +46,7 @@ def _prepare(parser: argparse.ArgumentParser) -> None:
             for each in set(action.choices.values()):
                 _prepare(each)
         elif action.metavar in _FOLDERS:
-            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # how shtab is told
+            action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # as shtab expects
         elif action.type is Path or action.metavar in _FILES:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
         elif action.choices is not None:  # `package.module:Class` stands for a name; zsh takes its colon for syntax

@@ -122,7 +122,7 @@ def outcome_words(decision: Decision) -> str:
     steps = [_step_words(step, outcome.target) for step in outcome.steps]
     reasons = [f" ({reason_words(step.reason)})" if step.reason else "" for step in outcome.steps]
     if outcome.result is DecisionResult.FAILED and reasons:
-        reasons[-1] = ""  # the failure, which the next line tells
+        reasons[-1] = ""  # the next line describes the failure
     path = ", ".join(map("".join, zip(steps, reasons, strict=True)))
     after = f"after {outcome.seconds:.1f} s"
     match outcome.result:

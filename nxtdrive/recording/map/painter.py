@@ -43,7 +43,7 @@ LAST = 9
 
 
 def on_page(point: Point) -> Point:
-    """Return a place as it lies on the page: to the right and downwards, with x forward up the page."""
+    """Return a point as it lies on the page: to the right and downwards, with x forward up the page."""
     return point[1], -point[0]
 
 

@@ -182,7 +182,7 @@ def _roles(model: OnnxFile, shapes: Mapping[str, Sequence[int]]) -> dict[str, st
     whole = {one.name for one in model.outputs if one.dtype.startswith(("int", "uint"))}
     words = {name: name.casefold() for name in shapes}
     fours = [name for name, shape in shapes.items() if len(shape) >= 2 and shape[-1] in (4, 5)]
-    # of two candidates, a model of four labels or places for instance, the name tells, else the rank
+    # of two candidates, as with a model of four labels or boxes, the name decides, else the rank
     named = {name: any(word in words[name] for word in ("box", "det")) for name in fours}
     boxes = sorted(fours, key=lambda name: (not named[name], -len(shapes[name]), name))[:1]
     others = [name for name in shapes if name not in boxes]

@@ -137,7 +137,7 @@ class OnnxModel:
         classes = self._layout.classes
         if classes is not None and len(named) > classes:
             raise ConfigError(
-                f"{self._file.path} tells {classes} label{'s' * (classes != 1)} apart, but {len(named)} are named.",
+                f"{self._file.path} has {classes} label{'s' * (classes != 1)}, but {len(named)} are named.",
                 remedy="Give the file with the labels that this model was trained with.",
             )
         if self._layout.name == "yunet":

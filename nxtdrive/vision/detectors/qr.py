@@ -88,7 +88,7 @@ class QrDetector:
     def _read(self, gray: Gray, corners: Corners) -> str:
         """Return the text of the code with these corners, empty if it cannot be read."""
         for enlarge, amount, reader in self._trials:
-            with suppress(cv2.error):  # raised for modes that it does not know, such as that for hanzi
+            with suppress(cv2.error):  # raised for modes that it does not support, such as that for hanzi
                 _, codes, _, _ = reader.detectAndDecodeBytesMulti(_sharpened(*enlarge(gray, corners), amount))
                 texts = [text_of(code) for code in codes]
                 if any(texts):

@@ -130,13 +130,13 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
     def _control(self, transfer: Any) -> Answer:  # noqa: ANN401
         """Answer a control transfer as libusb 0.1 requests it."""
         setup = bytes(transfer.retrieve())[:SETUP_SIZE]
-        answer = self._told(setup)
+        answer = self._standard_reply(setup)
         if answer is None:
             return _refuse(errno.EPIPE)
         transfer.resolve(CONTROL_DATA, _length(setup, SETUP_LENGTH, 2)).update(0, answer)
         return len(answer), 0
 
-    def _told(self, setup: bytes) -> bytes | None:
+    def _standard_reply(self, setup: bytes) -> bytes | None:
         """Reply to a standard request; None where the brick stalls."""
         answer = self._standard.get((setup[0], setup[1], setup[2] | setup[3] << 8))
         return None if answer is None else answer[: _length(setup, SETUP_LENGTH, 2)]
@@ -161,7 +161,7 @@ class Bus(UMockdev.IoctlBase):  # type: ignore[misc] # no types
 
     def _submit_control(self, urb: Any, buffer: Any) -> None:  # noqa: ANN401
         """Answer a control transfer as libusb 1.0 requests it: the setup packet comes first in the buffer."""
-        answer = self._told(bytes(buffer.retrieve())[:SETUP_SIZE])
+        answer = self._standard_reply(bytes(buffer.retrieve())[:SETUP_SIZE])
         if answer is None:
             self._finish(urb, 0, -errno.EPIPE)
             return

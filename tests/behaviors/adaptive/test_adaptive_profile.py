@@ -193,11 +193,11 @@ def test_a_robot_that_an_obstacle_stopped_turns_away_from_it_before_it_drives_on
     assert (fact.event, fact.reason) == (Event.RECOVERY_DONE, Reason.THERE)
 
 
-@pytest.mark.parametrize(("heard", "fast"), [(True, True), (False, False)])
-def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_works(bench, mocker, heard, fast):
+@pytest.mark.parametrize(("working", "fast"), [(True, True), (False, False)])
+def test_along_a_path_it_travels_faster_than_in_an_approach_while_the_sonar_works(bench, mocker, working, fast):
     perception = bench.profile._perception
     perception.step()
-    if not heard:
+    if not working:
         mocker.patch.object(type(perception.sonar), "silent", new=True)
     drive = mocker.spy(perception.context.body, "drive")
     FollowPathSkill(perception, (bench.world.pose.ahead(500.0),)).call()
@@ -250,7 +250,7 @@ def test_on_a_slow_link_it_steers_gently_and_a_target_is_not_lost_after_one_fram
 
 @pytest.mark.parametrize(("nearer_mm", "ends"), [(300.0, Event.RECOVERY_DONE), (0.0, Event.RECOVERY_FAILED)])
 def test_what_echoes_from_well_beyond_the_blocker_is_not_the_blocker(bench, mocker, nearer_mm, ends):
-    """Who stood in a doorway has left when only its posts are heard."""
+    """Whoever stood in a doorway has left when only its posts return echoes."""
     perception = bench.profile._perception
     mocker.patch.object(perception.context.vision, "glance", return_value=Glimpse(0.0, {}))
     perception.context.body.straight(4000.0)

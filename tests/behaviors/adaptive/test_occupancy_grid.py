@@ -190,7 +190,7 @@ def test_something_appeared_if_the_floor_was_free_all_along_its_arc_and_behind_i
 
 
 def test_what_was_taken_back_was_never_free():
-    """A map that was heard at wrong headings says nothing about what has come since."""
+    """A map drawn at wrong headings is no evidence of what has come since."""
     floor = OccupancyGrid()
     floor.decay(0.0)
     floor.save()

@@ -74,8 +74,8 @@ def test_the_floor_is_learned_from_frames_whose_own_echo_shows_it_free(perceive,
     for _ in range(60):
         perception.drive(0.0, 90.0)
         ranges_mm.append(perception.step().range_mm)
-    heard = [each for each in ranges_mm if each is not None]
-    assert min(heard) < N.free_mm < max(heard)
+    echoes_mm = [each for each in ranges_mm if each is not None]
+    assert min(echoes_mm) < N.free_mm < max(echoes_mm)
     assert known[1:] == [each is not None and each > N.free_mm for each in ranges_mm[1:]]
     assert known[0], "before the first echo the floor ahead of the start is taken for free"
 

@@ -15,8 +15,8 @@ CELLS = Cells()
 
 
 def _drive(trust, range_mm, *, begin_s=0.0, steps=40, step_mm=20.0):
-    heard = [trust.accepted(begin_s + 0.1 * i, Pose(begin_s * 200 + step_mm * i), range_mm(i)) for i in range(steps)]
-    return heard[-1]
+    results = [trust.accepted(begin_s + 0.1 * i, Pose(begin_s * 200 + step_mm * i), range_mm(i)) for i in range(steps)]
+    return results[-1]
 
 
 def test_a_sonar_with_different_echoes_is_believed():

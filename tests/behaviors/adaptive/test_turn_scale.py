@@ -33,12 +33,12 @@ def echo_range_mm(heading_deg, sides_mm=SIDES_MM):
 
 
 def turn(scale, by_wheels_deg=N.longest_deg, sides_mm=SIDES_MM, step_deg=5.0):
-    """Return what is heard in a turn by the wheels, when the robot turns `scale` times as far."""
-    heard = TurnScale()
+    """Return the scale estimator after a turn by the wheels in which the robot turns `scale` times as far."""
+    scale_estimator = TurnScale()
     for step in range(math.ceil(abs(by_wheels_deg) / step_deg) + 1):
         wheels_deg = math.copysign(step * step_deg, by_wheels_deg)
-        heard.add(Pose(0.0, 0.0, 30.0 + wheels_deg), echo_range_mm(scale * wheels_deg, sides_mm))
-    return heard
+        scale_estimator.add(Pose(0.0, 0.0, 30.0 + wheels_deg), echo_range_mm(scale * wheels_deg, sides_mm))
+    return scale_estimator
 
 
 @given(st.floats(0.92, 1.08), st.sampled_from((1, -1)))
@@ -47,7 +47,7 @@ def test_the_scale_of_turns_is_found(scale, direction):
     assert found == pytest.approx(scale, abs=N.least + 0.003)
 
 
-def test_a_robot_that_turns_as_far_as_its_wheels_say_is_left_alone():
+def test_a_robot_that_turns_as_far_as_its_wheels_say_is_not_corrected():
     assert turn(1.0).estimate() == 1.0
 
 
@@ -61,17 +61,17 @@ def test_silence_all_round_gives_no_estimate():
 
 
 def test_a_round_room_gives_no_estimate():
-    heard = TurnScale()
+    scale_estimator = TurnScale()
     for step in range(90):
-        heard.add(Pose(0.0, 0.0, 5.0 * step), 800.0)
-    assert heard.estimate() is None
+        scale_estimator.add(Pose(0.0, 0.0, 5.0 * step), 800.0)
+    assert scale_estimator.estimate() is None
 
 
-def test_what_was_heard_elsewhere_does_not_count():
-    heard = turn(1.05)
-    heard.add(Pose(500.0, 0.0, 0.0), 800.0)
-    assert heard.estimate() is None
-    assert len(heard.beams) == 1
+def test_echoes_from_elsewhere_do_not_count():
+    scale_estimator = turn(1.05)
+    scale_estimator.add(Pose(500.0, 0.0, 0.0), 800.0)
+    assert scale_estimator.estimate() is None
+    assert len(scale_estimator.beams) == 1
 
 
 def searched(scenario):

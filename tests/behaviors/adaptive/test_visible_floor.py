@@ -219,10 +219,10 @@ def test_what_is_heard_but_looks_like_floor_stays_on_the_map():
         pose = Pose(y_mm=40.0 * (i % 2))
         floor.add_view(pose, unseen, (pose, 500.0))
         floor.add_echo(pose, 500.0)
-    heard = _evidence_at(floor, 600.0)
-    assert heard > GRID.solid
+    evidence = _evidence_at(floor, 600.0)
+    assert evidence > GRID.solid
     _look(floor, unseen, times=10)  # from here on without an echo
-    assert _evidence_at(floor, 600.0) == heard
+    assert _evidence_at(floor, 600.0) == evidence
     assert _evidence_at(floor, *Pose(heading_deg=20.0).ahead(600.0)) < 0.0
 
 

@@ -176,7 +176,7 @@ def test_a_mistyped_word_leads_to_the_one_that_was_meant(words, meant, capsys):
         (["--nxt", "sim://", "info"], "Give --nxt after the COMMAND"),
     ],
 )
-def test_an_option_before_the_action_is_told_its_place(words, advice, capsys):
+def test_an_option_before_the_action_is_refused_with_its_right_position(words, advice, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(words)
     assert stopped.value.code == USAGE
@@ -333,7 +333,7 @@ def test_a_detector_is_tried_on_the_simulated_camera(capsys, tmp_path):
     assert seen.exists()
 
 
-def test_what_a_sweep_is_told_twice_counts_once():
+def test_values_given_to_a_sweep_twice_count_once():
     parser = argparse.ArgumentParser()
     sweep.add_arguments(parser)
     given = parser.parse_args(["--classes", "open,far,open", "--agents", "oracle, oracle"])

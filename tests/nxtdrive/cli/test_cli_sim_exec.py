@@ -82,12 +82,12 @@ def test_a_program_may_read_and_write_in_different_threads(execute):
 import threading, usb.core
 brick = usb.core.find(idVendor=0x0694)
 brick.write(0x01, b"\\x00\\x0d"); brick.read(0x82, 64)
-heard = []
-reader = threading.Thread(target=lambda: heard.extend(bytes(brick.read(0x82, 64, 10_000))[1] for _ in range(50)))
+received = []
+reader = threading.Thread(target=lambda: received.extend(bytes(brick.read(0x82, 64, 10_000))[1] for _ in range(50)))
 reader.start()
 for _ in range(50): brick.write(0x01, b"\\x00\\x0b")
 reader.join()
-print(heard == [0x0B] * 50)
+print(received == [0x0B] * 50)
 """
     assert execute(program=("-c", program)).stdout == "True\n"
 

@@ -128,13 +128,13 @@ def _at_a_terminal(folder: Path, *answers: bytes) -> int:
         stdout=subprocess.PIPE,
         bufsize=0,
     )
-    left, heard = list(answers), b""
+    left, received = list(answers), b""
     while True:
         if not (said := process.stdout.read(4096)):
             break
-        heard += said
-        if left and PROMPT in heard:
-            heard = b""
+        received += said
+        if left and PROMPT in received:
+            received = b""
             process.stdin.write(left.pop(0))
     process.stdin.close()
     process.stdout.close()

@@ -186,7 +186,7 @@ def test_a_detector_can_neither_change_the_frame_nor_fail_unnamed(installed):
 
 
 @pytest.mark.parametrize("keys", ["detector = 3\n", 'detector = ["lamp"]\n', 'detectr = "lamp"\n', ""])
-def test_no_name_is_told_too(installed, keys):
+def test_a_missing_name_is_reported_too(installed, keys):
     with pytest.raises(MissionError, match=r"target\.it: (there is no detector|the key detector is missing)"):
         load_mission(_mission(installed, keys))
 

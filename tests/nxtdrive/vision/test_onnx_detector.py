@@ -267,7 +267,7 @@ def test_cocos_labels_are_counted_as_the_layouts_models_do(detector, layout, lab
 def test_one_label_is_counted_as_one(detector, tmp_path):
     (tmp_path / "labels.txt").write_text("cup\nbowl\n")
     outputs = {"logits": np.zeros((1, 5, 1), np.float32), "pred_boxes": np.zeros((1, 5, 4), np.float32)}
-    with pytest.raises(ConfigError, match="tells 1 label apart, but 2 are named"):
+    with pytest.raises(ConfigError, match="has 1 label, but 2 are named"):
         detector(constant_model(outputs), labels=str(tmp_path / "labels.txt"))
 
 
@@ -291,7 +291,7 @@ def test_without_labels_a_number_is_needed(detector):
         (model("yolo", dtype=TensorProto.INT64), "takes something other than one image"),
         (constant_model({"out": np.zeros((1, 1000), np.float32)}), "fit no layout that is known: out"),
         (constant_model({"a": np.zeros((1, 3, 7), np.float32), "b": np.zeros(3, np.float32)}), "fit no layout"),
-        (model("yolo", metadata={"names": "a,b,c,d,cup"}), "tells 3 labels apart, but 5 are named"),
+        (model("yolo", metadata={"names": "a,b,c,d,cup"}), "has 3 labels, but 5 are named"),
     ],
 )
 def test_a_wrong_file_is_refused_with_the_reason(detector, content, message):

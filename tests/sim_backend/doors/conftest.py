@@ -108,20 +108,20 @@ class House:
         """Turn until it holds, but not forever; whether it does."""
         return any(condition() or self.turn() for _ in range(TURNS)) or condition()
 
-    def hear(self, line, size=1):
+    def receive(self, line, size=1):
         """Read at least this many bytes from a socket, or fewer if it is closed."""
-        heard = b""
+        received = b""
 
         def enough():
-            nonlocal heard
+            nonlocal received
             if select.select([line], [], [], 0)[0]:
                 data = line.recv(4096)
-                heard += data
-                return len(heard) >= size or not data
+                received += data
+                return len(received) >= size or not data
             return False
 
-        assert self.until(enough), f"only {heard.hex(' ')} came"
-        return heard
+        assert self.until(enough), f"only {received.hex(' ')} came"
+        return received
 
 
 @pytest.fixture

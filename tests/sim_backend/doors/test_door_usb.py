@@ -211,21 +211,21 @@ def test_a_client_without_a_greeting_finds_the_brick_in_use(far_end):
 def test_one_program_has_the_cable_and_the_next_gets_it_afterwards(house):
     door = house.add("usb")
     first = house.connect(door)
-    assert house.hear(first, 14) == GREETING
+    assert house.receive(first, 14) == GREETING
     second = house.connect(door)
-    assert house.hear(second) == b""
+    assert house.receive(second) == b""
     first.sendall(frame(GET_BATTERY))
-    assert house.hear(first, 7)[2:5] == b"\x02\x0b\x00"
+    assert house.receive(first, 7)[2:5] == b"\x02\x0b\x00"
     first.close()
-    assert house.hear(house.connect(door), 14) == GREETING
+    assert house.receive(house.connect(door), 14) == GREETING
 
 
 def test_a_client_that_comes_just_before_the_other_has_left_is_let_in(house):
     door = house.add("usb")
     first = house.connect(door)
-    assert house.hear(first, 14)
+    assert house.receive(first, 14)
     second = house.connect(door)
     house.turn(5)
     first.sendall(frame(GET_BATTERY))
     first.close()
-    assert house.hear(second, 14) == GREETING
+    assert house.receive(second, 14) == GREETING

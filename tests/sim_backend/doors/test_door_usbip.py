@@ -55,9 +55,9 @@ class Host:
     def say(self, message):
         """Send a message; returns the answers as (sequence number, status, data)."""
         self.session.feed(message)
-        return self.hear()
+        return self.receive()
 
-    def hear(self):
+    def receive(self):
         self.session.pump()
         answers = []
         data = bytes(self.session.outgoing)
@@ -136,7 +136,7 @@ def test_each_packet_to_the_brick_is_a_telegram(host, device):
 def test_a_read_waits_for_a_reply(host, device):
     assert host.say(submit(1, endpoint=IN, to_host=True, length=64)) == []
     device.outbox[0x82].append(b"reply")
-    assert host.hear() == [(1, 0, b"reply")]
+    assert host.receive() == [(1, 0, b"reply")]
 
 
 def test_a_long_read_ends_with_a_short_packet(host, device):
@@ -149,7 +149,7 @@ def test_a_read_can_be_withdrawn_until_it_is_answered(host, device):
     host.say(submit(1, endpoint=IN, to_host=True, length=64))
     assert host.say(unlink(2, 1)) == [(2, -errno.ECONNRESET, b"")]
     device.outbox[0x82].append(b"kept")
-    assert host.hear() == []
+    assert host.receive() == []
     assert host.say(submit(3, endpoint=IN, to_host=True, length=64)) == [(3, 0, b"kept")]
     assert host.say(unlink(4, 3)) == [(4, 0, b"")]
 
@@ -202,16 +202,16 @@ def door(house):
 def imported(house, door):
     line = house.connect(door)
     line.sendall(IMPORT)
-    assert len(house.hear(line, 320)) == 320
+    assert len(house.receive(line, 320)) == 320
     return line
 
 
 def test_the_brick_answers_through_the_door(house, door):
     line = imported(house, door)
     line.sendall(submit(1, endpoint=IN, to_host=True, length=64) + submit(2, endpoint=OUT, data=GET_BATTERY))
-    heard = house.hear(line, 2 * HEADER.size + 5)
-    assert HEADER.unpack_from(heard)[1:6] == (2, 0, 0, 0, 0)
-    assert heard[2 * HEADER.size :][:3] == b"\x02\x0b\x00"
+    received = house.receive(line, 2 * HEADER.size + 5)
+    assert HEADER.unpack_from(received)[1:6] == (2, 0, 0, 0, 0)
+    assert received[2 * HEADER.size :][:3] == b"\x02\x0b\x00"
     assert [each.event for each in house.events] == ["connected"]
 
 
@@ -219,7 +219,7 @@ def test_one_computer_at_a_time_has_the_brick(house, door):
     first = imported(house, door)
     second = house.connect(door)
     second.sendall(IMPORT)
-    assert struct.unpack(">HHI", house.hear(second, 8)) == (0x0111, 0x0003, 2)
+    assert struct.unpack(">HHI", house.receive(second, 8)) == (0x0111, 0x0003, 2)
     first.close()
     house.until(lambda: not house.board.clients)
     imported(house, door)
@@ -228,7 +228,7 @@ def test_one_computer_at_a_time_has_the_brick(house, door):
 def test_a_client_that_only_asks_gets_no_link_and_may_not_stay(house, door):
     line = house.connect(door)
     line.sendall(LIST)
-    assert len(house.hear(line, 328)) == 328
+    assert len(house.receive(line, 328)) == 328
     silent = house.connect(door)
     house.turn(2)
     house.wall.now_s += 6
@@ -252,13 +252,13 @@ def test_a_mute_brick_reads_but_does_not_answer(house, door):
     line = imported(house, door)
     door.device.mute = True
     line.sendall(submit(1, endpoint=OUT, data=GetVersions().encode()))
-    house.hear(line, HEADER.size)
+    house.receive(line, HEADER.size)
     house.turn(20)
     door.device.mute = False
     line.sendall(submit(2, endpoint=IN, to_host=True, length=64) + submit(3, endpoint=OUT, data=GET_BATTERY))
-    heard = house.hear(line, 2 * HEADER.size + 5)
-    assert b"\x02\x0b\x00" in heard
-    assert b"\x02\x88" not in heard
+    received = house.receive(line, 2 * HEADER.size + 5)
+    assert b"\x02\x0b\x00" in received
+    assert b"\x02\x88" not in received
 
 
 def test_a_halted_endpoint_ends_the_reads_under_way(house, door):
@@ -266,7 +266,7 @@ def test_a_halted_endpoint_ends_the_reads_under_way(house, door):
     line.sendall(submit(1, endpoint=IN, to_host=True, length=64))
     house.turn(3)
     door.halt(0x82)
-    assert HEADER.unpack(house.hear(line, HEADER.size))[5] == -errno.EPIPE
+    assert HEADER.unpack(house.receive(line, HEADER.size))[5] == -errno.EPIPE
 
 
 @pytest.mark.parametrize(
@@ -312,7 +312,7 @@ def test_a_frame_arrives_whole(webcam, size):
     for number in range(5):
         host.session.feed(submit(number, endpoint=1, to_host=True, length=16_384))
     webcam.show(jpeg, wanted=host.session.reading)
-    payloads = [data for _, _, data in host.hear()]
+    payloads = [data for _, _, data in host.receive()]
     assert b"".join(payload[2:] for payload in payloads) == jpeg
     assert [bool(payload[1] & 0x02) for payload in payloads] == [False] * (len(payloads) - 1) + [True]
 
@@ -321,7 +321,7 @@ def test_a_frame_that_comes_too_soon_is_lost(webcam):
     host = Host(webcam)
     host.session.feed(submit(1, endpoint=1, to_host=True, length=16_384))
     webcam.show(bytes(30_000), wanted=True)
-    host.hear()
+    host.receive()
     host.session.feed(submit(2, endpoint=1, to_host=True, length=1))  # one that no packet fits
     webcam.show(b"second", wanted=True)
     assert b"second" not in b"".join(webcam.outbox[0x81])

@@ -70,10 +70,10 @@ def test_after_any_bytes_the_same_program_and_the_next_are_answered(house, kind,
         request = GET_BATTERY if kind == "nxt-server" else frame(GET_BATTERY)
         if b"\x99" not in b"".join(pieces):
             line.sendall(request)
-            assert ANSWER in house.hear(line, 3)
+            assert ANSWER in house.receive(line, 3)
     with house.connect(door) as line:
         line.sendall(request)
-        assert ANSWER in house.hear(line, 3)
+        assert ANSWER in house.receive(line, 3)
     house.turn(5)
 
 
@@ -91,8 +91,8 @@ def test_after_any_bytes_the_serial_port_answers(house, pieces):
         _revive(house)
         _empty(port)
         os.write(port, frame(GET_BATTERY))
-        heard = bytearray()
-        assert house.until(lambda: heard.extend(_empty(port)) or ANSWER in heard)
+        received = bytearray()
+        assert house.until(lambda: received.extend(_empty(port)) or ANSWER in received)
     finally:
         os.close(port)
 

@@ -37,7 +37,7 @@ class _Framed:
 
     def ask(self, telegram):
         self.line.sendall(frame(telegram))
-        return self.house.hear(self.line, LENGTH_SIZE + 3)[LENGTH_SIZE:]
+        return self.house.receive(self.line, LENGTH_SIZE + 3)[LENGTH_SIZE:]
 
 
 class _Bare:
@@ -48,7 +48,7 @@ class _Bare:
 
     def ask(self, telegram):
         self.line.sendall(telegram)
-        return self.house.hear(self.line, 3)
+        return self.house.receive(self.line, 3)
 
 
 PROGRAMS = {"tcp": _Framed, "packets": _Framed, "nxt-server": _Bare}
@@ -67,7 +67,7 @@ def test_replies_go_to_the_door_that_asked_and_all_doors_lead_to_one_brick(house
         program.line.sendall(frame(telegram) if isinstance(program, _Framed) else telegram)
     for program, port in zip(programs, "ABCABC", strict=True):
         skip = LENGTH_SIZE if isinstance(program, _Framed) else 0
-        reply = house.hear(program.line, 25 + skip)[skip:]
+        reply = house.receive(program.line, 25 + skip)[skip:]
         assert GetOutputState.decode_reply(reply).port is OutputPort[port]
     programs[0].ask(run_motor("B"))
     for program in programs:
@@ -96,10 +96,10 @@ def test_nxt_server_reports_its_link_and_ends_on_request(house):
     door = house.add("nxt-server")
     line = house.connect(door)
     line.sendall(b"\x98")
-    assert house.hear(line, 3) == b"usb"
+    assert house.receive(line, 3) == b"usb"
     line.sendall(GET_BATTERY + b"\x99")
-    assert house.hear(line, 5)[:3] == b"\x02\x0b\x00"
-    assert house.hear(line) == b""
+    assert house.receive(line, 5)[:3] == b"\x02\x0b\x00"
+    assert house.receive(line) == b""
 
 
 def test_a_burst_through_nxt_server_is_not_one_telegram(house):
@@ -114,8 +114,8 @@ def test_a_client_that_hangs_up_after_a_request_still_gets_the_reply(house):
     line = house.connect(house.add("tcp"))
     line.sendall(frame(GET_BATTERY))
     line.shutdown(1)
-    assert house.hear(line, 7)[2:5] == b"\x02\x0b\x00"
-    assert house.hear(line) == b""
+    assert house.receive(line, 7)[2:5] == b"\x02\x0b\x00"
+    assert house.receive(line) == b""
 
 
 def test_a_program_of_nxt_server_that_hangs_up_at_once_is_heard_to_the_end(house):
@@ -123,7 +123,7 @@ def test_a_program_of_nxt_server_that_hangs_up_at_once_is_heard_to_the_end(house
     handle = OpenWrite.decode_reply(program.ask(OpenWrite("short.txt", 10).encode())).handle
     program.line.sendall(Write(handle, bytes(10)).encode())
     program.line.shutdown(1)
-    assert Write.decode_reply(house.hear(program.line, 6)).size == 10
+    assert Write.decode_reply(house.receive(program.line, 6)).size == 10
 
 
 def test_programs_that_come_and_go_are_counted(house):
@@ -202,7 +202,7 @@ def test_too_many_programs_are_refused_once_all_have_spoken(house):
         programs.append(PROGRAMS["tcp"](house, door))
         assert programs[-1].ask(GET_BATTERY)[1] == 0x0B
     for _ in range(3):
-        assert house.hear(house.connect(door)) == b""
+        assert house.receive(house.connect(door)) == b""
     assert house.board.clients == CLIENT_LIMIT
     assert [each.event for each in house.events].count("refused") == 1
     programs[0].line.close()
@@ -218,7 +218,7 @@ def test_programs_that_send_nothing_keep_no_other_out(house):
         house.turn()
     assert house.board.clients == CLIENT_LIMIT
     assert PROGRAMS["tcp"](house, door).ask(GET_BATTERY)[1] == 0x0B
-    assert house.hear(silent[0]) == b"", "the oldest gave way"
+    assert house.receive(silent[0]) == b"", "the oldest gave way"
 
 
 def test_a_pulled_cable_ends_connections_until_it_is_back(house):
@@ -226,9 +226,9 @@ def test_a_pulled_cable_ends_connections_until_it_is_back(house):
     door = house.add("packets")
     program = PROGRAMS["packets"](house, door)
     program.ask(GET_BATTERY)
-    assert house.hear(program.line) == b""
+    assert house.receive(program.line) == b""
     assert house.simulation.now_ms >= 100
-    assert house.hear(house.connect(door)) == b""
+    assert house.receive(house.connect(door)) == b""
     house.turn(400)
     assert PROGRAMS["packets"](house, door).ask(GET_BATTERY)[1] == 0x0B
 

@@ -68,7 +68,7 @@ class TruthMonitor:
         """Note a record of the journal."""
         if isinstance(pose := record.data.get("pose"), list):
             x_mm, y_mm, _ = cast("list[float]", pose)
-            self.here = (x_mm, y_mm)  # by odometry: a robot cannot know how its wheels slip
+            self.here = (x_mm, y_mm)  # by odometry: a robot cannot measure how its wheels slip
         if record.kind is RecordKind.CHOICE:
             self.choices.append((record, self.here))
         claims = record.kind is RecordKind.TRANSITION and record.data["to"] == "reached"

@@ -76,7 +76,7 @@ class _Rig:
         return [(telegram, self.brick.receive_bluetooth(frame(telegram))) for telegram in telegrams]
 
     def revive(self) -> None:
-        """Switch a brick on again after it was told to switch itself off."""
+        """Switch a brick on again after a request to switch itself off."""
         self.brick.io_control.power_word = self.brick.ui.registers.force_off = 0
 
 

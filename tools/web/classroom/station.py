@@ -31,7 +31,7 @@ CLOSE_S = 6.0
 
 
 class StationHub(Hub):
-    """A robot's hub that remembers the contents of its tile.
+    """A robot's hub that stores the contents of its tile.
 
     Attributes:
         doing: What the robot is doing.
